@@ -1,0 +1,376 @@
+//! The C interface of prepared sliding contacts.
+//!
+//! **What.** Handles of contacts that Python prepared and wrote to a file: load, step, read fields, free. The
+//! header `include/mtb.h` is generated from this file.
+//!
+//! **Not here.** No mechanics: a function checks its pointers, calls [`mtb_contact::prepared`], copies out.
+//!
+//! **Conventions.** SI units; forces on the lower body. Every function returns an [`MtbStatus`] and leaves a
+//! message on the calling thread. Arrays are the caller's, of the length stated; matrices are
+//! component by component, as in Python: `(3, n)`.
+//!
+//! Unsafe code is allowed in this crate alone, for two things: names that a linker finds, and the
+//! caller's pointers, which are checked against null here and must otherwise be as documented.
+
+#![allow(
+    unsafe_code,
+    reason = "exported names and the pointers of C callers; nothing else"
+)]
+
+mod registry;
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use mtb_complementarity::linear::Status;
+use mtb_contact::prepared::{Prepared, Pull, Step};
+use mtb_operator::unmonitored;
+
+use registry::{Contact, Last, insert, remove};
+
+/// How a call ended.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MtbStatus {
+    /// All is well.
+    Ok = 0,
+    /// An argument cannot be: the message says which.
+    BadArgument = 1,
+    /// The file cannot be read, or holds no prepared contact.
+    BadFile = 2,
+    /// No sliding state exists: the body wedges.
+    NoSolution = 3,
+    /// The resultant of the load lies outside the contact, or no solution was found.
+    NotConverged = 4,
+    /// A fault of this library.
+    Internal = 5,
+}
+
+/// What a step took.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MtbEffort {
+    /// Active sets.
+    pub sets: u64,
+    /// Factorisations.
+    pub factorisations: u64,
+    /// Products with the influence matrix, and solves with its factors.
+    pub products: u64,
+    /// Relative complementarity residual.
+    pub residual: f64,
+}
+
+pub(crate) struct Failure(MtbStatus, String);
+
+impl Failure {
+    fn argument(message: impl Into<String>) -> Self {
+        Self(MtbStatus::BadArgument, message.into())
+    }
+}
+
+impl From<mtb_contact::Error> for Failure {
+    fn from(error: mtb_contact::Error) -> Self {
+        Self::argument(error.to_string())
+    }
+}
+
+thread_local! {
+    static MESSAGE: RefCell<CString> = RefCell::default();
+}
+
+/// Runs the work of a call: no panic leaves, and the message is kept for this thread.
+fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
+    let done = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        Err(Failure(
+            MtbStatus::Internal,
+            "internal fault; the contact forgets its last step".to_owned(),
+        ))
+    });
+    let (status, message) = match done {
+        Ok(()) => (MtbStatus::Ok, String::new()),
+        Err(Failure(status, message)) => (status, message),
+    };
+    MESSAGE.with(|kept| *kept.borrow_mut() = CString::new(message).unwrap_or_default());
+    status
+}
+
+/// Copies `values` to the caller's array of `length` numbers.
+fn copy_out(name: &str, values: &[f64], to: *mut f64, length: usize) -> Result<(), Failure> {
+    if length != values.len() {
+        return Err(Failure::argument(format!(
+            "{name} has room for {length} numbers, there are {}",
+            values.len()
+        )));
+    }
+    if to.is_null() {
+        return Err(Failure::argument(format!("{name} is null")));
+    }
+    // SAFETY: not null, and the caller vouches for `length` writable numbers
+    unsafe { std::slice::from_raw_parts_mut(to, length) }.copy_from_slice(values);
+    Ok(())
+}
+
+/// The caller's array of `length` numbers.
+fn take<'a>(name: &str, from: *const f64, length: usize) -> Result<&'a [f64], Failure> {
+    if length == 0 {
+        return Ok(&[]);
+    }
+    if from.is_null() {
+        return Err(Failure::argument(format!("{name} is null")));
+    }
+    // SAFETY: not null, and the caller vouches for `length` readable numbers during the call
+    Ok(unsafe { std::slice::from_raw_parts(from, length) })
+}
+
+/// Writes a number through the caller's pointer.
+fn put<T>(name: &str, value: T, to: *mut T) -> Result<(), Failure> {
+    if to.is_null() {
+        return Err(Failure::argument(format!("{name} is null")));
+    }
+    // SAFETY: not null, and the caller vouches that it points to such a number
+    unsafe { to.write(value) };
+    Ok(())
+}
+
+/// Version of the library, for example "0.1.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn mtb_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
+}
+
+/// Why the last call on this thread failed; empty if it did not. Valid until the next call on this thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn mtb_last_error_message() -> *const c_char {
+    MESSAGE.with(|kept| kept.borrow().as_ptr())
+}
+
+/// Reads a contact that Python's `PreparedContact.save` wrote.
+///
+/// `path`: text in UTF-8, ended by a zero. `contact`: gets the handle, which `mtb_contact_free` gives back.
+///
+/// # Safety
+/// `path` must be such a text, `contact` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_load(path: *const c_char, contact: *mut u64) -> MtbStatus {
+    call(|| {
+        if path.is_null() {
+            return Err(Failure::argument("path is null"));
+        }
+        // SAFETY: not null, and the caller vouches for the zero at its end
+        let path = unsafe { CStr::from_ptr(path) }
+            .to_str()
+            .map_err(|_| Failure::argument("path is not UTF-8"))?;
+        let unreadable =
+            |error: &dyn std::fmt::Display| Failure(MtbStatus::BadFile, format!("{path}: {error}"));
+        let bytes = std::fs::read(path).map_err(|error| unreadable(&error))?;
+        let prepared = Prepared::from_bytes(&bytes).map_err(|error| unreadable(&error))?;
+        put("contact", insert(Contact::new(Arc::new(prepared))), contact)
+    })
+}
+
+/// Another contact without memory that shares the matrices of this one, for a second shoe or thread.
+///
+/// # Safety
+/// `copy` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_copy(contact: u64, copy: *mut u64) -> MtbStatus {
+    call(|| {
+        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        put("copy", insert(Contact::new(prepared)), copy)
+    })
+}
+
+/// Gives a contact back.
+#[unsafe(no_mangle)]
+pub extern "C" fn mtb_contact_free(contact: u64) -> MtbStatus {
+    call(|| remove(contact))
+}
+
+/// Numbers of contact points and of motions found from balance.
+///
+/// # Safety
+/// `points` and `motions` must point to numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_size(
+    contact: u64,
+    points: *mut u64,
+    motions: *mut u64,
+) -> MtbStatus {
+    call(|| {
+        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        put("points", prepared.geometry.points() as u64, points)?;
+        put("motions", prepared.motions.len() as u64, motions)
+    })
+}
+
+/// Contact points and normals of the lower body (3 n each: all x, all y, all z) [m], areas (n) [m2].
+///
+/// `n`: the number of points, as `mtb_contact_size` tells.
+///
+/// # Safety
+/// The arrays must be of these lengths.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_points(
+    contact: u64,
+    n: u64,
+    points: *mut f64,
+    normals: *mut f64,
+    areas: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        let (g, n) = (&prepared.geometry, n as usize);
+        copy_out("areas", &g.area, areas, n)?;
+        copy_out("points", &g.points, points, 3 * n)?;
+        copy_out("normals", &g.normal, normals, 3 * n)
+    })
+}
+
+/// The point that moments and rotations are about [m].
+///
+/// # Safety
+/// `point` must have room for 3 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_reference_point(contact: u64, point: *mut f64) -> MtbStatus {
+    call(|| {
+        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        copy_out("point", &prepared.reference_point, point, 3)
+    })
+}
+
+/// Solves the contact at one instant, from the memory of the last step.
+///
+/// `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad];
+/// NaN, or a null pointer for all: found from balance where free, else zero. `velocity` (2): of the upper
+/// body over the lower one, x and y [m/s]. `magnetic_pressure` [Pa]: uniform, in place of the scene's;
+/// NaN: the scene's. Out: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
+/// reference point, and, unless null, `effort`.
+///
+/// # Safety
+/// The arrays must be of these lengths.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_step(
+    contact: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    magnetic_pressure: f64,
+    force: *mut f64,
+    moment: *mut f64,
+    effort: *mut MtbEffort,
+) -> MtbStatus {
+    call(|| {
+        let mut place = [f64::NAN; 6];
+        if !pose.is_null() {
+            place.copy_from_slice(take("pose", pose, 6)?);
+        }
+        let velocity = take("velocity", velocity, 2)?;
+        let step = Step {
+            pose: place,
+            velocity: [velocity[0], velocity[1]],
+            pull: if magnetic_pressure.is_nan() {
+                Pull::Scene
+            } else {
+                Pull::Uniform(magnetic_pressure)
+            },
+        };
+        let handle = registry::contact(contact)?;
+        let mut kept = handle.lock();
+        let out = kept.contact().step(&step, &unmonitored)?;
+        if !effort.is_null() {
+            let taken = MtbEffort {
+                sets: out.effort.sets as u64,
+                factorisations: out.effort.factorisations as u64,
+                products: out.effort.products as u64,
+                residual: out.solution.residual,
+            };
+            put("effort", taken, effort)?;
+        }
+        match out.solution.status {
+            Status::Solved => {}
+            Status::NoSolution => {
+                return Err(Failure(
+                    MtbStatus::NoSolution,
+                    "no sliding equilibrium: the body wedges".to_owned(),
+                ));
+            }
+            Status::Unreachable => {
+                return Err(Failure(
+                    MtbStatus::NotConverged,
+                    "the resultant of the load lies outside what the contact can carry".to_owned(),
+                ));
+            }
+            Status::IterationLimit => {
+                return Err(Failure(
+                    MtbStatus::NotConverged,
+                    format!("not converged (residual {:.1e})", out.solution.residual),
+                ));
+            }
+        }
+        copy_out("force", &out.force, force, 3)?;
+        copy_out("moment", &out.moment, moment, 3)?;
+        kept.remember(Last {
+            pressure: out.solution.pressure,
+            gap: out.solution.gap,
+        });
+        Ok(())
+    })
+}
+
+/// Mean pressure over each of the `n` points [Pa] in the last step that was solved.
+///
+/// # Safety
+/// `pressure` must have room for `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_pressure(
+    contact: u64,
+    n: u64,
+    pressure: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = registry::contact(contact)?;
+        let kept = handle.lock();
+        let mean = kept.prepared().mean_pressure(&kept.last()?.pressure);
+        copy_out("pressure", &mean, pressure, n as usize)
+    })
+}
+
+/// Gap at each of the `n` points [m] in the last step that was solved.
+///
+/// # Safety
+/// `gap` must have room for `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_gap(contact: u64, n: u64, gap: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = registry::contact(contact)?;
+        let kept = handle.lock();
+        copy_out("gap", &kept.last()?.gap, gap, n as usize)
+    })
+}
+
+/// The state after the last step that was solved, `n` numbers for `mtb_contact_resume`.
+///
+/// # Safety
+/// `state` must have room for `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = registry::contact(contact)?;
+        let kept = handle.lock();
+        copy_out("state", &kept.last()?.pressure, state, n as usize)
+    })
+}
+
+/// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again.
+///
+/// # Safety
+/// `state` must hold `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_resume(contact: u64, n: u64, state: *const f64) -> MtbStatus {
+    call(|| {
+        let state = take("state", state, n as usize)?;
+        let handle = registry::contact(contact)?;
+        Ok(handle.lock().contact().resume(state, &[])?)
+    })
+}

@@ -1,0 +1,85 @@
+//! Symmetric complementarity problems of any size, known only by their products.
+//!
+//! Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `N^T p = f`, where `A` is symmetric
+//! positive definite on what the balance allows and comes as a closure, with a second closure that
+//! roughly inverts it.
+//!
+//! The method is a conjugate gradient on the set of points that carry or would carry pressure
+//! [PolonskyKeer1999, Vollebregt2014], preconditioned on that set, with two economies. A step that
+//! would make pressures negative is cut off first, with the length of the step before, and only then
+//! multiplied, so it costs one product instead of two and its exact minimiser along the cut
+//! direction is known as well. And the image of the free motions under the preconditioner, needed to
+//! keep the balance, is renewed only once the set has changed by a fifth.
+
+mod solver;
+mod state;
+mod sums;
+
+pub use solver::solve;
+
+/// The data of the problem.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// `b`, n.
+    pub offset: &'a [f64],
+    /// The free motions, at most three; none where all motion is prescribed and part of `b`.
+    pub modes: &'a [Mode],
+}
+
+/// A free motion and the balance that determines it.
+#[derive(Clone, Debug)]
+pub struct Mode {
+    /// A column of `N`, n: how far a unit of the motion closes each gap.
+    pub shape: Vec<f64>,
+    /// The entry of `f`.
+    pub target: f64,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Relative residual that counts as solved; see [`Solution::residual`].
+    pub tolerance: f64,
+    /// Most iterations.
+    pub max_iterations: usize,
+}
+
+/// How the search for a solution ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The residual fell to the tolerance.
+    Solved,
+    /// The residual stopped falling above the tolerance: rounding, or a matrix that is not positive definite.
+    Stagnated,
+    /// The iterations are used up.
+    IterationLimit,
+    /// No `p >= 0` was found that meets the balance.
+    Unreachable,
+}
+
+/// The point where the search ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// How it ended; only [`Status::Solved`] is a solution.
+    pub status: Status,
+    /// `p`, n.
+    pub pressure: Vec<f64>,
+    /// `w`, n.
+    pub slack: Vec<f64>,
+    /// `c`, one per mode.
+    pub motion: Vec<f64>,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Products with `A`.
+    pub products: usize,
+    /// Applications of the preconditioner.
+    pub preconditionings: usize,
+    /// Root of the mean square of `w` where it should vanish or is negative, over that of `A p`, both
+    /// taken over the contact.
+    pub residual: f64,
+    /// The residual before each step, and the last one.
+    pub history: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests;

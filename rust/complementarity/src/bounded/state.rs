@@ -1,0 +1,89 @@
+//! Sums over the contact set, and the balance of the free motions.
+
+use super::Mode;
+use super::sums::Spans;
+
+/// Solves the small symmetric system `a x = b`; directions without stiffness get zero.
+pub(super) fn solve_small(a: &[[f64; 3]; 3], b: [f64; 3], m: usize) -> [f64; 3] {
+    let (mut a, mut b) = (*a, b);
+    let mut used = [usize::MAX; 3];
+    let mut free: Vec<usize> = (0..m).collect();
+    let scale: [f64; 3] = std::array::from_fn(|k| a[k][k]);
+    while let Some(&pivot) = free.iter().max_by(|i, j| {
+        let relative = |k: usize| a[k][k] / scale[k].max(f64::MIN_POSITIVE);
+        relative(**i).total_cmp(&relative(**j))
+    }) {
+        free.retain(|k| *k != pivot);
+        if a[pivot][pivot] <= 1e-12 * scale[pivot] || a[pivot][pivot] <= 0.0 {
+            continue;
+        }
+        used[pivot] = pivot;
+        for k in 0..m {
+            if k != pivot && (free.contains(&k) || used[k] == k) {
+                let factor = a[k][pivot] / a[pivot][pivot];
+                for j in 0..m {
+                    a[k][j] -= factor * a[pivot][j];
+                }
+                b[k] -= factor * b[pivot];
+            }
+        }
+    }
+    std::array::from_fn(|k| {
+        if k < m && used[k] == k {
+            b[k] / a[k][k]
+        } else {
+            0.0
+        }
+    })
+}
+
+/// Restores the balance `N^T p = f` by factors `1 + N y` on the pressures, cutting off what turns
+/// negative; false where no such factors are found. The pressures vanish outside of `spans`.
+pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans) -> bool {
+    if modes.is_empty() {
+        return true;
+    }
+    let mut worst = f64::INFINITY;
+    for _ in 0..30 {
+        // sums, the same without cancellation, and the stiffness against factors
+        let (mut sum, mut size, mut gram) = ([0.0; 3], [0.0; 3], [[0.0; 3]; 3]);
+        for (k, mode) in modes.iter().enumerate() {
+            [sum[k], size[k], gram[k][k]] = spans.first_moments(p, &mode.shape);
+            for (l, other) in modes[..k].iter().enumerate() {
+                let product = mode.shape.iter().zip(&other.shape).zip(&*p);
+                gram[k][l] = product.map(|((n, m), p)| n * m * p).sum();
+                gram[l][k] = gram[k][l];
+            }
+        }
+        let mut missing = [0.0; 3];
+        worst = 0.0_f64;
+        for (k, mode) in modes.iter().enumerate() {
+            missing[k] = mode.target - sum[k];
+            let size = size[k] + mode.target.abs();
+            if size > 0.0 {
+                worst = worst.max(missing[k].abs() / size);
+            }
+        }
+        if worst <= 1e-14 {
+            return true;
+        }
+        let y = solve_small(&gram, missing, modes.len());
+        if y.iter().all(|y| *y == 0.0) {
+            break;
+        }
+        for span in spans.iter() {
+            if let [mode] = modes {
+                for (p, n) in p[span.clone()].iter_mut().zip(&mode.shape[span]) {
+                    *p *= (1.0 + y[0] * n).max(0.0);
+                }
+            } else {
+                for i in span {
+                    let change: f64 = modes.iter().zip(y).map(|(mode, y)| y * mode.shape[i]).sum();
+                    p[i] *= (1.0 + change).max(0.0);
+                }
+            }
+        }
+    }
+    // tilts at the edge of what is possible: the last digits are left to the next step
+    worst <= 1e-6
+}

@@ -1,0 +1,166 @@
+use mtb_operator::unmonitored;
+use proptest::prelude::*;
+
+use super::*;
+use crate::linear;
+
+/// A positive definite matrix that falls off with the distance, as a compliance does.
+fn matrix(n: usize) -> Vec<f64> {
+    (0..n * n)
+        .map(|k| 1.0 / (0.5 + (k / n).abs_diff(k % n) as f64))
+        .collect()
+}
+
+fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (row, y) in a.chunks_exact(x.len()).zip(y) {
+        *y = row.iter().zip(x).map(|(a, x)| a * x).sum();
+    }
+}
+
+fn run(
+    a: &[f64],
+    offset: &[f64],
+    modes: &[Mode],
+    start: Vec<f64>,
+) -> Result<Solution, crate::Error> {
+    let apply = |x: &[f64], y: &mut [f64]| multiply(a, x, y);
+    let precondition = |x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+    let options = Options {
+        tolerance: 1e-11,
+        max_iterations: 500,
+    };
+    solve(
+        &apply,
+        &precondition,
+        &Problem { offset, modes },
+        start,
+        options,
+        &unmonitored,
+    )
+}
+
+fn line(n: usize) -> Vec<f64> {
+    (0..n)
+        .map(|i| 2.0 * (i as f64 + 0.5) / n as f64 - 1.0)
+        .collect()
+}
+
+/// The same problem by the dense active-set method.
+fn reference(a: &[f64], offset: &[f64], modes: &[Mode]) -> Result<linear::Solution, crate::Error> {
+    let shapes: Vec<f64> = modes.iter().flat_map(|m| m.shape.clone()).collect();
+    let target: Vec<f64> = modes.iter().map(|m| m.target).collect();
+    let border = linear::Border {
+        motion: &shapes,
+        balance: &shapes,
+        target: &target,
+    };
+    let problem = linear::Problem {
+        matrix: a,
+        offset,
+        border: (!modes.is_empty()).then_some(border),
+        symmetric: true,
+    };
+    linear::solve(&problem, &linear::Options::default(), &unmonitored)
+}
+
+fn assert_same(found: &Solution, exact: &linear::Solution) {
+    assert_eq!(found.status, Status::Solved, "{:?}", found.history);
+    let scale = exact.pressure.iter().fold(0.0_f64, |m, p| m.max(*p));
+    for (p, q) in found.pressure.iter().zip(&exact.pressure) {
+        assert!((p - q).abs() <= 1e-8 * scale, "{p} {q}");
+    }
+    for (c, d) in found.motion.iter().zip(&exact.motion) {
+        assert!((c - d).abs() < 1e-8 * (1.0 + d.abs()), "{c} {d}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn agrees_with_the_active_set_method(
+        gaps in proptest::collection::vec(0.0..6.0_f64, 12),
+        force in 0.05..20.0_f64,
+        tilt in -0.5..0.5_f64,
+        kind in 0..3,
+    ) {
+        let n = gaps.len();
+        let a = matrix(n);
+        let force_mode = Mode { shape: vec![1.0; n], target: force };
+        let tilt_mode = Mode { shape: line(n), target: tilt * force };
+        let (modes, offset) = match kind {
+            0 => (vec![], gaps.iter().map(|g| g - 3.0).collect()),
+            1 => (vec![force_mode], gaps),
+            _ => (vec![force_mode, tilt_mode], gaps),
+        };
+        let start = vec![if kind == 0 { 0.0 } else { 1.0 }; n];
+        let found = run(&a, &offset, &modes, start).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        let exact = reference(&a, &offset, &modes).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        assert_same(&found, &exact);
+    }
+}
+
+#[test]
+fn one_point_carries_a_small_force() -> Result<(), crate::Error> {
+    let mut offset = vec![5.0; 9];
+    offset[4] = 0.0;
+    let modes = [Mode {
+        shape: vec![1.0; 9],
+        target: 0.5,
+    }];
+    let found = run(&matrix(9), &offset, &modes, vec![1.0; 9])?;
+    assert_eq!(found.status, Status::Solved);
+    assert!((found.pressure[4] - 0.5).abs() < 1e-14);
+    assert_eq!(found.pressure.iter().filter(|p| **p > 0.0).count(), 1);
+    assert!((found.motion[0] - 1.0).abs() < 1e-12);
+    Ok(())
+}
+
+#[test]
+fn no_contact_is_a_solution() -> Result<(), crate::Error> {
+    let found = run(&matrix(4), &[1.0; 4], &[], vec![0.0; 4])?;
+    assert_eq!((found.status, found.products), (Status::Solved, 0));
+    assert!(found.pressure.iter().all(|p| *p == 0.0));
+    Ok(())
+}
+
+#[test]
+fn a_resultant_outside_of_the_points_is_not_reached() -> Result<(), crate::Error> {
+    let n = 8;
+    let modes = [
+        Mode {
+            shape: vec![1.0; n],
+            target: 1.0,
+        },
+        Mode {
+            shape: line(n),
+            target: 1.2,
+        },
+    ];
+    let found = run(&matrix(n), &vec![0.0; n], &modes, vec![1.0; n])?;
+    assert_eq!(found.status, Status::Unreachable);
+    Ok(())
+}
+
+#[test]
+fn stops_when_asked() {
+    let a = matrix(4);
+    let apply = |x: &[f64], y: &mut [f64]| multiply(&a, x, y);
+    let offset = [0.0, 0.1, 0.4, 0.2];
+    let modes = [Mode {
+        shape: vec![1.0; 4],
+        target: 1.0,
+    }];
+    let stop = |_| std::ops::ControlFlow::Break(());
+    let problem = Problem {
+        offset: &offset,
+        modes: &modes,
+    };
+    let options = Options {
+        tolerance: 1e-10,
+        max_iterations: 9,
+    };
+    let copy = |x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+    let outcome = solve(&apply, &copy, &problem, vec![1.0; 4], options, &stop);
+    assert!(matches!(outcome, Err(crate::Error::Interrupted)));
+}

@@ -1,0 +1,347 @@
+use mtb_operator::krylov::gmres;
+
+use super::newton::{Iterate, dot, law, norm};
+use super::problem::{DiscProblem, DiscState};
+
+/// Basis vectors GMRES may build.
+const LONGEST_BASIS: usize = 150;
+
+/// Share of its start below which a linear residual is never pushed.
+const LEAST_REDUCTION: f64 = 1e-2;
+
+/// The linear system of one Newton step, reduced to what is free.
+///
+/// Unknowns: the field (both components inside a disc; along the tangent on the rim; along the
+/// normal as well if the radii depend on the image) and the multipliers of the resultants.
+pub(super) struct LinearStep<'a> {
+    problem: &'a DiscProblem<'a>,
+    iterate: &'a Iterate,
+    /// `1 / sqrt(1 + curvature / diagonal)`: damps the preconditioner where the rim is stiff.
+    damping: Vec<f64>,
+    /// Scale of the rows of the resultants.
+    row_scale: f64,
+    /// Preconditioned columns of the multipliers.
+    columns: Vec<Vec<f64>>,
+    /// Inverse of the multipliers' own small matrix, row-major.
+    schur: Vec<f64>,
+    stiffness: Vec<f64>,
+}
+
+/// The full Newton step.
+pub(super) struct Outcome {
+    pub(super) field: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
+    /// Radii predicted by the linearised law.
+    pub(super) radius: Vec<f64>,
+    pub(super) products: usize,
+    pub(super) preconditionings: usize,
+}
+
+impl<'a> LinearStep<'a> {
+    pub(super) fn new(problem: &'a DiscProblem<'a>, iterate: &'a Iterate) -> Self {
+        let damping = iterate
+            .curvature
+            .iter()
+            .map(|d| 1.0 / (1.0 + d / problem.diagonal).sqrt())
+            .collect();
+        let free = iterate
+            .state
+            .iter()
+            .filter(|s| **s != DiscState::Excluded)
+            .count();
+        let mut step = Self {
+            problem,
+            iterate,
+            damping,
+            row_scale: 1.0,
+            columns: Vec::new(),
+            schur: Vec::new(),
+            stiffness: Vec::new(),
+        };
+        let Some(first) = problem.resultants.first() else {
+            return step;
+        };
+        step.row_scale = problem.diagonal * (free.max(1) as f64).sqrt()
+            / norm(&first.weight).max(f64::MIN_POSITIVE);
+        step.columns = problem
+            .resultants
+            .iter()
+            .map(|r| step.precondition_field(&r.direction))
+            .collect();
+        let m = problem.resultants.len();
+        let mut schur = vec![0.0; m * m];
+        for (k, resultant) in problem.resultants.iter().enumerate() {
+            for (l, column) in step.columns.iter().enumerate() {
+                schur[k * m + l] = step.row_scale * dot(&resultant.weight, column);
+            }
+        }
+        step.stiffness = (0..m).map(|k| schur[k * m + k] / step.row_scale).collect();
+        for (k, resultant) in problem.resultants.iter().enumerate() {
+            schur[k * m + k] += step.row_scale * resultant.softness;
+        }
+        step.schur = invert_small(&schur, m);
+        step
+    }
+
+    /// What each resultant gains per unit of its multiplier, as the preconditioner sees it.
+    pub(super) fn stiffness(&self) -> &[f64] {
+        &self.stiffness
+    }
+
+    /// Solves to an absolute residual `target`.
+    pub(super) fn solve(&self, target: f64) -> Outcome {
+        let n = self.iterate.radius.len();
+        let m = self.problem.resultants.len();
+        // the part of the new field that is known: on the rim the radius, elsewhere nothing
+        let mut base = self.iterate.field.clone();
+        self.reduce(&mut base, false);
+        for i in 0..n {
+            if self.iterate.state[i] == DiscState::Rim {
+                for c in [i, n + i] {
+                    base[c] += self.iterate.radius[i] * self.iterate.normal[c];
+                }
+            }
+        }
+        let mut image = vec![0.0; 2 * n];
+        self.problem.operator.apply(&base, &mut image);
+        for (f, b) in image.iter_mut().zip(self.problem.offset) {
+            *f += b;
+        }
+        for (c, resultant) in self.iterate.multipliers.iter().zip(self.problem.resultants) {
+            for (f, e) in image.iter_mut().zip(&resultant.direction) {
+                *f -= c * e;
+            }
+        }
+        let change = self.magnitude_change(&image, Some(&self.iterate.magnitude));
+        let mut residual = vec![0.0; 2 * n + m];
+        self.assemble_rows(&image, &base, None, change.as_deref(), &mut residual);
+        for (k, resultant) in self.problem.resultants.iter().enumerate() {
+            let yielded = resultant.softness * self.iterate.multipliers[k];
+            residual[2 * n + k] =
+                self.row_scale * (dot(&resultant.weight, &base) + yielded - resultant.value);
+        }
+        for v in &mut residual {
+            *v = -*v;
+        }
+        let start = norm(&residual);
+        let mut step = vec![0.0; 2 * n + m];
+        let krylov = gmres(
+            |x, y| self.apply(x, y),
+            |y, x| self.precondition(y, x),
+            &mut step,
+            &mut residual,
+            target.max(LEAST_REDUCTION * start),
+            LONGEST_BASIS,
+        );
+        let mut field = base;
+        for (f, s) in field.iter_mut().zip(&step) {
+            *f += s;
+        }
+        let multipliers = self
+            .iterate
+            .multipliers
+            .iter()
+            .zip(&step[2 * n..])
+            .map(|(a, b)| a + b)
+            .collect();
+        let mut radius = self.iterate.radius.clone();
+        if law(self.problem).is_some() {
+            for i in 0..n {
+                if self.iterate.state[i] == DiscState::Rim {
+                    let normal = &self.iterate.normal;
+                    radius[i] = (field[i] * normal[i] + field[n + i] * normal[n + i]).max(0.0);
+                }
+            }
+        }
+        Outcome {
+            field,
+            multipliers,
+            radius,
+            products: krylov.steps + 1,
+            preconditionings: krylov.steps + 1 + m,
+        }
+    }
+
+    /// Keeps the free part of a field: everything inside, along the tangent on the rim (and along
+    /// the normal if asked), nothing where excluded.
+    fn reduce(&self, field: &mut [f64], keep_normal: bool) {
+        let n = self.iterate.radius.len();
+        for i in 0..n {
+            match self.iterate.state[i] {
+                DiscState::Inside => {}
+                DiscState::Excluded => {
+                    field[i] = 0.0;
+                    field[n + i] = 0.0;
+                }
+                DiscState::Rim if keep_normal => {}
+                DiscState::Rim => {
+                    let (nx, ny) = (self.iterate.normal[i], self.iterate.normal[n + i]);
+                    let along = field[i] * nx + field[n + i] * ny;
+                    field[i] -= along * nx;
+                    field[n + i] -= along * ny;
+                }
+            }
+        }
+    }
+
+    /// Change of the radii that follows a change of the image: `image` is the new image (with the
+    /// old magnitudes given) or a change of it (without). `None` for fixed radii.
+    fn magnitude_change(&self, image: &[f64], old: Option<&[f64]>) -> Option<Vec<f64>> {
+        let law = law(self.problem)?;
+        let n = self.iterate.radius.len();
+        let normal = &self.iterate.normal;
+        let change: Vec<f64> = (0..n)
+            .map(|i| {
+                if self.iterate.state[i] == DiscState::Rim {
+                    let new = -(normal[i] * image[i] + normal[n + i] * image[n + i]);
+                    new - old.map_or(0.0, |old| old[i])
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let mut derivative = vec![0.0; n];
+        law.derivative(&self.iterate.magnitude, &change, &mut derivative);
+        Some(derivative)
+    }
+
+    /// Rows of the field: `image` inside; on the rim along the tangent `image + curvature field`,
+    /// along the normal `diagonal (normal_part - radius_change)` where radii depend on the image.
+    fn assemble_rows(
+        &self,
+        image: &[f64],
+        field: &[f64],
+        normal_part: Option<&[f64]>,
+        radius_change: Option<&[f64]>,
+        rows: &mut [f64],
+    ) {
+        let n = self.iterate.radius.len();
+        for i in 0..n {
+            let j = n + i;
+            match self.iterate.state[i] {
+                DiscState::Excluded => {
+                    rows[i] = 0.0;
+                    rows[j] = 0.0;
+                }
+                DiscState::Inside => {
+                    rows[i] = image[i];
+                    rows[j] = image[j];
+                }
+                DiscState::Rim => {
+                    let (nx, ny) = (self.iterate.normal[i], self.iterate.normal[j]);
+                    let (tx, ty) = (-ny, nx);
+                    let tangential = tx * image[i]
+                        + ty * image[j]
+                        + self.iterate.curvature[i] * (tx * field[i] + ty * field[j]);
+                    let along = radius_change.map_or(0.0, |change| {
+                        let own = normal_part.map_or(0.0, |x| nx * x[i] + ny * x[j]);
+                        self.problem.diagonal * (own - change[i])
+                    });
+                    rows[i] = tangential * tx + along * nx;
+                    rows[j] = tangential * ty + along * ny;
+                }
+            }
+        }
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let n = self.iterate.radius.len();
+        let mut field = x[..2 * n].to_vec();
+        self.reduce(&mut field, law(self.problem).is_some());
+        let mut image = vec![0.0; 2 * n];
+        self.problem.operator.apply(&field, &mut image);
+        for (c, resultant) in x[2 * n..].iter().zip(self.problem.resultants) {
+            for (f, e) in image.iter_mut().zip(&resultant.direction) {
+                *f -= c * e;
+            }
+        }
+        let change = self.magnitude_change(&image, None);
+        self.assemble_rows(&image, &field, Some(&field), change.as_deref(), y);
+        for (k, resultant) in self.problem.resultants.iter().enumerate() {
+            let yielded = resultant.softness * x[2 * n + k];
+            y[2 * n + k] = self.row_scale * (dot(&resultant.weight, &field) + yielded);
+        }
+    }
+
+    /// `S P M P S` on the free part, `1 / diagonal` along normals that may move.
+    fn precondition_field(&self, y: &[f64]) -> Vec<f64> {
+        let n = self.iterate.radius.len();
+        let mut inner = y[..2 * n].to_vec();
+        self.reduce(&mut inner, false);
+        self.damp(&mut inner);
+        let mut x = vec![0.0; 2 * n];
+        self.problem.preconditioner.apply(&inner, &mut x);
+        self.reduce(&mut x, false);
+        self.damp(&mut x);
+        if law(self.problem).is_some() {
+            for i in 0..n {
+                if self.iterate.state[i] == DiscState::Rim {
+                    let (nx, ny) = (self.iterate.normal[i], self.iterate.normal[n + i]);
+                    let along = (nx * y[i] + ny * y[n + i]) / self.problem.diagonal;
+                    x[i] += along * nx;
+                    x[n + i] += along * ny;
+                }
+            }
+        }
+        x
+    }
+
+    fn damp(&self, field: &mut [f64]) {
+        let (first, second) = field.split_at_mut(self.damping.len());
+        for ((x, y), s) in first.iter_mut().zip(second).zip(&self.damping) {
+            *x *= s;
+            *y *= s;
+        }
+    }
+
+    fn precondition(&self, y: &[f64], x: &mut [f64]) {
+        let n2 = 2 * self.iterate.radius.len();
+        let m = self.problem.resultants.len();
+        let field = self.precondition_field(y);
+        x[..n2].copy_from_slice(&field);
+        let missing: Vec<f64> = (0..m)
+            .map(|k| y[n2 + k] - self.row_scale * dot(&self.problem.resultants[k].weight, &field))
+            .collect();
+        for k in 0..m {
+            let c = dot(&self.schur[k * m..(k + 1) * m], &missing);
+            x[n2 + k] = c;
+            for (a, b) in x[..n2].iter_mut().zip(&self.columns[k]) {
+                *a += c * b;
+            }
+        }
+    }
+}
+
+/// Inverse of a small row-major matrix by Gauss-Jordan elimination with row exchanges; directions
+/// without a pivot are left out.
+fn invert_small(matrix: &[f64], m: usize) -> Vec<f64> {
+    let mut a = matrix.to_vec();
+    let mut inverse = vec![0.0; m * m];
+    for k in 0..m {
+        inverse[k * m + k] = 1.0;
+    }
+    let size = norm(matrix);
+    for k in 0..m {
+        let pivot = (k..m).max_by(|i, j| a[i * m + k].abs().total_cmp(&a[j * m + k].abs()));
+        let Some(p) = pivot.filter(|p| a[p * m + k].abs() > 1e-14 * size) else {
+            continue;
+        };
+        for c in 0..m {
+            a.swap(k * m + c, p * m + c);
+            inverse.swap(k * m + c, p * m + c);
+        }
+        let scale = 1.0 / a[k * m + k];
+        for c in 0..m {
+            a[k * m + c] *= scale;
+            inverse[k * m + c] *= scale;
+        }
+        for r in (0..m).filter(|r| *r != k) {
+            let factor = a[r * m + k];
+            for c in 0..m {
+                a[r * m + c] -= factor * a[k * m + c];
+                inverse[r * m + c] -= factor * inverse[k * m + c];
+            }
+        }
+    }
+    inverse
+}

@@ -1,0 +1,15 @@
+//! Variational inequalities on discs, `|q_i| <= g_i`.
+
+mod dense;
+mod linear;
+mod newton;
+mod problem;
+#[cfg(test)]
+mod tests;
+
+pub use dense::{DenseDiscProblem, solve_discs_dense};
+pub use newton::solve_discs;
+pub use problem::{
+    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
+    Resultant,
+};

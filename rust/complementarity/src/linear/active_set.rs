@@ -1,0 +1,221 @@
+use std::collections::HashSet;
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use mtb_operator::{Monitor, Progress, reset_workers};
+
+use super::dense::{Factor, lu_sign};
+use super::existence::reachable;
+use super::lemke::lemke;
+use super::problem::{Problem, Solution, Status};
+use crate::error::Error;
+
+/// What the active-set method starts from and when it gives up.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Pressures that are positive at the start (n); all of them where `None`.
+    pub start: Option<Vec<bool>>,
+}
+
+/// Relative size below which a negative pressure or slack counts as rounding.
+const ROUNDING: f64 = 1e-12;
+/// Residual above which a set was singular: its signs mean nothing.
+const SINGULAR: f64 = 1e-6;
+/// Sets the active-set method may visit; it needs about ten where a solution exists.
+const SETS: usize = 200;
+
+/// Solves a linear complementarity problem by active sets, and by Lemke's method where those cycle.
+///
+/// The active-set method solves with the pressures believed positive, then moves every pressure and
+/// every slack with the wrong sign to the other side, which is Newton's method on
+/// `min(p, w) = 0` [Hintermueller2002]. A set that returns means that it will not end; Lemke's method
+/// [Cottle2009, section 4.4] then decides whether a solution exists.
+///
+/// # Errors
+/// Wrong lengths, numbers that are not finite, an interruption by the monitor. That no solution exists is
+/// a [`Status`], not an error.
+///
+/// # Example
+/// ```
+/// use mtb_complementarity::linear::{Options, Problem, Status, solve};
+/// let problem = Problem {
+///     matrix: &[2.0, 1.0, 1.0, 2.0],
+///     offset: &[-2.0, 1.0],
+///     border: None,
+///     symmetric: true,
+/// };
+/// let solution = solve(&problem, &Options::default(), &mtb_operator::unmonitored)?;
+/// assert_eq!(solution.status, Status::Solved);
+/// assert!((solution.pressure[0] - 1.0).abs() < 1e-12 && solution.pressure[1] == 0.0);
+/// assert!(solution.slack[0] == 0.0 && (solution.slack[1] - 2.0).abs() < 1e-12);
+/// # Ok::<(), mtb_complementarity::Error>(())
+/// ```
+pub fn solve(
+    problem: &Problem<'_>,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Solution, Error> {
+    problem.check()?;
+    let n = problem.dim();
+    if let Some(border) = problem.border
+        && !reachable(border.balance, border.target)
+    {
+        return Ok(nothing(problem, Status::Unreachable));
+    }
+    let mut active = match &options.start {
+        Some(start) if start.len() != n => {
+            return Err(Error::Shape {
+                name: "start",
+                expected: n,
+                found: start.len(),
+            });
+        }
+        Some(start) if start.iter().filter(|&&a| a).count() > problem.motions() => start.clone(),
+        _ => vec![true; n],
+    };
+    let mut visited = HashSet::new();
+    for iteration in 1..=SETS {
+        let Some(mut point) = stationary(problem, &active) else {
+            break;
+        };
+        let changes = flip(&mut active, &point);
+        if changes == 0 {
+            clip(&mut point);
+            point.residual = problem.residual(&point.pressure, &point.slack, &point.motion);
+            point.iterations = iteration;
+            // no wrong sign is left, but the equations of a singular set may not hold
+            if point.residual <= SINGULAR {
+                return Ok(point);
+            }
+            break;
+        }
+        if monitor(Progress {
+            iteration,
+            residual: changes as f64 / n as f64,
+        })
+        .is_break()
+        {
+            return Err(Error::Interrupted);
+        }
+        if !visited.insert(active.clone()) || active.iter().all(|a| !a) && problem.motions() > 0 {
+            break;
+        }
+    }
+    lemke(problem, monitor)
+}
+
+fn nothing(problem: &Problem<'_>, status: Status) -> Solution {
+    Solution {
+        status,
+        pressure: vec![0.0; problem.dim()],
+        slack: problem.offset.to_vec(),
+        motion: vec![0.0; problem.motions()],
+        iterations: 0,
+        residual: f64::INFINITY,
+        by_lemke: false,
+        determinant_sign: 1.0,
+    }
+}
+
+/// Pressures that close every gap of the active set and meet the balance; `None` where they do not exist.
+pub(super) fn stationary(problem: &Problem<'_>, active: &[bool]) -> Option<Solution> {
+    let n = problem.dim();
+    let m = problem.motions();
+    let set: Vec<usize> = (0..n).filter(|&i| active[i]).collect();
+    let k = set.len();
+    if k < m {
+        return None;
+    }
+    let factor = Factor::of(problem.matrix, n, &set, problem.symmetric);
+    let rhs = Mat::from_fn(k, 1 + m, |i, j| match (j, problem.border) {
+        (0, _) | (_, None) => -problem.offset[set[i]],
+        (j, Some(border)) => border.motion[(j - 1) * n + set[i]],
+    });
+    let solved = factor.solve(rhs.as_ref());
+    reset_workers();
+    let mut motion = vec![0.0; m];
+    let mut sign = factor.determinant_sign();
+    if let Some(border) = problem.border {
+        // K^T A^-1 N c = f + K^T A^-1 b, scaled to rows and columns of like size
+        let weigh = |row: usize, column: usize| -> f64 {
+            (0..k)
+                .map(|i| border.balance[row * n + set[i]] * solved[(i, column)])
+                .sum()
+        };
+        let mut small = Mat::from_fn(m, m, |i, j| weigh(i, j + 1));
+        let columns: Vec<f64> = (0..m)
+            .map(|j| small.col(j).norm_max().max(f64::MIN_POSITIVE))
+            .collect();
+        for j in 0..m {
+            for i in 0..m {
+                small[(i, j)] /= columns[j];
+            }
+        }
+        let rows: Vec<f64> = (0..m)
+            .map(|i| small.row(i).norm_max().max(f64::MIN_POSITIVE))
+            .collect();
+        for j in 0..m {
+            for i in 0..m {
+                small[(i, j)] /= rows[i];
+            }
+        }
+        let target = Mat::from_fn(m, 1, |i, _| (border.target[i] - weigh(i, 0)) / rows[i]);
+        let lu = small.partial_piv_lu();
+        let c = lu.solve(&target);
+        sign *= lu_sign(&lu);
+        for j in 0..m {
+            motion[j] = c[(j, 0)] / columns[j];
+        }
+    }
+    let mut pressure = vec![0.0; n];
+    for (i, &point) in set.iter().enumerate() {
+        pressure[point] =
+            solved[(i, 0)] + (0..m).map(|j| solved[(i, j + 1)] * motion[j]).sum::<f64>();
+    }
+    if pressure.iter().chain(&motion).any(|v| !v.is_finite()) {
+        return None;
+    }
+    let mut slack = problem.slack(&pressure, &motion);
+    for &point in &set {
+        slack[point] = 0.0;
+    }
+    Some(Solution {
+        status: Status::Solved,
+        pressure,
+        slack,
+        motion,
+        iterations: 0,
+        residual: f64::INFINITY,
+        by_lemke: false,
+        determinant_sign: sign,
+    })
+}
+
+/// Moves what has the wrong sign to the other side; returns how much that was.
+fn flip(active: &mut [bool], point: &Solution) -> usize {
+    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let (p_eps, w_eps) = (
+        ROUNDING * largest(&point.pressure),
+        ROUNDING * largest(&point.slack),
+    );
+    let mut changes = 0;
+    for (i, active) in active.iter_mut().enumerate() {
+        let wrong = if *active {
+            point.pressure[i] < -p_eps
+        } else {
+            point.slack[i] < -w_eps
+        };
+        if wrong {
+            *active = !*active;
+            changes += 1;
+        }
+    }
+    changes
+}
+
+/// Sets what is negative by rounding to zero.
+fn clip(point: &mut Solution) {
+    for value in point.pressure.iter_mut().chain(&mut point.slack) {
+        *value = value.max(0.0);
+    }
+}

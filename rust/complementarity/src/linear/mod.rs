@@ -1,0 +1,14 @@
+//! Dense linear complementarity problems with free rigid motions.
+
+mod active_set;
+mod dense;
+mod existence;
+mod gauss_seidel;
+mod lemke;
+mod problem;
+
+pub use active_set::{Options, solve};
+pub use existence::{definiteness_limit, reachable};
+pub use gauss_seidel::gauss_seidel;
+pub use lemke::lemke;
+pub use problem::{Border, Problem, Solution, Status};

@@ -1,0 +1,137 @@
+use crate::error::{Error, check};
+
+/// Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `K^T p = f`.
+///
+/// In a contact, `p` are pressures, `w` gaps, `c` free rigid motions (approach, tilts) that close the
+/// gap by `N c`, and `K^T p = f` the balance of forces and moments on them.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// `A`, n x n, row-major; need not be symmetric.
+    pub matrix: &'a [f64],
+    /// `b`, n.
+    pub offset: &'a [f64],
+    /// The free motions; `None` where all motion is prescribed and part of `b`.
+    pub border: Option<Border<'a>>,
+    /// Whether `A` is symmetric (its factorisation then costs half).
+    pub symmetric: bool,
+}
+
+/// Free rigid motions and the balance that determines them.
+#[derive(Clone, Copy, Debug)]
+pub struct Border<'a> {
+    /// `N`, m columns of length n, column-major: how far a unit of each motion closes each gap.
+    pub motion: &'a [f64],
+    /// `K`, m columns of length n, column-major: what a unit pressure adds to each balance.
+    pub balance: &'a [f64],
+    /// `f`, m.
+    pub target: &'a [f64],
+}
+
+/// How the search for a solution ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// All conditions hold to rounding.
+    Solved,
+    /// Lemke's method ended on a ray: no solution exists (certain for copositive-plus matrices, and
+    /// never seen to be wrong for the matrices of sliding contact).
+    NoSolution,
+    /// The target of the balance cannot be reached by any `p >= 0`.
+    Unreachable,
+    /// Neither the active-set method nor Lemke's came to an end.
+    IterationLimit,
+}
+
+/// The point where the search ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// How it ended; only [`Status::Solved`] is a solution.
+    pub status: Status,
+    /// `p`, n.
+    pub pressure: Vec<f64>,
+    /// `w`, n; exactly zero where `p > 0`.
+    pub slack: Vec<f64>,
+    /// `c`, m.
+    pub motion: Vec<f64>,
+    /// Changes of the active set, or pivots of Lemke's method, or sweeps.
+    pub iterations: usize,
+    /// Largest violation of the conditions, relative to the largest pressure and slack.
+    pub residual: f64,
+    /// Whether Lemke's method had to take over from the active-set method.
+    pub by_lemke: bool,
+    /// Sign of the determinant of the active block (of the bordered matrix where motions are free):
+    /// negative on an unstable branch of a sliding contact.
+    pub determinant_sign: f64,
+}
+
+impl Problem<'_> {
+    /// Number of pressures.
+    pub fn dim(&self) -> usize {
+        self.offset.len()
+    }
+
+    /// Number of free motions.
+    pub fn motions(&self) -> usize {
+        self.border.map_or(0, |b| b.target.len())
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let n = self.dim();
+        check("offset", self.offset, n)?;
+        check("matrix", self.matrix, n * n)?;
+        if let Some(border) = self.border {
+            let m = border.target.len();
+            check("target", border.target, m)?;
+            check("motion", border.motion, n * m)?;
+            check("balance", border.balance, n * m)?;
+        }
+        Ok(())
+    }
+
+    /// `w = A p + b - N c`.
+    pub fn slack(&self, pressure: &[f64], motion: &[f64]) -> Vec<f64> {
+        let n = self.dim();
+        let active: Vec<usize> = (0..n).filter(|&j| pressure[j] != 0.0).collect();
+        let mut w = self.offset.to_vec();
+        for (row, w) in self.matrix.chunks_exact(n.max(1)).zip(&mut w) {
+            *w += active.iter().map(|&j| row[j] * pressure[j]).sum::<f64>();
+        }
+        if let Some(border) = self.border {
+            for (column, c) in border.motion.chunks_exact(n.max(1)).zip(motion) {
+                for (w, motion) in w.iter_mut().zip(column) {
+                    *w -= motion * c;
+                }
+            }
+        }
+        w
+    }
+
+    /// Largest violation of `w >= 0`, `p >= 0`, `w . p = 0` and of the balance, relative to the data.
+    pub fn residual(&self, pressure: &[f64], slack: &[f64], motion: &[f64]) -> f64 {
+        let n = self.dim();
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let p_scale = largest(pressure);
+        let mut w_scale = largest(self.offset).max(largest(slack));
+        if let Some(border) = self.border {
+            for (column, c) in border.motion.chunks_exact(n.max(1)).zip(motion) {
+                w_scale = w_scale.max(largest(column) * c.abs());
+            }
+        }
+        let relative = |x: f64, scale: f64| if scale > 0.0 { x / scale } else { x };
+        let mut worst = 0.0_f64;
+        for (p, w) in pressure.iter().zip(slack) {
+            worst = worst.max(relative(*p, p_scale).min(relative(*w, w_scale)).abs());
+        }
+        if let Some(border) = self.border {
+            for (column, f) in border.balance.chunks_exact(n.max(1)).zip(border.target) {
+                let sum: f64 = column.iter().zip(pressure).map(|(k, p)| k * p).sum();
+                let scale: f64 = column
+                    .iter()
+                    .zip(pressure)
+                    .map(|(k, p)| (k * p).abs())
+                    .sum();
+                worst = worst.max(relative((sum - f).abs(), scale.max(f.abs())));
+            }
+        }
+        worst
+    }
+}

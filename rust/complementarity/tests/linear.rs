@@ -1,0 +1,179 @@
+//! Complementarity conditions, checked independently of the solvers.
+
+use mtb_complementarity::linear::{
+    Border, Options, Problem, Status, definiteness_limit, gauss_seidel, lemke, reachable, solve,
+};
+use mtb_operator::unmonitored;
+use proptest::prelude::*;
+
+/// A symmetric positive definite matrix plus `skew` times a skew one, from entries in [-1, 1].
+fn matrix(n: usize, entries: &[f64], skew: f64) -> Vec<f64> {
+    let mut a = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..n {
+            for k in 0..n {
+                a[i * n + j] += entries[i * n + k] * entries[j * n + k];
+            }
+            a[i * n + j] += skew * (entries[i * n + j] - entries[j * n + i]);
+        }
+        a[i * n + i] += 0.1;
+    }
+    a
+}
+
+fn assert_solves(problem: &Problem<'_>, p: &[f64], c: &[f64]) {
+    let w = problem.slack(p, c);
+    let scale = problem
+        .offset
+        .iter()
+        .fold(1e-300_f64, |s, b| s.max(b.abs()));
+    for i in 0..p.len() {
+        assert!(p[i] >= 0.0, "pressure {i} is {}", p[i]);
+        assert!(w[i] > -1e-8 * scale, "slack {i} is {}", w[i]);
+        assert!(
+            p[i] == 0.0 || w[i].abs() < 1e-8 * scale,
+            "both at {i}: {} {}",
+            p[i],
+            w[i]
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn active_sets_and_lemke_agree_on_p_matrices(
+        n in 1_usize..12,
+        entries in prop::collection::vec(-1.0..1.0_f64, 144),
+        offset in prop::collection::vec(-1.0..1.0_f64, 12),
+        skew in 0.0..2.0_f64,
+        exponent in -12..6_i32,
+    ) {
+        let scale = 10.0_f64.powi(exponent);
+        let a: Vec<f64> = matrix(n, &entries, skew).iter().map(|v| v * scale).collect();
+        let problem =
+            Problem { matrix: &a, offset: &offset[..n], border: None, symmetric: skew == 0.0 };
+        let by_sets = solve(&problem, &Options::default(), &unmonitored).unwrap();
+        let by_pivots = lemke(&problem, &unmonitored).unwrap();
+        prop_assert_eq!(by_sets.status, Status::Solved);
+        prop_assert_eq!(by_pivots.status, Status::Solved);
+        assert_solves(&problem, &by_sets.pressure, &[]);
+        let size = by_sets.pressure.iter().fold(1e-300_f64, |s, p| s.max(*p));
+        for i in 0..n {
+            prop_assert!((by_sets.pressure[i] - by_pivots.pressure[i]).abs() < 1e-7 * size);
+        }
+    }
+
+    #[test]
+    fn force_and_tilt_are_met_whenever_the_resultant_lies_inside(
+        entries in prop::collection::vec(-1.0..1.0_f64, 64),
+        gap in prop::collection::vec(0.0..1.0_f64, 8),
+        at in -0.9..0.9_f64,
+    ) {
+        let n = 8;
+        let a = matrix(n, &entries, 0.3);
+        let x: Vec<f64> = (0..n).map(|i| -1.0 + 2.0 * i as f64 / (n - 1) as f64).collect();
+        let mut columns = vec![1.0; n];
+        columns.extend(&x);
+        let border =
+            Border { motion: &columns, balance: &columns, target: &[10.0, 10.0 * at] };
+        let problem = Problem { matrix: &a, offset: &gap, border: Some(border), symmetric: false };
+        let s = solve(&problem, &Options::default(), &unmonitored).unwrap();
+        prop_assert_eq!(s.status, Status::Solved);
+        assert_solves(&problem, &s.pressure, &s.motion);
+        let force: f64 = s.pressure.iter().sum();
+        let moment: f64 = s.pressure.iter().zip(&x).map(|(p, x)| p * x).sum();
+        prop_assert!((force - 10.0).abs() < 1e-9);
+        prop_assert!((moment - 10.0 * at).abs() < 1e-9);
+        let outside = Border { target: &[10.0, 10.01], ..border };
+        let outside = Problem { border: Some(outside), ..problem };
+        let s = solve(&outside, &Options::default(), &unmonitored).unwrap();
+        prop_assert_eq!(s.status, Status::Unreachable);
+    }
+}
+
+#[test]
+fn a_problem_without_solution_is_named() {
+    // w = -p - 1 can not be made non-negative
+    let problem = Problem {
+        matrix: &[-1.0],
+        offset: &[-1.0],
+        border: None,
+        symmetric: false,
+    };
+    let s = solve(&problem, &Options::default(), &unmonitored).unwrap();
+    assert_eq!(s.status, Status::NoSolution);
+}
+
+#[test]
+fn gauss_seidel_agrees_on_a_symmetric_problem() {
+    let problem = Problem {
+        matrix: &[2.0, 1.0, 1.0, 2.0],
+        offset: &[-2.0, 1.0],
+        border: None,
+        symmetric: true,
+    };
+    let s = gauss_seidel(&problem, 1.0, 1e-12, 1000, &unmonitored).unwrap();
+    assert_eq!(s.status, Status::Solved);
+    assert!((s.pressure[0] - 1.0).abs() < 1e-11 && s.pressure[1] == 0.0);
+}
+
+#[test]
+fn definiteness_limit_of_a_known_pair() {
+    // A = I, sym(A_t) = diag(-2, 1): definite for mu < 1/2
+    let limit = definiteness_limit(
+        &[1.0, 0.0, 0.0, 1.0],
+        &[-2.0, 0.0, 0.0, 1.0],
+        &[1.0, 1.0],
+        None,
+    )
+    .unwrap();
+    assert!((limit - 0.5).abs() < 1e-12, "{limit}");
+    let none = definiteness_limit(
+        &[1.0, 0.0, 0.0, 1.0],
+        &[0.0, 1.0, -1.0, 0.0],
+        &[1.0, 1.0],
+        None,
+    )
+    .unwrap();
+    assert!(none > 1e12);
+    let held = definiteness_limit(
+        &[1.0, 0.0, 0.0, 1.0],
+        &[-2.0, 0.0, 0.0, 1.0],
+        &[1.0, 1.0],
+        Some(&[1.0, 0.0]),
+    )
+    .unwrap();
+    assert!(held > 1e12, "the only dangerous direction is held: {held}");
+}
+
+#[test]
+fn a_resultant_is_reachable_inside_the_hull_only() {
+    let balance = [1.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    assert!(reachable(&balance, &[3.0, 1.0, 1.0]));
+    assert!(reachable(&balance, &[3.0, 3.0, 0.0]));
+    assert!(!reachable(&balance, &[3.0, 3.01, 0.0]));
+    assert!(!reachable(&balance, &[-1.0, 0.0, 0.0]));
+}
+
+#[test]
+fn bad_data_is_named() {
+    let problem = Problem {
+        matrix: &[1.0, f64::NAN],
+        offset: &[1.0],
+        border: None,
+        symmetric: true,
+    };
+    let error = solve(&problem, &Options::default(), &unmonitored).unwrap_err();
+    assert_eq!(error.to_string(), "matrix has 2 entries, expected 1");
+    let problem = Problem {
+        matrix: &[f64::NAN],
+        offset: &[1.0],
+        border: None,
+        symmetric: true,
+    };
+    let error = solve(&problem, &Options::default(), &unmonitored).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "matrix[0] is NaN, a finite number is needed"
+    );
+}

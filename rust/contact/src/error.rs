@@ -1,0 +1,142 @@
+use mtb_complementarity::Error as Complementarity;
+use thiserror::Error;
+
+/// Why a contact problem could not be taken or its solution was broken off.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An array has the wrong length.
+    #[error("{name} has {found} entries, expected {expected}")]
+    Shape {
+        /// Name of the array.
+        name: &'static str,
+        /// Length that the other arrays ask for.
+        expected: usize,
+        /// Length found.
+        found: usize,
+    },
+    /// An entry is not a finite number.
+    #[error("{name}[{index}] is {value}, a finite number is needed")]
+    NotFinite {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// An entry is negative where it may not be.
+    #[error("{name}[{index}] is {value}, it must not be negative")]
+    Negative {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// An entry is not positive where it must be.
+    #[error("{name}[{index}] is {value}, it must be positive")]
+    NotPositive {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A number is not of the kind needed.
+    #[error("{name} is {value}, {wanted}")]
+    Number {
+        /// Name of the number.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted.
+        wanted: &'static str,
+    },
+    /// No point carries pressure.
+    #[error("the pressure is zero everywhere: there is no contact to roll or to slide")]
+    NoContact,
+    /// A prescribed tangential force exceeds what friction can carry.
+    #[error(
+        "a tangential force of {force:e} N is prescribed, friction carries less than {largest:e} N"
+    )]
+    ForceTooLarge {
+        /// Prescribed force [N].
+        force: f64,
+        /// Largest force [N].
+        largest: f64,
+    },
+    /// A quantity is asked for at a speed that its table does not cover.
+    #[error("velocity is {speed} m/s: the table of {name} covers {first} to {last} m/s")]
+    OutsideTable {
+        /// Name of the quantity.
+        name: &'static str,
+        /// Speed asked for [m/s].
+        speed: f64,
+        /// First speed of the table [m/s].
+        first: f64,
+        /// Last speed of the table [m/s].
+        last: f64,
+    },
+    /// Friction at rest has no direction.
+    #[error(
+        "velocity is 0: at rest friction has no direction; prepare with a standstill speed [m/s] below which it falls to zero"
+    )]
+    Standstill,
+    /// The sliding direction is normal to the surface.
+    #[error("velocity is normal to the surface at point {index}")]
+    Normal {
+        /// The point.
+        index: usize,
+    },
+    /// A uniform magnetic pressure is given where none acts.
+    #[error("magnetic_pressure is given, but the scene was prepared without one")]
+    NotMagnetic,
+    /// Bytes that hold no prepared contact.
+    #[error("not a prepared contact: {0}")]
+    Stored(&'static str),
+    /// The complementarity solver refused the problem.
+    #[error(transparent)]
+    Complementarity(#[from] Complementarity),
+}
+
+pub(crate) fn check_positive(name: &'static str, value: f64) -> Result<(), Error> {
+    check_number(name, value, value > 0.0, "a positive number is needed")
+}
+
+pub(crate) fn check_number(
+    name: &'static str,
+    value: f64,
+    is_accepted: bool,
+    wanted: &'static str,
+) -> Result<(), Error> {
+    if value.is_finite() && is_accepted {
+        Ok(())
+    } else {
+        Err(Error::Number {
+            name,
+            value,
+            wanted,
+        })
+    }
+}
+
+pub(crate) fn check(name: &'static str, values: &[f64], expected: usize) -> Result<(), Error> {
+    if values.len() != expected {
+        return Err(Error::Shape {
+            name,
+            expected,
+            found: values.len(),
+        });
+    }
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(Error::NotFinite {
+            name,
+            index,
+            value: values[index],
+        }),
+        None => Ok(()),
+    }
+}

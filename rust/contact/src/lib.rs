@@ -1,0 +1,30 @@
+//! Frictional contact problems: stated, solved, reported.
+//!
+//! **What.** [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of
+//! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
+//! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
+//! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
+//! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step.
+//!
+//! **Not here.** No body, no mesh, no file: bodies enter as compliances on contact points.
+//!
+//! **Conventions.** SI units. The gap is positive where open, pressure where it pushes apart;
+//! tractions act on the lower body, the upper one feels their opposite; the sliding direction is the motion
+//! of the upper body over the lower one, so friction on the lower body is `q = mu p d`.
+//!
+//! **References.** [Johnson1985], [Kalker1990], [Klarbring1990].
+
+mod error;
+pub mod fastsim;
+pub mod friction;
+pub mod incremental;
+pub mod kalker;
+pub mod normal;
+pub mod polach;
+pub mod prepared;
+pub mod sliding;
+pub mod staggered;
+pub mod stepping;
+pub mod tangential;
+
+pub use error::Error;

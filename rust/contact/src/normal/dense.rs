@@ -1,0 +1,121 @@
+//! Few cells: the dense matrix and the active-set method.
+
+use mtb_complementarity::bounded::Status;
+use mtb_complementarity::linear;
+use mtb_operator::Monitor;
+
+use super::level::{Level, Region, half_sides};
+use super::nested::{error_of, unpack_motion};
+use super::{Load, Method, NormalContact, NormalSolution, Surface};
+use crate::Error;
+
+/// Solves to rounding; the grid of half as many cells per side serves the error estimate.
+pub(super) fn solve(
+    contact: &NormalContact<'_>,
+    monitor: Monitor<'_>,
+) -> Result<NormalSolution, Error> {
+    let fine = &Level::pyramid(contact)[0];
+    let solution = on_level(contact, fine, monitor)?;
+    let mut discretisation_error = None;
+    if let Some(coarse) = fine.coarsened() {
+        let start = on_level(contact, &coarse, monitor)?;
+        let difference = fine.difference(&solution.pressure, &coarse, &start.pressure);
+        discretisation_error = error_of(difference, None);
+    }
+    let half = half_sides(&contact.grid);
+    let (approach, tilts) = unpack_motion(contact, &solution.motion, half);
+    let status = match solution.status {
+        linear::Status::Solved => Status::Solved,
+        linear::Status::Unreachable | linear::Status::NoSolution => Status::Unreachable,
+        linear::Status::IterationLimit => Status::IterationLimit,
+    };
+    Ok(NormalSolution {
+        status,
+        method: Method::Dense,
+        pressure: solution.pressure,
+        gap: solution.slack,
+        approach,
+        tilts,
+        iterations: solution.iterations,
+        products: 0.0,
+        preconditionings: 0.0,
+        residual: solution.residual,
+        tolerance: f64::EPSILON,
+        history: vec![solution.residual],
+        discretisation_error,
+    })
+}
+
+fn on_level(
+    contact: &NormalContact<'_>,
+    level: &Level,
+    monitor: Monitor<'_>,
+) -> Result<linear::Solution, Error> {
+    let region = Region::whole(&level.grid);
+    let n = region.points();
+    let offset = level.offset(&region, contact.load);
+    let modes = level.modes(&region, contact);
+    let shapes: Vec<f64> = modes.iter().flat_map(|m| m.shape.iter().copied()).collect();
+    let target: Vec<f64> = modes.iter().map(|m| m.target).collect();
+    let mut matrix = matrix(contact.surface, level);
+    // Over a period displacements are known up to their mean, so that with every cell in contact the matrix
+    // is singular. A uniform displacement under every pressure heals that, and goes back into the approach.
+    let is_loose =
+        matches!(contact.surface, Surface::Periodic(_)) && matches!(contact.load, Load::Force(_));
+    let lift = if is_loose { matrix[0] } else { 0.0 };
+    for entry in &mut matrix {
+        *entry += lift;
+    }
+    let border = linear::Border {
+        motion: &shapes,
+        balance: &shapes,
+        target: &target,
+    };
+    let problem = linear::Problem {
+        matrix: &matrix,
+        offset: &offset,
+        border: (!modes.is_empty()).then_some(border),
+        symmetric: true,
+    };
+    debug_assert_eq!(offset.len(), n);
+    let mut solution = linear::solve(&problem, &linear::Options::default(), monitor)?;
+    if let Some(approach) = solution.motion.first_mut() {
+        *approach -= lift * solution.pressure.iter().sum::<f64>();
+    }
+    Ok(solution)
+}
+
+/// The influence matrix, every offset evaluated once.
+fn matrix(surface: Surface<'_>, level: &Level) -> Vec<f64> {
+    let (nx, n) = (level.grid.nx, level.grid.points());
+    let table: Vec<f64> = match surface {
+        Surface::FreeSpace(influence) => (0..n)
+            .map(|k| {
+                let offset = [
+                    (k % nx) as f64 * level.grid.dx,
+                    (k / nx) as f64 * level.grid.dy,
+                ];
+                influence(offset, [level.grid.dx, level.grid.dy])
+            })
+            .collect(),
+        Surface::Periodic(_) => {
+            // the response to a load on the first cell, known at all offsets around the period
+            let product =
+                super::product::Product::influence(surface, &level.grid, [nx, level.grid.ny]);
+            let mut unit = vec![0.0; n];
+            unit[0] = 1.0;
+            let mut column = vec![0.0; n];
+            product.apply(&unit, &mut column);
+            column
+        }
+    };
+    let mut matrix = Vec::with_capacity(n * n);
+    for row in 0..n {
+        for column in 0..n {
+            let i = (row % nx).abs_diff(column % nx);
+            let j = (row / nx).abs_diff(column / nx);
+            matrix.push(table[j * nx + i]);
+        }
+    }
+    matrix
+}

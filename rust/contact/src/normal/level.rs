@@ -1,0 +1,380 @@
+//! Grids of a nested solve: coarsening, passing pressures on, rectangles of cells.
+
+use mtb_complementarity::bounded::Mode;
+use mtb_operator::Grid;
+
+use super::{Load, NormalContact, Surface};
+
+/// Cells per side from which a coarser grid helps.
+const COARSEN_FROM: usize = 32;
+
+/// The problem on one grid.
+pub(super) struct Level {
+    pub(super) grid: Grid,
+    pub(super) gap: Vec<f64>,
+    /// First cell centre, from the centre of the finest grid [m].
+    origin: [f64; 2],
+    is_periodic: bool,
+}
+
+impl Level {
+    /// The finest grid first, then each with half the cells per side.
+    pub(super) fn pyramid(contact: &NormalContact<'_>) -> Vec<Self> {
+        let grid = contact.grid;
+        let is_periodic = matches!(contact.surface, Surface::Periodic(_));
+        let mut levels = vec![Self {
+            grid,
+            gap: contact.gap.to_vec(),
+            origin: [
+                -0.5 * (grid.nx - 1) as f64 * grid.dx,
+                -0.5 * (grid.ny - 1) as f64 * grid.dy,
+            ],
+            is_periodic,
+        }];
+        while let Some(coarser) = levels.last().and_then(Self::coarsened) {
+            levels.push(coarser);
+        }
+        levels
+    }
+
+    /// The grid with cells twice as large; `None` where it would be too coarse to help.
+    pub(super) fn coarsened(&self) -> Option<Self> {
+        let Grid { nx, ny, dx, dy } = self.grid;
+        let is_even = nx.is_multiple_of(2) && ny.is_multiple_of(2);
+        if nx.min(ny) < COARSEN_FROM || (self.is_periodic && !is_even) {
+            return None;
+        }
+        let grid = Grid {
+            nx: nx.div_ceil(2),
+            ny: ny.div_ceil(2),
+            dx: 2.0 * dx,
+            dy: 2.0 * dy,
+        };
+        // half of a last cell may hang out: the gap is continued linearly there
+        let at = |i: usize, j: usize| self.gap[j * nx + i];
+        let row = |i: usize, j: usize| {
+            if i < nx {
+                at(i, j)
+            } else {
+                2.0 * at(nx - 1, j) - at(nx - 2, j)
+            }
+        };
+        let value = |i: usize, j: usize| {
+            if j < ny {
+                row(i, j)
+            } else {
+                2.0 * row(i, ny - 1) - row(i, ny - 2)
+            }
+        };
+        let mut gap = Vec::with_capacity(grid.points());
+        for j in 0..grid.ny {
+            for i in 0..grid.nx {
+                let (i, j) = (2 * i, 2 * j);
+                let sum = value(i, j) + value(i + 1, j) + value(i, j + 1) + value(i + 1, j + 1);
+                gap.push(0.25 * sum);
+            }
+        }
+        let origin = [self.origin[0] + 0.5 * dx, self.origin[1] + 0.5 * dy];
+        Some(Self {
+            grid,
+            gap,
+            origin,
+            is_periodic: self.is_periodic,
+        })
+    }
+
+    /// Offset of the complementarity problem on a rectangle: the gap, less the prescribed approach.
+    pub(super) fn offset(&self, region: &Region, load: Load) -> Vec<f64> {
+        let mut offset = region.cut(&self.gap, self.grid.nx);
+        if let Load::Approach(approach) = load {
+            for g in &mut offset {
+                *g -= approach;
+            }
+        }
+        offset
+    }
+
+    /// Free motions on a rectangle: the approach under a force, then the free tilts.
+    ///
+    /// Tilts are scaled to one at half the sides of the grid; see [`Level::half_sides`].
+    pub(super) fn modes(&self, region: &Region, contact: &NormalContact<'_>) -> Vec<Mode> {
+        let area = self.grid.cell_area();
+        let mut modes = Vec::new();
+        if let Load::Force(force) = contact.load {
+            modes.push(Mode {
+                shape: vec![1.0; region.points()],
+                target: force / area,
+            });
+        }
+        let half = half_sides(&contact.grid);
+        let spacing = [self.grid.dx, self.grid.dy];
+        for axis in 0..2 {
+            if let Some(moment) = contact.moments[axis] {
+                let coordinate = |k: usize| {
+                    let cell = [region.x + k % region.nx, region.y + k / region.nx][axis];
+                    (self.origin[axis] + cell as f64 * spacing[axis]) / half[axis]
+                };
+                let shape = (0..region.points()).map(coordinate).collect();
+                modes.push(Mode {
+                    shape,
+                    target: moment / (area * half[axis]),
+                });
+            }
+        }
+        modes
+    }
+
+    /// Pressure of the coarser grid `coarse` as a start on this one.
+    ///
+    /// Where a smooth contact ends, the square of the pressure falls linearly to zero. So the square is what is
+    /// interpolated, continued linearly over the border to find where it changes sign.
+    pub(super) fn start_from(&self, coarse: &Self, pressure: &[f64]) -> Vec<f64> {
+        let Grid { nx, ny, .. } = coarse.grid;
+        let (width, height) = (nx as isize, ny as isize);
+        let index = |i: isize, j: isize| -> Option<usize> {
+            if self.is_periodic {
+                return Some((j.rem_euclid(height) * width + i.rem_euclid(width)) as usize);
+            }
+            let is_inside = (0..width).contains(&i) && (0..height).contains(&j);
+            is_inside.then_some((j * width + i) as usize)
+        };
+        let largest = pressure.iter().fold(0.0_f64, |m, p| m.max(*p)).powi(2);
+        let mut square = vec![0.0; nx * ny];
+        for j in 0..height {
+            for i in 0..width {
+                let here = (j * width + i) as usize;
+                square[here] = pressure[here].powi(2);
+                if pressure[here] > 0.0 {
+                    continue;
+                }
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for (di, dj) in [
+                    (1, 0),
+                    (-1, 0),
+                    (0, 1),
+                    (0, -1),
+                    (1, 1),
+                    (1, -1),
+                    (-1, 1),
+                    (-1, -1),
+                ] {
+                    let (near, far) = (index(i + di, j + dj), index(i + 2 * di, j + 2 * dj));
+                    let (Some(near), Some(far)) = (near, far) else {
+                        continue;
+                    };
+                    let (near, far) = (pressure[near], pressure[far]);
+                    if near > 0.0 && far > 0.0 {
+                        let weight = if di * dj == 0 { 1.0 } else { 0.5 };
+                        sum += weight * (2.0 * near * near - far * far);
+                        weights += weight;
+                    }
+                }
+                square[here] = if weights > 0.0 {
+                    (sum / weights).min(0.0)
+                } else {
+                    -0.01 * largest
+                };
+            }
+        }
+        self.refined(&square, [nx, ny])
+    }
+
+    /// Positive square roots of the linear interpolant of a coarser field of `shape` [nx, ny] at the cells
+    /// of this grid.
+    fn refined(&self, coarse: &[f64], shape: [usize; 2]) -> Vec<f64> {
+        let [nx, ny] = shape;
+        let fine = self.grid.nx;
+        let columns: Vec<_> = (0..fine)
+            .map(|i| neighbours(i, nx, self.is_periodic))
+            .collect();
+        let mut wide = Vec::with_capacity(fine * ny);
+        for row in coarse.chunks_exact(nx) {
+            wide.extend(
+                columns
+                    .iter()
+                    .map(|near| near.iter().map(|(k, w)| w * row[*k]).sum::<f64>()),
+            );
+        }
+        let mut refined = Vec::with_capacity(self.grid.points());
+        for j in 0..self.grid.ny {
+            let [a, b] = neighbours(j, ny, self.is_periodic).map(|(k, weight)| {
+                let row = &wide[k * fine..(k + 1) * fine];
+                (row, weight)
+            });
+            for i in 0..fine {
+                let value = a.1 * a.0[i] + b.1 * b.0[i];
+                refined.push(value.max(0.0).sqrt());
+            }
+        }
+        refined
+    }
+
+    /// Relative difference (L2) of a pressure on this grid and one on the coarser grid, over the contact
+    /// without a rim as wide as a twentieth of it (one cell where that leaves nothing); `None` where no cell
+    /// has all its neighbours in contact.
+    pub(super) fn difference(&self, pressure: &[f64], coarse: &Self, other: &[f64]) -> Option<f64> {
+        let (nx, ny) = (coarse.grid.nx, coarse.grid.ny);
+        let rim = Region::bounds(other, nx).map_or(1, |b| 1 + b.nx.min(b.ny) / 20);
+        let mut inside = away_from_border(other, [nx, ny], rim);
+        if !inside.contains(&true) {
+            inside = away_from_border(other, [nx, ny], 1);
+        }
+        let (mut wrong, mut size) = (0.0, 0.0);
+        for (k, is_inside) in inside.iter().enumerate() {
+            let (fine_i, fine_j) = (2 * (k % nx), 2 * (k / nx));
+            if !is_inside || fine_i + 1 >= self.grid.nx || fine_j + 1 >= self.grid.ny {
+                continue;
+            }
+            let from = fine_j * self.grid.nx + fine_i;
+            let up = from + self.grid.nx;
+            let mean =
+                0.25 * (pressure[from] + pressure[from + 1] + pressure[up] + pressure[up + 1]);
+            wrong += (mean - other[k]).powi(2);
+            size += mean * mean;
+        }
+        (size > 0.0).then(|| (wrong / size).sqrt())
+    }
+}
+
+/// Points with nothing but pressure within `rim` cells along x, along y and across.
+fn away_from_border(pressure: &[f64], shape: [usize; 2], rim: usize) -> Vec<bool> {
+    let [nx, ny] = shape;
+    let mut inside: Vec<bool> = pressure.iter().map(|p| *p > 0.0).collect();
+    // first along the rows, then along the columns: the length of the loaded run on either side
+    for (count, length, stride, step) in [(ny, nx, nx, 1), (nx, ny, 1, nx)] {
+        for line in 0..count {
+            let at = |k: usize| line * stride + k * step;
+            let mut allowed = vec![0; length];
+            let mut run = 0;
+            for (k, allowed) in allowed.iter_mut().enumerate() {
+                run = if inside[at(k)] { run + 1 } else { 0 };
+                *allowed = run;
+            }
+            run = 0;
+            for k in (0..length).rev() {
+                run = if inside[at(k)] { run + 1 } else { 0 };
+                inside[at(k)] = allowed[k].min(run) > rim;
+            }
+        }
+    }
+    inside
+}
+
+/// Half of the sides of a grid [m].
+pub(super) fn half_sides(grid: &Grid) -> [f64; 2] {
+    [
+        0.5 * grid.nx as f64 * grid.dx,
+        0.5 * grid.ny as f64 * grid.dy,
+    ]
+}
+
+/// Coarse cells out of `n` and their weights in the linear interpolant at the fine cell `k`, wrapped around or
+/// continued over the ends.
+fn neighbours(k: usize, n: usize, is_periodic: bool) -> [(usize, f64); 2] {
+    let near = k / 2;
+    let other = if k.is_multiple_of(2) {
+        near.checked_sub(1)
+    } else {
+        Some(near + 1)
+    };
+    match other {
+        Some(other) if other < n => [(near, 0.75), (other, 0.25)],
+        _ if n == 1 => [(near, 1.0), (near, 0.0)],
+        _ if is_periodic => [(near, 0.75), (n - 1 - near, 0.25)],
+        Some(_) => [(near, 0.75 + 0.5), (near - 1, -0.25)],
+        None => [(near, 0.75 + 0.5), (near + 1, -0.25)],
+    }
+}
+
+/// A rectangle of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Region {
+    pub(super) x: usize,
+    pub(super) y: usize,
+    pub(super) nx: usize,
+    pub(super) ny: usize,
+}
+
+impl Region {
+    pub(super) fn whole(grid: &Grid) -> Self {
+        Self {
+            x: 0,
+            y: 0,
+            nx: grid.nx,
+            ny: grid.ny,
+        }
+    }
+
+    /// The rectangle around all positive entries of a field with rows of `width`.
+    fn bounds(field: &[f64], width: usize) -> Option<Self> {
+        let (mut left, mut right, mut rows) = (width, 0, None);
+        for (j, row) in field.chunks_exact(width).enumerate() {
+            if let Some(first) = row.iter().position(|p| *p > 0.0) {
+                let last = row.iter().rposition(|p| *p > 0.0).unwrap_or(first);
+                left = left.min(first);
+                right = right.max(last);
+                rows = Some((rows.map_or(j, |(down, _)| down), j));
+            }
+        }
+        let (down, up) = rows?;
+        Some(Self {
+            x: left,
+            y: down,
+            nx: right - left + 1,
+            ny: up - down + 1,
+        })
+    }
+
+    /// The rectangle around all positive entries, with a margin; the whole grid where that is not much more.
+    pub(super) fn around(pressure: &[f64], grid: &Grid) -> Self {
+        let Some(bounds) = Self::bounds(pressure, grid.nx) else {
+            return Self::whole(grid);
+        };
+        let spread = |first: usize, length: usize, n: usize| {
+            let margin = 3 + length / 30;
+            let from = first.saturating_sub(margin);
+            (from, (first + length + margin).min(n) - from)
+        };
+        let (x, nx) = spread(bounds.x, bounds.nx, grid.nx);
+        let (y, ny) = spread(bounds.y, bounds.ny, grid.ny);
+        // what the whole grid costs more, the gap outside of the rectangle costs as well
+        if nx * ny * 10 > grid.points() * 7 {
+            return Self::whole(grid);
+        }
+        Self { x, y, nx, ny }
+    }
+
+    pub(super) fn points(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// The part of a field on a grid with rows of `width`.
+    pub(super) fn cut(&self, field: &[f64], width: usize) -> Vec<f64> {
+        let mut part = Vec::with_capacity(self.points());
+        for j in self.y..self.y + self.ny {
+            part.extend_from_slice(&field[j * width + self.x..j * width + self.x + self.nx]);
+        }
+        part
+    }
+
+    /// A field on `grid` that is zero outside.
+    pub(super) fn paste(&self, part: &[f64], grid: &Grid) -> Vec<f64> {
+        let mut field = vec![0.0; grid.points()];
+        for (row, part) in part.chunks_exact(self.nx).enumerate() {
+            let from = (self.y + row) * grid.nx + self.x;
+            field[from..from + self.nx].copy_from_slice(part);
+        }
+        field
+    }
+
+    /// Whether pressure reaches a side of the rectangle that is not a side of the grid.
+    pub(super) fn is_too_small(&self, part: &[f64], grid: &Grid) -> bool {
+        let loaded = |i: usize, j: usize| part[j * self.nx + i] > 0.0;
+        let row = |j: usize| (0..self.nx).any(|i| loaded(i, j));
+        let column = |i: usize| (0..self.ny).any(|j| loaded(i, j));
+        (self.x > 0 && column(0))
+            || (self.y > 0 && row(0))
+            || (self.x + self.nx < grid.nx && column(self.nx - 1))
+            || (self.y + self.ny < grid.ny && row(self.ny - 1))
+    }
+}

@@ -1,0 +1,161 @@
+//! The normal problem on a regular grid: pressures that keep two surfaces from penetrating.
+//!
+//! Half-spaces under uniformly loaded cells make the influence matrix a convolution. The solver
+//! climbs from coarse grids to fine ones: each level starts from the pressure of the one before, works
+//! on the rectangle around the contact only, and inverts roughly by the Fourier transform of the
+//! same kernel, wrapped around. Few cells are solved by the dense active-set method instead.
+
+mod dense;
+mod level;
+mod nested;
+mod product;
+
+use mtb_complementarity::bounded::Status;
+use mtb_operator::{Grid, Monitor};
+
+use crate::error::{Error, check, check_number};
+
+/// What surrounds the grid, and how a pressure on one cell moves the surface; both bodies together.
+#[derive(Clone, Copy)]
+pub enum Surface<'a> {
+    /// Nothing loaded outside: closing of the gap [m/Pa] at `offset` [m] from the centre of a loaded cell
+    /// with sides `cell` [m]; even along x and along y.
+    FreeSpace(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
+    /// The grid repeats itself: amplitude of the displacement [m/Pa] by a pressure wave with a wave
+    /// number [1/m]. The mean of the displacement is left out: it is part of the approach.
+    Periodic(&'a (dyn Fn(f64) -> f64 + Sync)),
+}
+
+/// What is known of the approach of the bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Load {
+    /// Normal force [N], positive; the approach is found.
+    Force(f64),
+    /// Approach [m], positive where the bodies moved together.
+    Approach(f64),
+}
+
+/// Two surfaces pressed together.
+#[derive(Clone, Copy)]
+pub struct NormalContact<'a> {
+    /// Undeformed gap (ny * nx) [m], x fastest, > 0 open.
+    pub gap: &'a [f64],
+    /// The cells.
+    pub grid: Grid,
+    /// The bodies.
+    pub surface: Surface<'a>,
+    /// Force or approach.
+    pub load: Load,
+    /// First moments of the pressure about the centre of the grid, along x and y [N m]; `None` locks the tilt.
+    pub moments: [Option<f64>; 2],
+}
+
+/// Which algorithm solves, and how well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Relative complementarity residual to reach; `None`: well below the discretisation error.
+    pub tolerance: Option<f64>,
+    /// The algorithm.
+    pub method: Method,
+}
+
+/// The algorithm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Dense for few cells in free space, otherwise by the Fourier transform.
+    Auto,
+    /// Active sets with a dense matrix.
+    Dense,
+    /// Conjugate gradients with convolutions.
+    Fourier,
+}
+
+/// The solved contact, or where the search ended.
+#[derive(Clone, Debug)]
+pub struct NormalSolution {
+    /// How it ended; only [`Status::Solved`] is a solution.
+    pub status: Status,
+    /// The algorithm taken.
+    pub method: Method,
+    /// Pressure (ny * nx) [Pa].
+    pub pressure: Vec<f64>,
+    /// Deformed gap (ny * nx) [m].
+    pub gap: Vec<f64>,
+    /// Approach [m].
+    pub approach: f64,
+    /// Closing tilts along x and y about the centre of the grid [-].
+    pub tilts: [f64; 2],
+    /// Iterations on the finest grid.
+    pub iterations: usize,
+    /// Products with the influence matrix on all grids, in equivalents of one on the whole finest grid.
+    pub products: f64,
+    /// Applications of the preconditioner, likewise.
+    pub preconditionings: f64,
+    /// Relative complementarity residual: root mean square of the gap in contact and of the penetration
+    /// outside, over that of the elastic displacement in contact.
+    pub residual: f64,
+    /// Residual aimed at.
+    pub tolerance: f64,
+    /// Residuals on the finest grid, by iteration.
+    pub history: Vec<f64>,
+    /// Estimated relative error of the pressure by the size of the cells (L2 over the contact away from its
+    /// border), from the coarser grids; `None` where there are none or no such points.
+    pub discretisation_error: Option<f64>,
+}
+
+/// Cells up to which the dense method is the quicker one.
+const DENSE_UP_TO: usize = 300;
+
+/// Cells beyond which a dense matrix would not fit.
+const DENSE_AT_MOST: usize = 10_000;
+
+/// Solves the frictionless contact problem.
+///
+/// # Errors
+/// Arrays of the wrong length, numbers that are not finite or out of range, too many cells for the
+/// dense method, and interruption by the monitor.
+///
+/// [PolonskyKeer1999, Vollebregt2014, Love1929]
+pub fn solve_normal(
+    contact: &NormalContact<'_>,
+    options: Options,
+    monitor: Monitor<'_>,
+) -> Result<NormalSolution, Error> {
+    let points = contact.grid.points();
+    check("gap", contact.gap, points)?;
+    match contact.load {
+        Load::Force(force) => {
+            check_number("force", force, force > 0.0, "a positive number is needed")?;
+        }
+        Load::Approach(approach) => {
+            check_number("approach", approach, true, "a finite number is needed")?;
+        }
+    }
+    if let Some(tolerance) = options.tolerance {
+        let is_possible = (1e-14..1.0).contains(&tolerance);
+        check_number(
+            "tolerance",
+            tolerance,
+            is_possible,
+            "a number from 1e-14 to 1 is needed",
+        )?;
+    }
+    let is_free = matches!(contact.surface, Surface::FreeSpace(_));
+    match options.method {
+        Method::Dense => {
+            let is_possible = points <= DENSE_AT_MOST;
+            check_number(
+                "cells",
+                points as f64,
+                is_possible,
+                "the dense method takes at most 10000",
+            )?;
+            dense::solve(contact, monitor)
+        }
+        Method::Auto if is_free && points <= DENSE_UP_TO => dense::solve(contact, monitor),
+        _ => nested::solve(contact, options.tolerance, monitor),
+    }
+}
+
+#[cfg(test)]
+mod tests;

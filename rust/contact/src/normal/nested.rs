@@ -1,0 +1,280 @@
+//! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
+
+use mtb_complementarity::bounded::{self, Solution, Status};
+use mtb_operator::{Grid, Monitor};
+
+use super::level::{Level, Region, half_sides};
+use super::product::{Product, sizes};
+use super::{Load, Method, NormalContact, NormalSolution};
+use crate::Error;
+
+/// Relative error of the pressure that a coarse grid may have from its residual: enough to start from and
+/// to tell the discretisation error by; without and with cells in contact along all sides, whose
+/// pressure peaks leave a larger discretisation error anyway.
+const COARSE_ERROR: [f64; 2] = [1e-3, 1e-2];
+
+/// Share of the estimated discretisation error that the residual may cause.
+const TOLERANCE_SHARE: f64 = 0.05;
+
+const MAX_ITERATIONS: usize = 1000;
+
+/// Work in points transformed.
+#[derive(Default)]
+struct Work {
+    products: f64,
+    preconditionings: f64,
+}
+
+pub(super) fn solve(
+    contact: &NormalContact<'_>,
+    tolerance: Option<f64>,
+    monitor: Monitor<'_>,
+) -> Result<NormalSolution, Error> {
+    let levels = Level::pyramid(contact);
+    let mut work = Work::default();
+    // the last level solved: its number and pressure, and its difference from the one before
+    let mut known: Option<(usize, Vec<f64>)> = None;
+    let mut previous = None;
+    for k in (1..levels.len()).rev() {
+        let is_full = is_full(known.as_ref());
+        if is_full && k > 1 {
+            continue;
+        }
+        let level = &levels[k];
+        let start = start(contact, &levels, k, known.as_ref());
+        let tolerance = residual_for(COARSE_ERROR[usize::from(is_full)], &level.grid);
+        let (region, solution) = on_level(contact, level, &start, tolerance, &mut work, monitor)?;
+        let found = region.paste(&solution.pressure, &level.grid);
+        previous = difference(&levels, k, &found, known.as_ref());
+        known = Some((k, found));
+    }
+    let level = &levels[0];
+    let tolerance = tolerance.unwrap_or_else(|| {
+        // the error halves, at least, from one grid to the next
+        let error = previous.map_or(COARSE_ERROR[0], |d| 0.5 * d);
+        residual_for(TOLERANCE_SHARE * error, &level.grid).clamp(1e-11, 1e-5)
+    });
+    let start = start(contact, &levels, 0, known.as_ref());
+    let (region, solution) = on_level(contact, level, &start, tolerance, &mut work, monitor)?;
+    let (found, solution) = outside(
+        contact, level, region, solution, tolerance, &mut work, monitor,
+    )?;
+    let difference = difference(&levels, 0, &found.pressure, known.as_ref());
+    let (product, inverse) = sizes(contact.surface, [level.grid.nx, level.grid.ny]);
+    let (approach, tilts) = unpack_motion(contact, &solution.motion, half_sides(&contact.grid));
+    Ok(NormalSolution {
+        status: solution.status,
+        method: Method::Fourier,
+        pressure: found.pressure,
+        gap: found.gap,
+        approach,
+        tilts,
+        iterations: solution.iterations,
+        products: work.products / product,
+        preconditionings: work.preconditionings / inverse,
+        residual: found.residual,
+        tolerance,
+        history: solution.history,
+        discretisation_error: error_of(difference, previous),
+    })
+}
+
+/// The fields of the whole finest grid.
+struct Found {
+    pressure: Vec<f64>,
+    gap: Vec<f64>,
+    residual: f64,
+}
+
+/// The gap outside of the rectangle; where it closes there, the whole grid is solved once more.
+fn outside(
+    contact: &NormalContact<'_>,
+    level: &Level,
+    region: Region,
+    solution: Solution,
+    tolerance: f64,
+    work: &mut Work,
+    monitor: Monitor<'_>,
+) -> Result<(Found, Solution), Error> {
+    let whole = Region::whole(&level.grid);
+    let plain = |solution: &Solution| Found {
+        pressure: solution.pressure.clone(),
+        gap: solution.slack.clone(),
+        residual: solution.residual,
+    };
+    if region == whole {
+        return Ok((plain(&solution), solution));
+    }
+    let pressure = region.paste(&solution.pressure, &level.grid);
+    let product = Product::influence(contact.surface, &level.grid, [whole.nx, whole.ny]);
+    let mut displacement = vec![0.0; whole.points()];
+    product.apply(&pressure, &mut displacement);
+    work.products += product.size();
+    let offset = level.offset(&whole, contact.load);
+    let modes = level.modes(&whole, contact);
+    let (mut wrong, mut size) = (0.0, 0.0);
+    let mut gap = offset;
+    for i in 0..gap.len() {
+        gap[i] += displacement[i];
+        for (mode, c) in modes.iter().zip(&solution.motion) {
+            gap[i] -= c * mode.shape[i];
+        }
+        if pressure[i] > 0.0 {
+            wrong += gap[i] * gap[i];
+            size += displacement[i] * displacement[i];
+        } else {
+            wrong += gap[i].min(0.0).powi(2);
+        }
+    }
+    let residual = if size > 0.0 {
+        (wrong / size).sqrt()
+    } else {
+        wrong
+    };
+    if residual <= tolerance || solution.status != Status::Solved {
+        return Ok((
+            Found {
+                pressure,
+                gap,
+                residual,
+            },
+            solution,
+        ));
+    }
+    let again = on_region(contact, level, whole, pressure, tolerance, work, monitor)?;
+    Ok((plain(&again), again))
+}
+
+/// Residual at which the pressure has the relative error `error` on `grid`: short waves of pressure give
+/// way least, so the error is the residual times about a quarter of the cells per side.
+fn residual_for(error: f64, grid: &Grid) -> f64 {
+    4.0 * error / grid.nx.max(grid.ny) as f64
+}
+
+/// Whether all cells of the last level were in contact: no border of the contact is to be found, and the
+/// pressure peaks at the sides of the grid do not pass from one level to the next.
+fn is_full(known: Option<&(usize, Vec<f64>)>) -> bool {
+    known.is_some_and(|(_, pressure)| pressure.iter().all(|p| *p > 0.0))
+}
+
+/// Pressure to start from: that of the coarser grid, or a uniform one.
+fn start(
+    contact: &NormalContact<'_>,
+    levels: &[Level],
+    k: usize,
+    known: Option<&(usize, Vec<f64>)>,
+) -> Vec<f64> {
+    match known {
+        Some((coarser, pressure)) if !is_full(known) => {
+            levels[k].start_from(&levels[*coarser], pressure)
+        }
+        _ if matches!(contact.load, Load::Force(_)) => vec![1.0; levels[k].grid.points()],
+        _ => vec![0.0; levels[k].grid.points()],
+    }
+}
+
+/// Difference of the pressure of a level from that of the next coarser one, if that is known.
+fn difference(
+    levels: &[Level],
+    k: usize,
+    pressure: &[f64],
+    known: Option<&(usize, Vec<f64>)>,
+) -> Option<f64> {
+    let (coarser, other) = known?;
+    if *coarser != k + 1 {
+        return None;
+    }
+    levels[k].difference(pressure, &levels[*coarser], other)
+}
+
+/// Solves on the rectangle around the start, and on the whole grid where that proves too small.
+fn on_level(
+    contact: &NormalContact<'_>,
+    level: &Level,
+    start: &[f64],
+    tolerance: f64,
+    work: &mut Work,
+    monitor: Monitor<'_>,
+) -> Result<(Region, Solution), Error> {
+    let grid = &level.grid;
+    let region = match contact.surface {
+        super::Surface::FreeSpace(_) => Region::around(start, grid),
+        super::Surface::Periodic(_) => Region::whole(grid),
+    };
+    let part = region.cut(start, grid.nx);
+    // the gap is evaluated once more from the pressure alone: leave room for rounding
+    let solution = on_region(contact, level, region, part, 0.9 * tolerance, work, monitor)?;
+    if region.is_too_small(&solution.pressure, grid) {
+        let whole = Region::whole(grid);
+        let start = region.paste(&solution.pressure, grid);
+        let solution = on_region(contact, level, whole, start, tolerance, work, monitor)?;
+        return Ok((whole, solution));
+    }
+    Ok((region, solution))
+}
+
+fn on_region(
+    contact: &NormalContact<'_>,
+    level: &Level,
+    region: Region,
+    start: Vec<f64>,
+    tolerance: f64,
+    work: &mut Work,
+    monitor: Monitor<'_>,
+) -> Result<Solution, Error> {
+    let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
+    let product = Product::influence(contact.surface, grid, shape);
+    let inverse = Product::inverse(contact.surface, grid, shape);
+    let offset = level.offset(&region, contact.load);
+    let modes = level.modes(&region, contact);
+    let solution = bounded::solve(
+        &|x, y| product.apply(x, y),
+        &|x, y| inverse.apply(x, y),
+        &bounded::Problem {
+            offset: &offset,
+            modes: &modes,
+        },
+        start,
+        bounded::Options {
+            tolerance,
+            max_iterations: MAX_ITERATIONS,
+        },
+        monitor,
+    )?;
+    work.products += solution.products as f64 * product.size();
+    work.preconditionings += solution.preconditionings as f64 * inverse.size();
+    Ok(solution)
+}
+
+/// Approach [m] and tilts from the amplitudes of the free motions.
+pub(super) fn unpack_motion(
+    contact: &NormalContact<'_>,
+    motion: &[f64],
+    half: [f64; 2],
+) -> (f64, [f64; 2]) {
+    let mut amplitudes = motion.iter().copied();
+    let approach = match contact.load {
+        Load::Approach(approach) => approach,
+        Load::Force(_) => amplitudes.next().unwrap_or(0.0),
+    };
+    let mut tilts = [0.0; 2];
+    for axis in 0..2 {
+        if contact.moments[axis].is_some() {
+            tilts[axis] = amplitudes.next().unwrap_or(0.0) / half[axis];
+        }
+    }
+    (approach, tilts)
+}
+
+/// Error of the finer of two grids from their difference, at the rate seen one grid earlier.
+///
+/// A difference `d` at order `r` leaves `d / (2^r - 1)`; the order is kept within what half-spaces show,
+/// one half (edges) to two, and is one where nothing is known.
+pub(super) fn error_of(difference: Option<f64>, previous: Option<f64>) -> Option<f64> {
+    let difference = difference?;
+    let factor = match previous {
+        Some(previous) if difference > 0.0 => (previous / difference).clamp(2f64.sqrt(), 4.0),
+        _ => 2.0,
+    };
+    Some(difference / (factor - 1.0))
+}

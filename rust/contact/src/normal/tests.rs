@@ -1,0 +1,245 @@
+use std::f64::consts::PI;
+
+use mtb_operator::{Grid, unmonitored};
+
+use super::*;
+
+/// A compliance that falls with the distance as that of the half-space does; 1 / r with the self term of a
+/// square cell, in units without a name.
+fn influence(offset: [f64; 2], cell: [f64; 2]) -> f64 {
+    let corner = |x: f64, y: f64| {
+        let part = |a: f64, b: f64| {
+            if a == 0.0 {
+                0.0
+            } else {
+                a * (b / a.abs()).asinh()
+            }
+        };
+        part(x, y) + part(y, x)
+    };
+    let (x1, x2) = (offset[0] - 0.5 * cell[0], offset[0] + 0.5 * cell[0]);
+    let (y1, y2) = (offset[1] - 0.5 * cell[1], offset[1] + 0.5 * cell[1]);
+    corner(x2, y2) - corner(x1, y2) - corner(x2, y1) + corner(x1, y1)
+}
+
+fn wave(k: f64) -> f64 {
+    if k == 0.0 { 0.0 } else { 2.0 * PI / k }
+}
+
+fn field(grid: &Grid, gap: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let mut values = Vec::new();
+    for j in 0..grid.ny {
+        for i in 0..grid.nx {
+            let x = (i as f64 + 0.5 - 0.5 * grid.nx as f64) * grid.dx;
+            let y = (j as f64 + 0.5 - 0.5 * grid.ny as f64) * grid.dy;
+            values.push(gap(x, y));
+        }
+    }
+    values
+}
+
+fn run(
+    grid: Grid,
+    gap: &[f64],
+    load: Load,
+    moments: [Option<f64>; 2],
+    method: Method,
+) -> Result<NormalSolution, Error> {
+    let surface = Surface::FreeSpace(&influence);
+    let contact = NormalContact {
+        gap,
+        grid,
+        surface,
+        load,
+        moments,
+    };
+    solve_normal(
+        &contact,
+        Options {
+            tolerance: Some(1e-10),
+            method,
+        },
+        &unmonitored,
+    )
+}
+
+fn assert_same(a: &NormalSolution, b: &NormalSolution) {
+    assert_eq!((a.status, b.status), (Status::Solved, Status::Solved));
+    let scale = b.pressure.iter().fold(0.0_f64, |m, p| m.max(*p));
+    for (p, q) in a.pressure.iter().zip(&b.pressure) {
+        assert!((p - q).abs() < 1e-8 * scale, "{p} {q}");
+    }
+    assert!((a.approach - b.approach).abs() < 1e-9 * b.approach.abs());
+    for axis in 0..2 {
+        assert!((a.tilts[axis] - b.tilts[axis]).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn dense_and_fourier_agree() -> Result<(), Error> {
+    let grid = Grid {
+        nx: 33,
+        ny: 37,
+        dx: 2.0 / 33.0,
+        dy: 2.2 / 37.0,
+    };
+    let bowl =
+        |x: f64, y: f64| (x - 0.1).powi(2) + 1.4 * y * y + 0.2 * (7.0 * x).sin() * (5.0 * y).cos();
+    let gap = field(&grid, bowl);
+    for (load, moments) in [
+        (Load::Force(0.4), [None, None]),
+        (Load::Force(9.0), [None, None]),
+        (Load::Approach(0.8), [None, None]),
+        (Load::Force(1.0), [Some(0.3), None]),
+        (Load::Force(1.0), [Some(-0.2), Some(0.25)]),
+    ] {
+        let dense = run(grid, &gap, load, moments, Method::Dense)?;
+        let fourier = run(grid, &gap, load, moments, Method::Fourier)?;
+        assert_same(&fourier, &dense);
+    }
+    Ok(())
+}
+
+#[test]
+fn force_and_approach_are_two_sides_of_one_contact() -> Result<(), Error> {
+    let grid = Grid {
+        nx: 64,
+        ny: 64,
+        dx: 1.0 / 32.0,
+        dy: 1.0 / 32.0,
+    };
+    let gap = field(&grid, |x, y| x * x + y * y);
+    let by_force = run(grid, &gap, Load::Force(0.3), [None, None], Method::Auto)?;
+    let by_approach = run(
+        grid,
+        &gap,
+        Load::Approach(by_force.approach),
+        [None, None],
+        Method::Auto,
+    )?;
+    assert_same(&by_approach, &by_force);
+    Ok(())
+}
+
+#[test]
+fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
+    for n in [32, 64, 128, 256] {
+        let h = 2.0 / n as f64;
+        let grid = Grid {
+            nx: n,
+            ny: n,
+            dx: h,
+            dy: h,
+        };
+        let surface = Surface::FreeSpace(&influence);
+        let options = Options {
+            tolerance: Some(1e-8),
+            method: Method::Fourier,
+        };
+        // [Johnson1985, ch. 4]: p0 = 1, a = 0.75
+        let curved = field(&grid, |x, y| (x * x + y * y) * PI * PI / 3.0);
+        let flat = vec![0.0; grid.points()];
+        for (gap, force, limit) in [(&curved, 2.0 / 3.0 * PI * 0.5625, 15.0), (&flat, 1.0, 12.0)] {
+            let load = Load::Force(force);
+            let contact = NormalContact {
+                gap,
+                grid,
+                surface,
+                load,
+                moments: [None, None],
+            };
+            let found = solve_normal(&contact, options, &unmonitored)?;
+            assert_eq!(found.status, Status::Solved);
+            assert!(
+                found.products < limit,
+                "{n} {} {:?}",
+                found.products,
+                found.history
+            );
+            assert!(
+                found.preconditionings < limit,
+                "{n} {}",
+                found.preconditionings
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
+    // full contact: the pressure wave that flattens the surface wave, on the mean pressure
+    let grid = Grid {
+        nx: 32,
+        ny: 16,
+        dx: 1.0 / 32.0,
+        dy: 1.0 / 16.0,
+    };
+    let gap = field(&grid, |x, _| 0.1 * (1.0 - (2.0 * PI * x).cos()));
+    let contact = NormalContact {
+        gap: &gap,
+        grid,
+        surface: Surface::Periodic(&wave),
+        load: Load::Force(0.5),
+        moments: [None, None],
+    };
+    let options = Options {
+        tolerance: Some(1e-12),
+        method: Method::Auto,
+    };
+    let found = solve_normal(&contact, options, &unmonitored)?;
+    assert_eq!(found.status, Status::Solved);
+    let exact = field(&grid, |x, _| 0.5 + 0.1 * (2.0 * PI * x).cos());
+    for (p, e) in found.pressure.iter().zip(&exact) {
+        assert!((p - e).abs() < 1e-10);
+    }
+    Ok(())
+}
+
+#[test]
+fn bad_input_is_named() {
+    let grid = Grid {
+        nx: 2,
+        ny: 2,
+        dx: 1.0,
+        dy: 1.0,
+    };
+    let bad = run(
+        grid,
+        &[0.0; 3],
+        Load::Force(1.0),
+        [None, None],
+        Method::Auto,
+    );
+    assert!(matches!(
+        bad,
+        Err(Error::Shape {
+            name: "gap",
+            expected: 4,
+            found: 3
+        })
+    ));
+    let bad = run(
+        grid,
+        &[0.0; 4],
+        Load::Force(-1.0),
+        [None, None],
+        Method::Auto,
+    );
+    assert!(matches!(bad, Err(Error::Number { name: "force", .. })));
+    let bad = run(
+        grid,
+        &[0.0, f64::NAN, 0.0, 0.0],
+        Load::Force(1.0),
+        [None, None],
+        Method::Auto,
+    );
+    assert!(matches!(
+        bad,
+        Err(Error::NotFinite {
+            name: "gap",
+            index: 1,
+            ..
+        })
+    ));
+}

@@ -1,0 +1,83 @@
+use crate::error::{Error, check};
+
+/// Rows of numbers over rising speeds, linear between them; a single row holds at all speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    speed: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// A row that holds at all speeds.
+    pub fn constant(row: Vec<f64>) -> Self {
+        Self {
+            speed: vec![0.0],
+            rows: vec![row],
+        }
+    }
+
+    /// One row for each of the rising `speed` [m/s].
+    ///
+    /// # Errors
+    /// Not as many rows as speeds; speeds that do not rise; rows of unlike length; numbers that are not finite.
+    pub fn new(speed: Vec<f64>, rows: Vec<Vec<f64>>) -> Result<Self, Error> {
+        check("speed", &speed, rows.len())?;
+        if let Some(k) = (1..speed.len()).find(|&k| speed[k] <= speed[k - 1]) {
+            return Err(Error::NotPositive {
+                name: "step of speed",
+                index: k,
+                value: speed[k] - speed[k - 1],
+            });
+        }
+        let table = Self { speed, rows };
+        table.check("row", table.rows.first().map_or(0, Vec::len))?;
+        Ok(table)
+    }
+
+    /// Speeds [m/s].
+    pub fn speed(&self) -> &[f64] {
+        &self.speed
+    }
+
+    /// Rows, one for each speed.
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    pub(super) fn check(&self, name: &'static str, length: usize) -> Result<(), Error> {
+        if self.rows.is_empty() {
+            return Err(Error::Shape {
+                name,
+                expected: 1,
+                found: 0,
+            });
+        }
+        self.rows
+            .iter()
+            .try_for_each(|row| check(name, row, length))
+    }
+
+    /// The row at `speed`; `name` is what a message calls the quantity.
+    ///
+    /// # Errors
+    /// A speed outside the table.
+    pub fn at(&self, name: &'static str, speed: f64) -> Result<Vec<f64>, Error> {
+        if let [row] = self.rows.as_slice() {
+            return Ok(row.clone());
+        }
+        let (first, last) = (self.speed[0], self.speed[self.speed.len() - 1]);
+        if !(first..=last).contains(&speed) {
+            return Err(Error::OutsideTable {
+                name,
+                speed,
+                first,
+                last,
+            });
+        }
+        let upper = self.speed.partition_point(|v| *v < speed).max(1);
+        let (low, high) = (self.speed[upper - 1], self.speed[upper]);
+        let weight = (speed - low) / (high - low);
+        let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
+        Ok(row.map(|(a, b)| (1.0 - weight) * a + weight * b).collect())
+    }
+}

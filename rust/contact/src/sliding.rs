@@ -1,0 +1,310 @@
+//! Gross sliding: every point in contact slips, so friction is known once the pressure is.
+
+use mtb_complementarity::linear::{
+    Border, Options, Problem, Solution, Status, definiteness_limit, solve,
+};
+use mtb_operator::{Compliance, Component, Monitor};
+
+use crate::error::{Error, check};
+
+/// Two bodies whose contact slides everywhere.
+///
+/// With Coulomb friction `q = mu p d` on the lower body the gap is linear in the pressure alone,
+/// `g = g0 + (C_nn + mu C_nt d) p + sum c_k o_k`, and the contact conditions are one, generally
+/// non-symmetric, linear complementarity problem [Klarbring1990].
+pub struct SlidingContact<'a> {
+    /// Gap of the unloaded pair (n) [m], > 0 open; prescribed motions and attraction included.
+    pub gap: &'a [f64],
+    /// Area that belongs to each point (n) [m2].
+    pub area: &'a [f64],
+    /// Friction coefficient at each point (n).
+    pub friction: &'a [f64],
+    /// Sliding direction of the upper body in the tangent plane: X components, then Y components (2n).
+    pub direction: &'a [f64],
+    /// Rigid motions that supports leave free.
+    pub motions: &'a [RigidMotion],
+}
+
+/// A rigid motion of one of the bodies that only the contact holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidMotion {
+    /// Relative tangential displacement `u_lower - u_upper` along X by a unit of the motion (n).
+    pub tangential_x: Vec<f64>,
+    /// The same along Y (n).
+    pub tangential_y: Vec<f64>,
+    /// Opening of the gap by a unit of the motion (n).
+    pub opening: Vec<f64>,
+    /// Work of all loads but the contact's on a unit of the motion [J]; the contact must cancel it.
+    pub work: f64,
+}
+
+/// The sliding state, or where the search for one ended.
+#[derive(Clone, Debug)]
+pub struct SlidingSolution {
+    /// How the search ended; only [`Status::Solved`] is a solution.
+    pub status: Status,
+    /// Pressure (n) [Pa].
+    pub pressure: Vec<f64>,
+    /// Deformed gap (n) [m].
+    pub gap: Vec<f64>,
+    /// Amplitude of each rigid motion.
+    pub motion: Vec<f64>,
+    /// Active sets or pivots.
+    pub iterations: usize,
+    /// Relative complementarity residual.
+    pub residual: f64,
+    /// Whether Lemke's method decided.
+    pub by_lemke: bool,
+    /// Whether the solution lies on a branch where more load gives less contact.
+    pub unstable: bool,
+}
+
+/// The influence matrix of a sliding pair, kept for many loads.
+///
+/// Only `C_nn` and, where friction couples, `C_nt d` are formed.
+pub struct SlidingMatrix {
+    normal: Vec<f64>,
+    coupling: Option<Vec<f64>>,
+    points: usize,
+}
+
+impl SlidingMatrix {
+    /// Forms `C_nn`, and `C_nt d` for sliding in `direction` (2n) if `frictional`.
+    ///
+    /// # Errors
+    /// A direction of the wrong length or that is not finite.
+    pub fn new(
+        compliance: &dyn Compliance,
+        direction: &[f64],
+        frictional: bool,
+    ) -> Result<Self, Error> {
+        let n = compliance.points();
+        check("direction", direction, 2 * n)?;
+        let mut normal = vec![0.0; n * n];
+        compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
+        let mut coupling = None;
+        if frictional {
+            let mut sum = vec![0.0; n * n];
+            for (component, along) in [
+                (Component::X, &direction[..n]),
+                (Component::Y, &direction[n..]),
+            ] {
+                if along.iter().all(|d| *d == 0.0) {
+                    continue;
+                }
+                let mut block = vec![0.0; n * n];
+                compliance.add_influence(Component::Normal, component, 1.0, &mut block);
+                for (sum, block) in sum.chunks_exact_mut(n).zip(block.chunks_exact(n)) {
+                    for ((s, b), d) in sum.iter_mut().zip(block).zip(along) {
+                        *s += b * d;
+                    }
+                }
+            }
+            // like materials cancel; what is left of the sum is rounding
+            let largest = |m: &[f64]| m.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+            if largest(&sum) > 1e-14 * largest(&normal) {
+                coupling = Some(sum);
+            }
+        }
+        Ok(Self {
+            normal,
+            coupling,
+            points: n,
+        })
+    }
+
+    /// Whether friction changes the gap at all.
+    pub fn is_coupled(&self) -> bool {
+        self.coupling.is_some()
+    }
+
+    /// The factor on `friction` up to which the sliding state exists and is unique for every load.
+    ///
+    /// `1 / margin` of the wedging limit: below 1 the bodies may wedge. Infinite where friction does
+    /// not open or close the gap. See [`definiteness_limit`].
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn wedging_factor(
+        &self,
+        area: &[f64],
+        friction: &[f64],
+        motions: &[RigidMotion],
+    ) -> Result<f64, Error> {
+        let n = self.points;
+        check("area", area, n)?;
+        check("friction", friction, n)?;
+        let Some(coupling) = &self.coupling else {
+            return Ok(f64::INFINITY);
+        };
+        let scaled: Vec<f64> = coupling
+            .iter()
+            .zip(friction.iter().cycle())
+            .map(|(c, mu)| c * mu)
+            .collect();
+        let mut held = Vec::with_capacity(n * motions.len());
+        for motion in motions {
+            check("opening", &motion.opening, n)?;
+            held.extend(motion.opening.iter().zip(area).map(|(o, a)| o * a));
+        }
+        Ok(definiteness_limit(
+            &self.normal,
+            &scaled,
+            area,
+            Some(&held),
+        )?)
+    }
+
+    /// Solves for one load.
+    ///
+    /// `start` are the points believed in contact, for example those of the last step.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, negative areas or friction, an interruption. A state
+    /// that does not exist is a [`Status`].
+    pub fn solve(
+        &self,
+        contact: &SlidingContact<'_>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
+        let n = self.points;
+        contact.check(n)?;
+        let mut matrix = self.normal.clone();
+        let mut symmetric = true;
+        if let Some(coupling) = &self.coupling {
+            symmetric = contact.friction.iter().all(|mu| *mu == 0.0);
+            for (row, coupling) in matrix.chunks_exact_mut(n).zip(coupling.chunks_exact(n)) {
+                for ((a, c), mu) in row.iter_mut().zip(coupling).zip(contact.friction) {
+                    *a += mu * c;
+                }
+            }
+        }
+        contact.solve_with(matrix, symmetric, start, monitor)
+    }
+}
+
+impl SlidingSolution {
+    fn from(solution: Solution, weight: &[f64]) -> Self {
+        Self {
+            status: solution.status,
+            gap: solution
+                .slack
+                .iter()
+                .zip(weight)
+                .map(|(g, w)| g / w)
+                .collect(),
+            pressure: solution.pressure,
+            motion: solution.motion,
+            iterations: solution.iterations,
+            residual: solution.residual,
+            by_lemke: solution.by_lemke,
+            unstable: solution.determinant_sign < 0.0,
+        }
+    }
+}
+
+impl SlidingContact<'_> {
+    /// Solves with the n x n row-major influence `matrix` of the pair, friction included.
+    pub(crate) fn solve_with(
+        &self,
+        mut matrix: Vec<f64>,
+        symmetric: bool,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
+        let n = self.gap.len();
+        // equal areas keep the symmetry of the matrix itself; otherwise each row carries its weight
+        let uniform = self.area.iter().all(|a| *a == self.area[0]);
+        let weight: Vec<f64> = if uniform {
+            vec![1.0; n]
+        } else {
+            self.area.to_vec()
+        };
+        if !uniform {
+            for (row, w) in matrix.chunks_exact_mut(n).zip(&weight) {
+                for a in row {
+                    *a *= w;
+                }
+            }
+        }
+        let offset: Vec<f64> = self.gap.iter().zip(&weight).map(|(g, w)| g * w).collect();
+        let m = self.motions.len();
+        let (mut closing, mut balance, mut target) = (
+            Vec::with_capacity(n * m),
+            Vec::with_capacity(n * m),
+            Vec::with_capacity(m),
+        );
+        for motion in self.motions {
+            closing.extend(motion.opening.iter().zip(&weight).map(|(o, w)| -o * w));
+            balance.extend((0..n).map(|i| -self.work_of_pressure(motion, i)));
+            target.push(motion.work);
+        }
+        let border = (m > 0).then_some(Border {
+            motion: &closing,
+            balance: &balance,
+            target: &target,
+        });
+        let problem = Problem {
+            matrix: &matrix,
+            offset: &offset,
+            border,
+            symmetric,
+        };
+        let solution = solve(&problem, &Options { start }, monitor)?;
+        Ok(SlidingSolution::from(solution, &weight))
+    }
+
+    /// Work of a unit pressure at `point`, with its friction, on a unit of `motion`.
+    pub(crate) fn work_of_pressure(&self, motion: &RigidMotion, point: usize) -> f64 {
+        let n = self.gap.len();
+        let tangential = self.direction[point] * motion.tangential_x[point]
+            + self.direction[n + point] * motion.tangential_y[point];
+        self.area[point] * (motion.opening[point] + self.friction[point] * tangential)
+    }
+
+    pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
+        check("gap", self.gap, n)?;
+        check("area", self.area, n)?;
+        check("friction", self.friction, n)?;
+        check("direction", self.direction, 2 * n)?;
+        if let Some(index) = self.area.iter().position(|v| *v <= 0.0) {
+            return Err(Error::NotPositive {
+                name: "area",
+                index,
+                value: self.area[index],
+            });
+        }
+        if let Some(index) = self.friction.iter().position(|v| *v < 0.0) {
+            return Err(Error::Negative {
+                name: "friction",
+                index,
+                value: self.friction[index],
+            });
+        }
+        for motion in self.motions {
+            check("opening", &motion.opening, n)?;
+            check("tangential_x", &motion.tangential_x, n)?;
+            check("tangential_y", &motion.tangential_y, n)?;
+            check("work", &[motion.work], 1)?;
+        }
+        Ok(())
+    }
+}
+
+/// Displacement of a body's contact points under a traction field, both in its own frame
+/// `(X, Y, into)`; components without traction cost nothing.
+pub fn displacement(body: &dyn Compliance, traction: [&[f64]; 3]) -> [Vec<f64>; 3] {
+    const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
+    let n = body.points();
+    let mut field = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    for (loaded, traction) in AXES.into_iter().zip(traction) {
+        if traction.iter().all(|t| *t == 0.0) {
+            continue;
+        }
+        for (observed, field) in AXES.into_iter().zip(&mut field) {
+            body.add_displacement(observed, loaded, 1.0, traction, field);
+        }
+    }
+    field
+}

@@ -1,0 +1,115 @@
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::{Mat, Par, Spec};
+
+/// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
+pub(super) struct Lu {
+    factors: Mat<f64>,
+    order: Vec<usize>,
+    /// Sign of the determinant.
+    pub(super) sign: f64,
+}
+
+impl Lu {
+    pub(super) fn of(mut matrix: Mat<f64>) -> Self {
+        let k = matrix.nrows();
+        let (mut order, mut inverse) = (vec![0_usize; k], vec![0_usize; k]);
+        let scratch = lu_in_place_scratch::<usize, f64>(k, k, Par::Seq, Spec::default());
+        let (info, _) = lu_in_place(
+            matrix.as_mut(),
+            &mut order,
+            &mut inverse,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Spec::default(),
+        );
+        let mut sign = if info.transposition_count % 2 == 0 {
+            1.0
+        } else {
+            -1.0
+        };
+        for i in 0..k {
+            sign *= matrix[(i, i)].signum();
+        }
+        Self {
+            factors: matrix,
+            order,
+            sign,
+        }
+    }
+
+    /// Overwrites `x` with the solution; `work` has the same length.
+    pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {
+        work.clear();
+        work.extend(self.order.iter().map(|&i| x[i]));
+        let k = x.len();
+        for j in 0..k {
+            let (head, tail) = work.split_at_mut(j + 1);
+            subtract(tail, head[j], &self.column(j)[j + 1..]);
+        }
+        for j in (0..k).rev() {
+            let column = self.column(j);
+            let (head, tail) = work.split_at_mut(j);
+            tail[0] /= column[j];
+            subtract(head, tail[0], &column[..j]);
+        }
+        x.copy_from_slice(work);
+    }
+
+    fn column(&self, j: usize) -> &[f64] {
+        self.factors.col_as_slice(j)
+    }
+}
+
+fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
+    if factor != 0.0 {
+        for (y, x) in y.iter_mut().zip(x) {
+            *y -= factor * x;
+        }
+    }
+}
+
+/// A small system whose rows and columns have unlike units, scaled before it is factorised.
+pub(super) struct Small {
+    lu: Lu,
+    rows: Vec<f64>,
+    columns: Vec<f64>,
+}
+
+impl Small {
+    pub(super) fn of(mut matrix: Mat<f64>) -> Self {
+        let m = matrix.nrows();
+        let size = |v: f64| if v > 0.0 { v } else { 1.0 };
+        let columns: Vec<f64> = (0..m).map(|j| size(matrix.col(j).norm_max())).collect();
+        for j in 0..m {
+            for i in 0..m {
+                matrix[(i, j)] /= columns[j];
+            }
+        }
+        let rows: Vec<f64> = (0..m).map(|i| size(matrix.row(i).norm_max())).collect();
+        for j in 0..m {
+            for i in 0..m {
+                matrix[(i, j)] /= rows[i];
+            }
+        }
+        Self {
+            lu: Lu::of(matrix),
+            rows,
+            columns,
+        }
+    }
+
+    pub(super) fn sign(&self) -> f64 {
+        self.lu.sign
+    }
+
+    pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {
+        for (x, r) in x.iter_mut().zip(&self.rows) {
+            *x /= r;
+        }
+        self.lu.solve(x, work);
+        for (x, c) in x.iter_mut().zip(&self.columns) {
+            *x /= c;
+        }
+    }
+}

@@ -1,0 +1,182 @@
+use mtb_operator::{Compliance, Component};
+
+use crate::error::{Error, check};
+
+/// What a sliding pair does to its own gap, each component of the traction apart.
+///
+/// Kept column by column, so that points without pressure cost nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence {
+    points: usize,
+    normal: Vec<f64>,
+    along: [Option<Vec<f64>>; 2],
+}
+
+impl Influence {
+    /// Influence of tractions on the lower body on the gap: `C_nn`, `C_nx` and `C_ny`.
+    ///
+    /// A tangential influence that is nothing but rounding (like half-spaces) is left out.
+    pub fn of(compliance: &dyn Compliance) -> Self {
+        let n = compliance.points();
+        let block = |component| {
+            let mut rows = vec![0.0; n * n];
+            compliance.add_influence(Component::Normal, component, 1.0, &mut rows);
+            transposed(&rows, n)
+        };
+        let normal = block(Component::Normal);
+        let noise = 1e-14 * largest(&normal);
+        let along = [Component::X, Component::Y]
+            .map(|axis| Some(block(axis)).filter(|b| largest(b) > noise));
+        Self {
+            points: n,
+            normal,
+            along,
+        }
+    }
+
+    /// The same from stored matrices (n x n, column-major) [m/Pa].
+    ///
+    /// # Errors
+    /// Matrices of other lengths or with numbers that are not finite.
+    pub fn from_columns(
+        points: usize,
+        normal: Vec<f64>,
+        along: [Option<Vec<f64>>; 2],
+    ) -> Result<Self, Error> {
+        check("normal", &normal, points * points)?;
+        for (name, block) in ["along_x", "along_y"].into_iter().zip(&along) {
+            if let Some(block) = block {
+                check(name, block, points * points)?;
+            }
+        }
+        Ok(Self {
+            points,
+            normal,
+            along,
+        })
+    }
+
+    /// Number of contact points.
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    /// `C_nn` (n x n, column-major) [m/Pa].
+    pub fn normal(&self) -> &[f64] {
+        &self.normal
+    }
+
+    /// `C_nx` and `C_ny` (n x n, column-major) [m/Pa]; `None` where they do nothing.
+    pub fn along(&self) -> [Option<&[f64]>; 2] {
+        [self.along[0].as_deref(), self.along[1].as_deref()]
+    }
+
+    /// Whether friction opens or closes the gap at all.
+    pub fn is_coupled(&self) -> bool {
+        self.along.iter().any(Option::is_some)
+    }
+
+    /// Column `j` of `C_nn + C_nx drag_x + C_ny drag_y`, rows `rows`.
+    pub(super) fn column<'a>(
+        &'a self,
+        j: usize,
+        drag: &'a [f64],
+        rows: &'a [usize],
+    ) -> impl Iterator<Item = f64> + 'a {
+        let n = self.points;
+        let normal = &self.normal[j * n..(j + 1) * n];
+        let [x, y] = [0, 1].map(|axis| {
+            let factor = drag[axis * n + j];
+            self.along[axis]
+                .as_ref()
+                .filter(|_| factor != 0.0)
+                .map(|block| (factor, &block[j * n..(j + 1) * n]))
+        });
+        rows.iter().map(move |&i| {
+            let mut a = normal[i];
+            for (factor, block) in x.iter().chain(&y) {
+                a += factor * block[i];
+            }
+            a
+        })
+    }
+
+    /// Entry (i, j) of the same matrix.
+    pub(super) fn entry(&self, i: usize, j: usize, drag: &[f64]) -> f64 {
+        let n = self.points;
+        let mut a = self.normal[j * n + i];
+        for (axis, block) in self.along.iter().enumerate() {
+            if let Some(block) = block {
+                a += drag[axis * n + j] * block[j * n + i];
+            }
+        }
+        a
+    }
+
+    /// Adds `(C_nn + C_nx drag_x + C_ny drag_y) p` to `gap`.
+    pub(super) fn add_product(&self, pressure: &[f64], drag: &[f64], gap: &mut [f64]) {
+        let n = self.points;
+        add_columns(&self.normal, n, |j| pressure[j], gap);
+        for (axis, block) in self.along.iter().enumerate() {
+            if let Some(block) = block {
+                let drag = &drag[axis * n..(axis + 1) * n];
+                add_columns(block, n, |j| pressure[j] * drag[j], gap);
+            }
+        }
+    }
+
+    /// The matrix for `drag` in rows, as the general solver takes it; `true` where it is symmetric.
+    pub(super) fn rows(&self, drag: &[f64]) -> (Vec<f64>, bool) {
+        let n = self.points;
+        let mut rows = transposed(&self.normal, n);
+        let mut symmetric = true;
+        for (axis, block) in self.along.iter().enumerate() {
+            let drag = &drag[axis * n..(axis + 1) * n];
+            if let Some(block) = block
+                && drag.iter().any(|d| *d != 0.0)
+            {
+                symmetric = false;
+                for (i, row) in rows.chunks_exact_mut(n).enumerate() {
+                    for (j, a) in row.iter_mut().enumerate() {
+                        *a += drag[j] * block[j * n + i];
+                    }
+                }
+            }
+        }
+        (rows, symmetric)
+    }
+}
+
+/// `out += sum_j factor(j) column_j`, four columns at a time, zero factors skipped.
+fn add_columns(columns: &[f64], n: usize, factor: impl Fn(usize) -> f64, out: &mut [f64]) {
+    let column = |j: usize| &columns[j * n..(j + 1) * n];
+    let mut used = (0..n).filter_map(|j| Some((j, factor(j))).filter(|(_, f)| *f != 0.0));
+    while let Some((j0, f0)) = used.next() {
+        let Some((j1, f1)) = used.next() else {
+            for (o, a) in out.iter_mut().zip(column(j0)) {
+                *o += f0 * a;
+            }
+            return;
+        };
+        let (j2, f2) = used.next().unwrap_or((j0, 0.0));
+        let (j3, f3) = used.next().unwrap_or((j0, 0.0));
+        let (a, b, c, d) = (column(j0), column(j1), column(j2), column(j3));
+        for ((((o, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+            *o += (f0 * a + f1 * b) + (f2 * c + f3 * d);
+        }
+    }
+}
+
+fn transposed(a: &[f64], n: usize) -> Vec<f64> {
+    let mut t = vec![0.0; n * n];
+    for (i, row) in a.chunks_exact(n.max(1)).enumerate() {
+        for (j, v) in row.iter().enumerate() {
+            t[j * n + i] = *v;
+        }
+    }
+    t
+}
+
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+}

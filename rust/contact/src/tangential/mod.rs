@@ -1,0 +1,23 @@
+//! Stick and slip: shifts, transient and steady rolling.
+//!
+//! With `C` the influence of the tangential traction `q` on the lower body on the displacement of the
+//! lower body relative to the upper one, `w` the rigid slip of the upper body over the lower one, and
+//! `d` a step along the rolling direction, the slip `S` of the upper body over the lower one is
+//!
+//! * shift: `S = w - C q - u_old`, with the relative displacement `u_old` of the earlier state;
+//! * transient rolling: `S = w |d| - C q - u_old(x + d)`, particles running against the rolling direction;
+//! * steady rolling: `S / |d| = w - [C q(x) - C q(x + d)] / |d|`, first order in `d`.
+//!
+//! Sought is `|q| <= mu p` with `S = 0` where less, and `q = mu p S / |S|` where it slips. A layer adds
+//! `h / G` to the diagonal of `C`. [Kalker1990, ch. 4], [Vollebregt2012]
+
+mod curve;
+mod levels;
+mod operators;
+mod problem;
+mod solve;
+
+pub use curve::creep_curve;
+pub use operators::{Bodies, Motion, PatchOperators};
+pub use problem::{Drive, Earlier, TangentialProblem, TangentialSolution};
+pub use solve::solve;

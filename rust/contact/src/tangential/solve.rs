@@ -1,0 +1,627 @@
+use std::cell::Cell;
+
+use mtb_complementarity::discs::{
+    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
+    Resultant, solve_discs,
+};
+use mtb_operator::{Grid, Monitor};
+
+use super::operators::{InverseSymbol, Level, Motion, PatchOperators, SlipOperator, upstream};
+use super::problem::{Drive, TangentialProblem, TangentialSolution};
+use crate::Error;
+use crate::error::{check, check_number, check_positive};
+use crate::friction::{Friction, Memory, Past, SlipFriction, SlipLaw};
+
+/// Residual to which the coarser grids are solved: they only provide a start.
+const COARSE_TOLERANCE: f64 = 1e-3;
+const COARSE_ITERATIONS: usize = 40;
+const FINE_ITERATIONS: usize = 200;
+/// Attempts at friction that depends on the slip, and fixed problems before each.
+const ROUNDS: usize = 4;
+const STEPS_A_ROUND: usize = 5;
+/// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
+const SPIN_ADVANCE: f64 = 1.0 / 6.0;
+
+/// Solves a shift, a step of transient rolling, or steady rolling.
+///
+/// Semismooth Newton on discs, started from coarser grids, all products by the Fourier transform. In
+/// rolling the rigid slip is taken at `x + d / 6`, as CONTACT does, so that fields with spin agree
+/// cell by cell; the difference to `x` vanishes with the step.
+///
+/// # Errors
+/// [`Error::Shape`], [`Error::NotFinite`], [`Error::Negative`], [`Error::Number`] for bad input,
+/// [`Error::NoContact`], [`Error::ForceTooLarge`]; the monitor's interruption. Not converging is no
+/// error: see [`TangentialSolution::converged`].
+pub fn solve(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    monitor: Monitor<'_>,
+) -> Result<TangentialSolution, Error> {
+    check_problem(operators, problem)?;
+    let offset = offset(operators, problem);
+    let mut cascade = Cascade::new(operators, problem, offset);
+    if let Friction::StaticKinetic { at_rest, kinetic } = problem.friction {
+        cascade.solve_static_kinetic(*at_rest, *kinetic, monitor)
+    } else {
+        let solution = cascade.solve(monitor)?;
+        Ok(cascade.finish(solution))
+    }
+}
+
+/// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
+fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
+    let grid = operators.grid();
+    let n = grid.points();
+    let step = operators.motion.step();
+    let length = match operators.motion {
+        Motion::Transient { .. } => operators.motion.step_length(),
+        _ => 1.0,
+    };
+    let given = problem.drive.map(|d| match d {
+        Drive::Slip(value) => value,
+        Drive::Force(_) => 0.0,
+    });
+    let mut offset = vec![0.0; 2 * n];
+    for j in 0..grid.ny {
+        let y = problem.origin[1] + j as f64 * grid.dy + SPIN_ADVANCE * step[1];
+        for i in 0..grid.nx {
+            let x = problem.origin[0] + i as f64 * grid.dx + SPIN_ADVANCE * step[0];
+            let k = j * grid.nx + i;
+            offset[k] = -length * (given[0] - problem.spin * y);
+            offset[n + k] = -length * (given[1] + problem.spin * x);
+        }
+    }
+    let transform = operators.transform();
+    let (first, second) = offset.split_at_mut(n);
+    if let Some([along, across]) = &operators.pressure_now {
+        // the slip grows by the displacement that the pressure causes, the image falls
+        transform.apply_add(along, -1.0, problem.pressure, first);
+        transform.apply_add(across, -1.0, problem.pressure, second);
+    }
+    let Some(earlier) = problem.earlier else {
+        return offset;
+    };
+    if let Some([along, across]) = &operators.pressure_earlier {
+        transform.apply_add(along, 1.0, &earlier.pressure, first);
+        transform.apply_add(across, 1.0, &earlier.pressure, second);
+    }
+    if let Some(kernels) = &operators.earlier {
+        kernels.apply_add(transform, -1.0, &earlier.traction, &mut offset);
+        for c in 0..2 {
+            let layer = carried(&grid, step, &earlier.traction[c * n..(c + 1) * n], 0.0);
+            for (f, q) in offset[c * n..(c + 1) * n].iter_mut().zip(layer) {
+                *f -= operators.layer * q;
+            }
+        }
+    }
+    offset
+}
+
+/// Values of a field one step ahead, by bilinear interpolation; `outside` beyond the grid.
+fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
+    let weights = upstream(grid, step);
+    (0..grid.points())
+        .map(|k| {
+            weights
+                .iter()
+                .map(|(d, w)| neighbour(grid, k, *d).map_or(outside, |m| field[m]) * w)
+                .sum()
+        })
+        .collect()
+}
+
+/// Point `d` cells away from point `k`, if it is on the grid.
+fn neighbour(grid: &Grid, k: usize, d: [isize; 2]) -> Option<usize> {
+    let i = (k % grid.nx).checked_add_signed(d[0])?;
+    let j = (k / grid.nx).checked_add_signed(d[1])?;
+    (i < grid.nx && j < grid.ny).then_some(j * grid.nx + i)
+}
+
+/// One problem on all grids, finest first.
+struct Cascade<'a> {
+    operators: &'a PatchOperators,
+    problem: &'a TangentialProblem<'a>,
+    pressure: Vec<Vec<f64>>,
+    /// Fixed coefficients of friction by level; empty if they depend on the slip.
+    coefficient: Vec<Vec<f64>>,
+    offset: Vec<Vec<f64>>,
+    coarse_iterations: usize,
+    products: Cell<f64>,
+    preconditionings: Cell<f64>,
+}
+
+impl<'a> Cascade<'a> {
+    fn new(
+        operators: &'a PatchOperators,
+        problem: &'a TangentialProblem<'a>,
+        offset: Vec<f64>,
+    ) -> Self {
+        let n = problem.pressure.len();
+        let fixed = match problem.friction {
+            Friction::Coulomb(coefficient) => Some(coefficient.clone()),
+            Friction::StaticKinetic { at_rest, .. } => Some(vec![*at_rest; n]),
+            Friction::SpeedDependent { .. } => None,
+        };
+        let mut cascade = Self {
+            operators,
+            problem,
+            pressure: vec![problem.pressure.to_vec()],
+            coefficient: fixed.into_iter().collect(),
+            offset: vec![offset],
+            coarse_iterations: 0,
+            products: Cell::new(0.0),
+            preconditionings: Cell::new(0.0),
+        };
+        for (level, coarsening) in operators.coarsenings.iter().enumerate() {
+            let pressure = cascade.pressure[level].clone();
+            if let Some(coefficient) = cascade.coefficient.get(level) {
+                let coarse = coarsening.weighted(coefficient, &pressure);
+                cascade.coefficient.push(coarse);
+            }
+            let ones = vec![1.0; pressure.len()];
+            let fine = &cascade.offset[level];
+            let (first, second) = fine.split_at(ones.len());
+            let mut coarse = coarsening.weighted(first, &ones);
+            coarse.extend(coarsening.weighted(second, &ones));
+            cascade.offset.push(coarse);
+            cascade.pressure.push(coarsening.average(&pressure));
+        }
+        cascade
+    }
+
+    /// Starts on the coarsest grid without traction, and carries the solution down to the finest.
+    fn solve(&mut self, monitor: Monitor<'_>) -> Result<DiscSolution, Error> {
+        let is_forced = |d: &Drive| matches!(d, Drive::Force(_));
+        let last = self.operators.levels.len() - 1;
+        let mut start = if self.problem.drive.iter().any(is_forced) {
+            DiscStart::Inside
+        } else {
+            DiscStart::At {
+                field: vec![0.0; 2 * self.pressure[last].len()],
+                multipliers: Vec::new(),
+            }
+        };
+        for level in (1..=last).rev() {
+            let coarse = self.solve_level(level, &start, monitor)?;
+            self.coarse_iterations += coarse.iterations;
+            let coarsening = &self.operators.coarsenings[level - 1];
+            let (from, to) = (&self.pressure[level], &self.pressure[level - 1]);
+            let n = from.len();
+            let mut field = coarsening.prolong(&coarse.field[..n], from, to);
+            field.extend(coarsening.prolong(&coarse.field[n..], from, to));
+            start = DiscStart::At {
+                field,
+                multipliers: coarse.multipliers,
+            };
+        }
+        let solution = self.solve_level(0, &start, monitor)?;
+        if solution.converged || !self.coefficient.is_empty() {
+            return Ok(solution);
+        }
+        self.approach_law(solution, monitor)
+    }
+
+    /// Approaches friction that depends on the slip through problems with fixed coefficients: each of them is
+    /// safe, the coefficients move half of the way to their law, and Newton's method takes over from
+    /// there. Where the law falls too steeply no state may exist that this could find.
+    fn approach_law(
+        &self,
+        failed: DiscSolution,
+        monitor: Monitor<'_>,
+    ) -> Result<DiscSolution, Error> {
+        let Friction::SpeedDependent { law, memory } = self.problem.friction else {
+            return Ok(failed);
+        };
+        let n = self.problem.pressure.len();
+        let mut history = failed.history.clone();
+        let mut last = failed;
+        let mut radius = vec![0.0; n];
+        let still = vec![0.0; n];
+        self.speed_dependent(0, law, *memory)
+            .radius(&still, &mut radius);
+        for _ in 0..ROUNDS {
+            for _ in 0..STEPS_A_ROUND {
+                let start = DiscStart::At {
+                    field: last.field,
+                    multipliers: last.multipliers,
+                };
+                let options = DiscOptions {
+                    tolerance: COARSE_TOLERANCE.max(self.problem.tolerance),
+                    max_iterations: FINE_ITERATIONS,
+                };
+                last = self.solve_discs_at(0, &start, Radius::Fixed(&radius), options, monitor)?;
+                let magnitude: Vec<f64> = (0..n)
+                    .map(|i| match last.state[i] {
+                        DiscState::Rim => last.image[i].hypot(last.image[n + i]),
+                        _ => 0.0,
+                    })
+                    .collect();
+                let mut wanted = vec![0.0; n];
+                self.speed_dependent(0, law, *memory)
+                    .radius(&magnitude, &mut wanted);
+                for (g, w) in radius.iter_mut().zip(wanted) {
+                    *g += 0.5 * (w - *g);
+                }
+            }
+            let start = DiscStart::At {
+                field: last.field.clone(),
+                multipliers: last.multipliers.clone(),
+            };
+            let mut attempt = self.solve_level(0, &start, monitor)?;
+            history.extend(&attempt.history);
+            if attempt.converged {
+                attempt.iterations = history.len();
+                attempt.history = history;
+                return Ok(attempt);
+            }
+            last.state = attempt.state;
+            last.image = attempt.image;
+            last.radius = attempt.radius;
+        }
+        last.converged = false;
+        last.iterations = history.len();
+        last.history = history;
+        Ok(last)
+    }
+
+    fn solve_level(
+        &self,
+        level: usize,
+        start: &DiscStart,
+        monitor: Monitor<'_>,
+    ) -> Result<DiscSolution, Error> {
+        let options = DiscOptions {
+            tolerance: if level == 0 {
+                self.problem.tolerance
+            } else {
+                COARSE_TOLERANCE.max(self.problem.tolerance)
+            },
+            max_iterations: match (level, self.coefficient.is_empty()) {
+                (0, false) => FINE_ITERATIONS,
+                _ => COARSE_ITERATIONS,
+            },
+        };
+        if let Friction::SpeedDependent { law, memory } = self.problem.friction {
+            let law = self.speed_dependent(level, law, *memory);
+            return self.solve_discs_at(level, start, Radius::Dependent(&law), options, monitor);
+        }
+        let fixed: Vec<f64> = self.coefficient[level]
+            .iter()
+            .zip(&self.pressure[level])
+            .map(|(mu, p)| mu * p.max(0.0))
+            .collect();
+        self.solve_discs_at(level, start, Radius::Fixed(&fixed), options, monitor)
+    }
+
+    fn solve_discs_at(
+        &self,
+        level: usize,
+        start: &DiscStart,
+        radius: Radius<'_>,
+        options: DiscOptions,
+        monitor: Monitor<'_>,
+    ) -> Result<DiscSolution, Error> {
+        let here = &self.operators.levels[level];
+        let resultants = self.resultants(level);
+        let problem = DiscProblem {
+            operator: &SlipOperator(here),
+            preconditioner: &InverseSymbol(here),
+            offset: &self.offset[level],
+            radius,
+            resultants: &resultants,
+            diagonal: here.diagonal,
+        };
+        let solution = solve_discs(&problem, start, options, monitor)?;
+        let size = here.grid.points() as f64 / self.operators.grid().points() as f64;
+        let add = |count: &Cell<f64>, more: usize| count.set(count.get() + size * more as f64);
+        add(&self.products, solution.products);
+        add(&self.preconditionings, solution.preconditionings);
+        Ok(solution)
+    }
+
+    fn resultants(&self, level: usize) -> Vec<Resultant> {
+        let grid = self.operators.levels[level].grid;
+        let n = grid.points();
+        let length = match self.operators.motion {
+            Motion::Transient { .. } => self.operators.motion.step_length(),
+            _ => 1.0,
+        };
+        let mut resultants = Vec::new();
+        for (c, drive) in self.problem.drive.iter().enumerate() {
+            if let Drive::Force(value) = *drive {
+                let mut direction = vec![0.0; 2 * n];
+                direction[c * n..(c + 1) * n].fill(length);
+                let mut weight = vec![0.0; 2 * n];
+                weight[c * n..(c + 1) * n].fill(grid.cell_area());
+                resultants.push(Resultant {
+                    direction,
+                    weight,
+                    value,
+                    softness: 0.0,
+                });
+            }
+        }
+        resultants
+    }
+
+    fn speed_dependent<'b>(
+        &'b self,
+        level: usize,
+        law: &'b SlipLaw,
+        memory: Option<Memory>,
+    ) -> SlipBound<'b> {
+        let here = &self.operators.levels[level];
+        let past = memory.map(|memory| (memory, self.past(level, here, law)));
+        SlipBound {
+            friction: SlipFriction::new(law, past),
+            pressure: &self.pressure[level],
+            speed: self.speed(),
+        }
+    }
+
+    /// Slip speed [m/s] per unit of the image.
+    fn speed(&self) -> f64 {
+        match self.operators.motion {
+            Motion::Transient { .. } => self.problem.speed / self.operators.motion.step_length(),
+            _ => self.problem.speed,
+        }
+    }
+
+    fn past(&self, level: usize, here: &Level, law: &SlipLaw) -> Past {
+        let grid = &here.grid;
+        let rest = law.evaluate(0.0).0;
+        if let Motion::Steady { .. } = self.operators.motion {
+            let pressure = &self.pressure[level];
+            let length = here.step[0].hypot(here.step[1]);
+            let along = |k: usize| {
+                (k % grid.nx) as f64 * grid.dx * here.step[0]
+                    + (k / grid.nx) as f64 * grid.dy * here.step[1]
+            };
+            let mut order: Vec<usize> = (0..grid.points()).filter(|k| pressure[*k] > 0.0).collect();
+            order.sort_by(|a, b| along(*b).total_cmp(&along(*a)));
+            let weights = upstream(grid, here.step);
+            let sources = (0..grid.points())
+                .map(|k| {
+                    weights.map(|(d, w)| match neighbour(grid, k, d) {
+                        Some(m) if pressure[m] > 0.0 => (m, w),
+                        _ => (k, 0.0),
+                    })
+                })
+                .collect();
+            return Past::Upstream {
+                order,
+                sources,
+                time: length / self.problem.speed,
+            };
+        }
+        let mut coefficient = match self.problem.earlier {
+            Some(earlier) => carried(
+                &self.operators.grid(),
+                self.operators.motion.step(),
+                &earlier.coefficient,
+                rest,
+            ),
+            None => vec![rest; self.operators.grid().points()],
+        };
+        for coarsening in &self.operators.coarsenings[..level] {
+            let ones = vec![1.0; coefficient.len()];
+            coefficient = coarsening.weighted(&coefficient, &ones);
+        }
+        Past::Known {
+            coefficient,
+            time: 1.0 / self.speed(),
+        }
+    }
+
+    /// Points that slip get the kinetic coefficient, and keep it should they come to rest in the
+    /// solution: a state that meets the law is reached after few solves, since points only enter.
+    fn solve_static_kinetic(
+        &mut self,
+        at_rest: f64,
+        kinetic: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<TangentialSolution, Error> {
+        let mut solution = self.solve(monitor)?;
+        loop {
+            let mut entered = false;
+            for (mu, state) in self.coefficient[0].iter_mut().zip(&solution.state) {
+                if *state == DiscState::Rim && (*mu - at_rest).abs() <= 0.0 && at_rest > kinetic {
+                    *mu = kinetic;
+                    entered = true;
+                }
+            }
+            if !entered || !solution.converged {
+                return Ok(self.finish(solution));
+            }
+            let start = DiscStart::At {
+                field: solution.field,
+                multipliers: solution.multipliers,
+            };
+            let iterations = solution.iterations;
+            solution = self.solve_level(0, &start, monitor)?;
+            solution.iterations += iterations;
+        }
+    }
+
+    fn finish(&self, solution: DiscSolution) -> TangentialSolution {
+        let grid = self.operators.grid();
+        let n = grid.points();
+        let per_length = match self.operators.motion {
+            Motion::Transient { .. } => 1.0 / self.operators.motion.step_length(),
+            _ => 1.0,
+        };
+        let mut multipliers = solution.multipliers.iter();
+        let drive = self.problem.drive.map(|d| match d {
+            Drive::Slip(value) => value,
+            Drive::Force(_) => multipliers.next().copied().unwrap_or(0.0),
+        });
+        let area = grid.cell_area();
+        let mut force = [0.0; 2];
+        let mut spin_moment = 0.0;
+        for k in 0..n {
+            let x = self.problem.origin[0] + (k % grid.nx) as f64 * grid.dx;
+            let y = self.problem.origin[1] + (k / grid.nx) as f64 * grid.dy;
+            let q = [solution.field[k], solution.field[n + k]];
+            force[0] += q[0] * area;
+            force[1] += q[1] * area;
+            spin_moment += (x * q[1] - y * q[0]) * area;
+        }
+        let rest = match self.problem.friction {
+            Friction::SpeedDependent { law, .. } => law.evaluate(0.0).0,
+            _ => 0.0,
+        };
+        let coefficient = match self.coefficient.first() {
+            Some(fixed) => fixed.clone(),
+            None => solution
+                .radius
+                .iter()
+                .zip(self.problem.pressure)
+                .map(|(g, p)| if *p > 0.0 { g / p } else { rest })
+                .collect(),
+        };
+        TangentialSolution {
+            slip: solution.image.iter().map(|f| -f * per_length).collect(),
+            traction: solution.field,
+            state: solution.state,
+            coefficient,
+            drive,
+            force,
+            spin_moment,
+            converged: solution.converged,
+            iterations: solution.iterations,
+            coarse_iterations: self.coarse_iterations,
+            products: self.products.get(),
+            preconditionings: self.preconditionings.get(),
+            history: solution.history,
+        }
+    }
+}
+
+/// Traction bound `mu(s) p` for the disc solver.
+struct SlipBound<'a> {
+    friction: SlipFriction<'a>,
+    pressure: &'a [f64],
+    speed: f64,
+}
+
+impl DependentRadius for SlipBound<'_> {
+    fn radius(&self, magnitude: &[f64], radius: &mut [f64]) {
+        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
+        self.friction.coefficients(&speed, radius);
+        for (g, p) in radius.iter_mut().zip(self.pressure) {
+            *g *= p.max(0.0);
+        }
+    }
+
+    fn derivative(&self, magnitude: &[f64], change: &[f64], derivative: &mut [f64]) {
+        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
+        let change: Vec<f64> = change.iter().map(|m| m * self.speed).collect();
+        self.friction.derivative(&speed, &change, derivative);
+        for (g, p) in derivative.iter_mut().zip(self.pressure) {
+            *g *= p.max(0.0);
+        }
+    }
+}
+
+fn check_problem(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Result<(), Error> {
+    let n = operators.grid().points();
+    check("pressure", problem.pressure, n)?;
+    check("origin", &problem.origin, 2)?;
+    for drive in problem.drive {
+        match drive {
+            Drive::Slip(value) => check_number("slip", value, true, "a finite number is needed")?,
+            Drive::Force(value) => check_number("force", value, true, "a finite number is needed")?,
+        }
+    }
+    check_number("spin", problem.spin, true, "a finite number is needed")?;
+    check_positive("speed", problem.speed)?;
+    check_number(
+        "tolerance",
+        problem.tolerance,
+        problem.tolerance > 0.0 && problem.tolerance < 1.0,
+        "a number between 0 and 1 is needed",
+    )?;
+    if let Some(earlier) = problem.earlier {
+        check("earlier traction", &earlier.traction, 2 * n)?;
+        check("earlier pressure", &earlier.pressure, n)?;
+        check("earlier coefficient", &earlier.coefficient, n)?;
+    }
+    if !problem.pressure.iter().any(|p| *p > 0.0) {
+        return Err(Error::NoContact);
+    }
+    let largest = check_friction(problem)?;
+    let force = problem
+        .drive
+        .map(|d| if let Drive::Force(f) = d { f } else { 0.0 });
+    let capacity = largest * operators.grid().cell_area();
+    if force[0].hypot(force[1]) >= capacity && force != [0.0; 2] {
+        return Err(Error::ForceTooLarge {
+            force: force[0].hypot(force[1]),
+            largest: capacity,
+        });
+    }
+    Ok(())
+}
+
+/// Checks the law; returns the sum of the largest traction bounds [Pa].
+fn check_friction(problem: &TangentialProblem<'_>) -> Result<f64, Error> {
+    let wanted = "a coefficient of friction must not be negative";
+    let total: f64 = problem.pressure.iter().map(|p| p.max(0.0)).sum();
+    match problem.friction {
+        Friction::Coulomb(coefficient) => {
+            check("friction coefficient", coefficient, problem.pressure.len())?;
+            for mu in coefficient {
+                check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
+            }
+            let bound = coefficient.iter().zip(problem.pressure);
+            Ok(bound.map(|(mu, p)| mu * p.max(0.0)).sum())
+        }
+        Friction::StaticKinetic { at_rest, kinetic } => {
+            check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
+            check_number(
+                "static coefficient",
+                *at_rest,
+                at_rest >= kinetic,
+                "it must not be below the kinetic one",
+            )?;
+            Ok(at_rest * total)
+        }
+        Friction::SpeedDependent { law, memory } => {
+            let most = match law {
+                SlipLaw::Exponential {
+                    at_rest,
+                    kinetic,
+                    half_slip,
+                } => {
+                    check_positive("half_slip", *half_slip)?;
+                    check_number("static coefficient", *at_rest, *at_rest >= 0.0, wanted)?;
+                    check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
+                    at_rest.max(*kinetic)
+                }
+                SlipLaw::Table {
+                    slip_speed,
+                    coefficient,
+                } => {
+                    check("slip speed", slip_speed, coefficient.len())?;
+                    let rises = slip_speed.windows(2).all(|w| w[1] > w[0]);
+                    let first = slip_speed.first().copied().unwrap_or(f64::NAN);
+                    check_number(
+                        "first slip speed",
+                        first,
+                        rises && first.abs() <= 0.0,
+                        "slip speeds must rise strictly from 0",
+                    )?;
+                    for mu in coefficient {
+                        check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
+                    }
+                    coefficient.iter().copied().fold(0.0, f64::max)
+                }
+            };
+            if let Some(memory) = memory {
+                check_positive("memory distance", memory.distance)?;
+                check_positive("memory slip speed", memory.min_slip)?;
+            }
+            Ok(most * total)
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Prepared contacts: balance, poses, and bytes that are what they say.
+
+use std::sync::Arc;
+
+use mtb_complementarity::linear::Status;
+use mtb_contact::prepared::{
+    FreeMotion, Geometry, Means, Prepared, PreparedContact, Pull, Step, Table,
+};
+use mtb_contact::sliding::RigidMotion;
+use mtb_contact::stepping::Influence;
+use mtb_operator::unmonitored;
+use proptest::prelude::*;
+
+const N: usize = 3;
+
+/// Three points in a row, 1 apart, on springs of stiffness 1, free to move along z.
+fn springs() -> Prepared {
+    let normal: Vec<f64> = (0..N * N)
+        .map(|k| if k % (N + 1) == 0 { 1.0 } else { 0.0 })
+        .collect();
+    let unit = |axis: usize| -> Vec<f64> {
+        (0..3 * N)
+            .map(|k| if k / N == axis { 1.0 } else { 0.0 })
+            .collect()
+    };
+    let loads = |gap: f64, work: f64| [vec![gap; N], vec![work]].concat();
+    Prepared {
+        influence: Arc::new(Influence::from_columns(N, normal, [None, None]).unwrap()),
+        geometry: Geometry {
+            points: vec![-1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            normal: unit(2),
+            tangent_x: unit(0),
+            tangent_y: unit(1),
+            area: vec![1.0; N],
+            mean_frame: [unit(0), unit(1), unit(2)],
+            means: Some(Means {
+                start: vec![0, 2, 4, 5],
+                column: vec![0, 1, 1, 2, 2],
+                share: vec![0.75, 0.25, 0.5, 0.5, 1.0],
+            }),
+        },
+        motions: vec![FreeMotion {
+            name: "z".to_owned(),
+            motion: RigidMotion {
+                tangential_x: vec![0.0; N],
+                tangential_y: vec![0.0; N],
+                opening: vec![1.0; N],
+                work: 0.0,
+            },
+            component: Some(2),
+        }],
+        friction: Table::new(vec![0.0, 10.0], vec![vec![0.5; N], vec![0.1; N]]).unwrap(),
+        loads: Table::constant(loads(0.0, -3.0)),
+        magnetic: Some([loads(0.0, 0.0), loads(0.0, -1.5)]),
+        sliding_direction: [1.0, 0.0],
+        reference_point: [0.0, 0.0, 2.0],
+        standstill_speed: None,
+    }
+}
+
+fn step(pose: [f64; 6], velocity: [f64; 2], pull: Pull<'_>) -> Step<'_> {
+    Step {
+        pose,
+        velocity,
+        pull,
+    }
+}
+
+const FREE: [f64; 6] = [f64::NAN; 6];
+
+#[test]
+fn force_and_moment_are_those_of_the_pressures() {
+    let mut contact = PreparedContact::new(Arc::new(springs()));
+    let out = contact
+        .step(&step(FREE, [5.0, 0.0], Pull::Scene), &unmonitored)
+        .unwrap();
+    assert_eq!(out.solution.status, Status::Solved);
+    for (found, wanted) in out.force.iter().zip([0.9, 0.0, -3.0]) {
+        assert!((found - wanted).abs() < 1e-12, "{:?}", out.force);
+    }
+    // friction 2 below the reference point
+    assert!((out.moment[1] + 1.8).abs() < 1e-12, "{:?}", out.moment);
+    let back = contact
+        .step(&step(FREE, [-5.0, 0.0], Pull::Uniform(4.0)), &unmonitored)
+        .unwrap();
+    assert!((back.force[0] + 1.8).abs() < 1e-12 && (back.force[2] + 6.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_prescribed_component_takes_the_place_of_its_motion() {
+    let mut contact = PreparedContact::new(Arc::new(springs()));
+    let mut pose = FREE;
+    pose[2] = -0.5;
+    let out = contact
+        .step(&step(pose, [1.0, 0.0], Pull::Scene), &unmonitored)
+        .unwrap();
+    assert!((out.force[2] + 1.5).abs() < 1e-12);
+    pose[4] = 0.1;
+    let out = contact
+        .step(&step(pose, [1.0, 0.0], Pull::Scene), &unmonitored)
+        .unwrap();
+    // nose (x > 0) down by a positive pitch, about a point 2 above
+    let by_angle: Vec<f64> = [-1.0, 0.0, 1.0]
+        .iter()
+        .map(|x| 0.5 + x * 0.1_f64.sin() + 2.0 * (0.1_f64.cos() - 1.0))
+        .collect();
+    for (p, wanted) in out.solution.pressure.iter().zip(by_angle) {
+        assert!((p - wanted).abs() < 1e-12, "{p} {wanted}");
+    }
+}
+
+#[test]
+fn mean_pressures_keep_the_force() {
+    let prepared = springs();
+    let mean = prepared.mean_pressure(&[4.0, 0.0, 2.0]);
+    assert_eq!(mean, [3.0, 0.0, 3.0]);
+    assert_eq!(prepared.mean_pressure(&[4.0, 2.0, 2.0]), [3.5, 2.0, 2.0]);
+}
+
+#[test]
+fn what_cannot_be_asked_is_named() {
+    let mut contact = PreparedContact::new(Arc::new(springs()));
+    let mut ask = |pose, velocity, pull| {
+        contact
+            .step(&step(pose, velocity, pull), &unmonitored)
+            .unwrap_err()
+            .to_string()
+    };
+    assert_eq!(
+        ask(FREE, [11.0, 0.0], Pull::Scene),
+        "velocity is 11 m/s: the table of friction covers 0 to 10 m/s"
+    );
+    assert!(ask(FREE, [0.0, 0.0], Pull::Scene).starts_with("velocity is 0: at rest"));
+    assert_eq!(
+        ask(
+            [f64::INFINITY, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [1.0, 0.0],
+            Pull::Scene
+        ),
+        "pose[0] is inf, a finite number is needed"
+    );
+    let mut slow = springs();
+    slow.standstill_speed = Some(0.1);
+    let out = PreparedContact::new(Arc::new(slow))
+        .step(&step(FREE, [0.0, 0.0], Pull::Scene), &unmonitored)
+        .unwrap();
+    assert!(out.force[0] == 0.0 && (out.force[2] + 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn bytes_come_back_and_changes_are_found() {
+    let prepared = springs();
+    let bytes = prepared.to_bytes();
+    assert_eq!(Prepared::from_bytes(&bytes).unwrap(), prepared);
+    for cut in 0..bytes.len() {
+        assert!(Prepared::from_bytes(&bytes[..cut]).is_err());
+        let mut changed = bytes.clone();
+        changed[cut] ^= 0x10;
+        assert!(
+            Prepared::from_bytes(&changed).is_err(),
+            "a change at {cut} went unnoticed"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_it_panic(body in prop::collection::vec(any::<u8>(), 0..200)) {
+        prop_assert!(Prepared::from_bytes(&body).is_err());
+    }
+}

@@ -1,0 +1,223 @@
+//! Steps from memory equal solves without one.
+
+use std::sync::Arc;
+
+use mtb_complementarity::linear::Status;
+use mtb_contact::sliding::{RigidMotion, SlidingContact, SlidingMatrix, SlidingSolution};
+use mtb_contact::stepping::{Effort, Influence, SlidingStepper};
+use mtb_operator::{Compliance, Component, unmonitored};
+use proptest::prelude::*;
+
+const SIDE: usize = 7;
+const N: usize = SIDE * SIDE;
+
+/// A smooth compliance on a grid whose tangential tractions tilt the gap along them.
+struct Plate {
+    coupling: f64,
+}
+
+fn place(i: usize) -> (f64, f64) {
+    ((i % SIDE) as f64, (i / SIDE) as f64)
+}
+
+impl Compliance for Plate {
+    fn points(&self) -> usize {
+        N
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        assert_eq!(observed, Component::Normal, "only the gap is asked for");
+        for i in 0..N {
+            let (xi, yi) = place(i);
+            for j in 0..N {
+                let (xj, yj) = place(j);
+                let r = (xi - xj).hypot(yi - yj) + 0.3;
+                displacement[i] += scale
+                    * traction[j]
+                    * match loaded {
+                        Component::Normal => 1.0 / r,
+                        Component::X => self.coupling * (xi - xj) / (r * r),
+                        Component::Y => self.coupling * (yi - yj) / (r * r),
+                    };
+            }
+        }
+    }
+}
+
+/// Approach and two tilts about the middle.
+fn motions(work: [f64; 3]) -> Vec<RigidMotion> {
+    let middle = 0.5 * (SIDE - 1) as f64;
+    let column = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+        (0..N)
+            .map(|i| f(place(i).0 - middle, place(i).1 - middle))
+            .collect()
+    };
+    [
+        (column(&|_, _| 0.0), column(&|_, _| 1.0)),
+        (column(&|_, _| 0.4), column(&|x, _| x)),
+        (column(&|_, _| 0.0), column(&|_, y| y)),
+    ]
+    .into_iter()
+    .zip(work)
+    .map(|((tangential_x, opening), work)| RigidMotion {
+        tangential_x,
+        tangential_y: vec![0.0; N],
+        opening,
+        work,
+    })
+    .collect()
+}
+
+fn crowned(height: f64, slope: f64) -> Vec<f64> {
+    let middle = 0.5 * (SIDE - 1) as f64;
+    (0..N)
+        .map(|i| {
+            let (x, y) = place(i);
+            height * ((x - middle).powi(2) + 0.3 * (y - middle).powi(2)) + slope * (x - middle)
+        })
+        .collect()
+}
+
+fn compare(step: &SlidingSolution, cold: &SlidingSolution) -> Result<(), TestCaseError> {
+    prop_assert_eq!(step.status, cold.status);
+    if cold.status != Status::Solved {
+        return Ok(());
+    }
+    prop_assert!(step.residual < 1e-11, "{}", step.residual);
+    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for (name, a, b) in [
+        ("pressure", &step.pressure, &cold.pressure),
+        ("gap", &step.gap, &cold.gap),
+        ("motion", &step.motion, &cold.motion),
+    ] {
+        let size = largest(b);
+        for (i, (a, b)) in a.iter().zip(b).enumerate() {
+            prop_assert!((a - b).abs() <= 1e-9 * size, "{name} {i}: {a} {b}");
+        }
+    }
+    Ok(())
+}
+
+struct Walk {
+    friction: f64,
+    reversed: bool,
+    uneven: bool,
+    crown: f64,
+    slope: f64,
+    work: [f64; 3],
+    free: usize,
+}
+
+fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
+    let mut stepper = SlidingStepper::new(Arc::new(Influence::of(plate)));
+    let area: Vec<f64> = (0..N).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
+    let mut efforts = Vec::new();
+    for w in walk {
+        let gap = crowned(w.crown, w.slope);
+        let gap: Vec<f64> = gap
+            .iter()
+            .map(|g| g - if w.free == 0 { 1.0 } else { 0.0 })
+            .collect();
+        let sign = if w.reversed { -1.0 } else { 1.0 };
+        let (c, s) = (0.8 * sign, 0.6 * sign);
+        let direction: Vec<f64> = [vec![c; N], vec![s; N]].concat();
+        let friction: Vec<f64> = (0..N)
+            .map(|i| {
+                w.friction
+                    * if w.uneven {
+                        1.0 + 0.2 * (i as f64).sin()
+                    } else {
+                        1.0
+                    }
+            })
+            .collect();
+        let motions = motions(w.work);
+        let contact = SlidingContact {
+            gap: &gap,
+            area: &area,
+            friction: &friction,
+            direction: &direction,
+            motions: &motions[..w.free],
+        };
+        let cold = SlidingMatrix::new(plate, &direction, true)
+            .unwrap()
+            .solve(&contact, None, &unmonitored)
+            .unwrap();
+        let (step, effort) = stepper.solve(&contact, &unmonitored).unwrap();
+        compare(&step, &cold)?;
+        efforts.push(effort);
+    }
+    Ok(efforts)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    #[test]
+    fn any_sequence_equals_solves_without_memory(
+        coupling in 0.0..0.3_f64,
+        walk in prop::collection::vec(
+            (0.0..0.5_f64, any::<bool>(), any::<bool>(), 0.0..0.2_f64, -0.1..0.1_f64,
+             (-60.0..-5.0_f64, -0.8..0.8_f64, -0.8..0.8_f64), 0_usize..4),
+            1..12,
+        ),
+    ) {
+        let walk: Vec<Walk> = walk
+            .into_iter()
+            .map(|(friction, reversed, uneven, crown, slope, (force, mx, my), free)| Walk {
+                friction, reversed, uneven, crown, slope, work: [force, force * mx, force * my], free,
+            })
+            .collect();
+        run(&Plate { coupling }, &walk)?;
+    }
+}
+
+/// A slow walk: friction and load change a little every step.
+fn slow(steps: usize) -> Vec<Walk> {
+    (0..steps)
+        .map(|k| {
+            let t = k as f64 / steps as f64;
+            Walk {
+                friction: 0.1 + 0.3 * t,
+                reversed: false,
+                uneven: true,
+                crown: 0.05,
+                slope: 0.02 * t,
+                work: [-40.0 - 5.0 * t, 2.0 * t, 0.0],
+                free: 3,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn a_slow_change_hardly_factorises() {
+    let efforts = run(&Plate { coupling: 0.2 }, &slow(200)).unwrap();
+    let factorisations: usize = efforts.iter().map(|e| e.factorisations).sum();
+    assert!(
+        factorisations < 40,
+        "{factorisations} factorisations in 200 steps"
+    );
+    assert!(efforts[1..].iter().all(|e| e.sets <= 4 && !e.fell_back));
+}
+
+#[test]
+fn the_same_step_again_costs_a_product() {
+    let walk: Vec<Walk> = (0..3).flat_map(|_| slow(1)).collect();
+    let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+    assert_eq!(
+        efforts[2],
+        Effort {
+            sets: 1,
+            factorisations: 0,
+            products: 1,
+            fell_back: false
+        }
+    );
+}

@@ -1,0 +1,203 @@
+use thiserror::Error;
+
+/// What the bodies of this crate refuse.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// Elastic constants that no stable isotropic material has.
+    #[error(
+        "shear modulus {shear_modulus:e} Pa, Poisson's ratio {poisson_ratio}: the modulus must be positive and finite, the ratio in (-1, 0.5]"
+    )]
+    Material {
+        /// Shear modulus [Pa].
+        shear_modulus: f64,
+        /// Poisson's ratio [-].
+        poisson_ratio: f64,
+    },
+    /// A contact of rigid bodies only.
+    #[error("both bodies are rigid: one of them must be elastic")]
+    NoBody,
+    /// A contact patch that is no grid.
+    #[error(transparent)]
+    Grid(#[from] mtb_operator::Error),
+    /// Patches on one sheet whose spacings differ.
+    #[error(
+        "patch {patch} has spacing {dx:e} x {dy:e} m, the first one {first_dx:e} x {first_dy:e} m: all patches of a body share one spacing"
+    )]
+    PatchSpacing {
+        /// Index of the patch.
+        patch: usize,
+        /// Its spacing along x [m].
+        dx: f64,
+        /// Its spacing along y [m].
+        dy: f64,
+        /// Spacing of the first patch along x [m].
+        first_dx: f64,
+        /// Spacing of the first patch along y [m].
+        first_dy: f64,
+    },
+    /// A body without contact patches.
+    #[error("a half-space needs at least one contact patch")]
+    NoPatch,
+    /// Poisson's ratio that finite elements cannot take.
+    #[error("Poisson's ratio is {0}: finite elements need less than 0.5")]
+    Incompressible(f64),
+    /// An array of the wrong length.
+    #[error("{name} has {found} entries, {expected} are needed")]
+    Shape {
+        /// Which array.
+        name: &'static str,
+        /// What was given.
+        found: usize,
+        /// What would do.
+        expected: usize,
+    },
+    /// A number that is not finite.
+    #[error("{name} {index} is not finite")]
+    NotFinite {
+        /// Which array.
+        name: &'static str,
+        /// Where in it.
+        index: usize,
+    },
+    /// An index out of range.
+    #[error("{name} {index} refers to {what} {value}, but there are {count}")]
+    Index {
+        /// Which array.
+        name: &'static str,
+        /// Where in it.
+        index: usize,
+        /// What is referred to.
+        what: &'static str,
+        /// The index found.
+        value: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A tetrahedron turned inside out.
+    #[error("tetrahedron {tet} is inverted: its volume is {volume:e} m3")]
+    Inverted {
+        /// Its number.
+        tet: usize,
+        /// Its smallest Jacobian over six [m3].
+        volume: f64,
+    },
+    /// A tetrahedron without thickness.
+    #[error(
+        "tetrahedron {tet} is a sliver: its quality is {quality:e}, at least {limit:e} is needed (regular: 1)"
+    )]
+    Sliver {
+        /// Its number.
+        tet: usize,
+        /// Volume over that of a regular tetrahedron with the same mean square edge.
+        quality: f64,
+        /// The smallest quality accepted.
+        limit: f64,
+    },
+    /// A node that belongs to nothing.
+    #[error("node {0} belongs to no tetrahedron")]
+    LooseNode(usize),
+    /// More than one body.
+    #[error("the mesh falls into {0} unconnected pieces, one is needed")]
+    Pieces(usize),
+    /// A displacement component claimed twice.
+    #[error("supports \"{first}\" and \"{second}\" both hold {component} of node {node}")]
+    Contradiction {
+        /// The support that came first.
+        first: String,
+        /// The other.
+        second: String,
+        /// Which displacement.
+        component: char,
+        /// Of which node.
+        node: usize,
+    },
+    /// Rigid motions that neither the supports nor the contact can hold.
+    #[error("the supports leave the body loose, and contact cannot hold it: {0}")]
+    Loose(String),
+    /// Supports that hold all there is.
+    #[error("the supports hold every node, nothing is left to deform")]
+    Held,
+    /// A triangle that is not on the surface.
+    #[error("triangle {0} is no face of the body's boundary")]
+    NotOnBoundary(usize),
+    /// A point away from the surface.
+    #[error("point {point} is more than {reach:e} m away from the contact face")]
+    OffSurface {
+        /// Its index.
+        point: usize,
+        /// The distance allowed [m].
+        reach: f64,
+    },
+    /// A contact point without area.
+    #[error("contact point {0} has no area on the contact face")]
+    NoArea(usize),
+    /// A frame that is not orthonormal.
+    #[error("the frame at quadrature point {0} is not orthonormal")]
+    Frame(usize),
+    /// A stiffness matrix that is not positive definite.
+    #[error(
+        "the stiffness matrix is not positive definite at node {node}: part of the body can move without strain"
+    )]
+    Singular {
+        /// The node whose pivot vanished.
+        node: usize,
+    },
+    /// A problem too large to start.
+    #[error(
+        "{unknowns} unknowns need {gigabytes:.1} GB and {teraflop:.1} TFlop to factorise, the limits are {gigabytes_limit:.1} GB and {teraflop_limit:.1} TFlop: coarsen the mesh"
+    )]
+    TooLarge {
+        /// Unknown displacements.
+        unknowns: usize,
+        /// Memory of the factor.
+        gigabytes: f64,
+        /// Its operations.
+        teraflop: f64,
+        /// Memory allowed.
+        gigabytes_limit: f64,
+        /// Operations allowed.
+        teraflop_limit: f64,
+    },
+    /// A number that must be positive is not.
+    #[error("{name} is {value}, a positive finite number is needed")]
+    NotPositive {
+        /// Name of the number.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A patch of hats needs two nodes in each direction.
+    #[error("patch {patch} has {nx} x {ny} nodes: at least 2 x 2 are needed")]
+    NoCell {
+        /// Index of the patch.
+        patch: usize,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// Basis functions leave a hole in the surface that they should cover.
+    #[error(
+        "no basis function covers the point ({x}, {y}) m: a larger standard deviation is needed"
+    )]
+    Uncovered {
+        /// Where, x [m].
+        x: f64,
+        /// Where, y [m].
+        y: f64,
+    },
+    /// A point lies outside the surface that carries the basis functions.
+    #[error("point {index} at ({x}, {y}) m lies outside the domain")]
+    Outside {
+        /// Index of the point.
+        index: usize,
+        /// Its x [m].
+        x: f64,
+        /// Its y [m].
+        y: f64,
+    },
+    /// The monitor asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}

@@ -1,0 +1,412 @@
+use std::sync::{Arc, OnceLock};
+
+use mtb_operator::{Compliance, Component, Grid, Kernel, Transform};
+
+use super::influence;
+use crate::{Error, Material};
+
+/// A rectangle of contact cells on the surface of a half-space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// x of the centre of the first cell [m].
+    pub x0: f64,
+    /// y of the centre of the first cell [m].
+    pub y0: f64,
+    /// The cells.
+    pub grid: Grid,
+}
+
+/// Whether a load on one patch of a body moves its other patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Neighbours {
+    /// One solid under all patches, as a rail under two pole shoes.
+    Interact,
+    /// Each patch belongs to a solid of its own, as the pole shoes.
+    Separate,
+}
+
+/// An elastic half-space under piecewise constant tractions on rectangular cells.
+///
+/// Displacements are taken at the cell centres. Products go by the Fourier transform, one kernel per
+/// pair of components and of patches, made when first needed; [`Compliance::add_influence`] gives
+/// the same coefficients as a dense matrix. Points of several patches follow one another. Safe to
+/// share between threads.
+pub struct HalfSpace {
+    material: Material,
+    patches: Vec<Patch>,
+    starts: Vec<usize>,
+    /// From source patch `s` to target patch `t` at `t * patches + s`; `None` where they do not interact.
+    transforms: Vec<Option<Arc<Transform>>>,
+    kernels: [[OnceLock<Vec<Option<Kernel>>>; 3]; 3],
+}
+
+impl HalfSpace {
+    /// A half-space with one grid of cells.
+    ///
+    /// # Errors
+    /// [`Error::Material`], [`Error::Grid`].
+    pub fn new(material: Material, grid: Grid) -> Result<Self, Error> {
+        let patch = Patch {
+            x0: 0.0,
+            y0: 0.0,
+            grid,
+        };
+        Self::with_patches(material, vec![patch], Neighbours::Interact)
+    }
+
+    /// A half-space with several patches of cells, at any distance from one another, in one plane.
+    ///
+    /// # Errors
+    /// [`Error::Material`], [`Error::Grid`], [`Error::NoPatch`], and [`Error::PatchSpacing`] where
+    /// the spacings differ.
+    pub fn with_patches(
+        material: Material,
+        patches: Vec<Patch>,
+        neighbours: Neighbours,
+    ) -> Result<Self, Error> {
+        let material = Material::new(material.shear_modulus, material.poisson_ratio)?;
+        let starts = starts(&patches)?;
+        let mut planned: Vec<Arc<Transform>> = Vec::new();
+        let mut transforms = Vec::new();
+        for t in 0..patches.len() {
+            for s in 0..patches.len() {
+                if s != t && neighbours == Neighbours::Separate {
+                    transforms.push(None);
+                    continue;
+                }
+                let shape = |p: usize| [patches[p].grid.nx, patches[p].grid.ny];
+                let (source, target) = (shape(s), shape(t));
+                let known = planned
+                    .iter()
+                    .find(|p| p.source() == source && p.target() == target)
+                    .cloned();
+                let transform = known.unwrap_or_else(|| {
+                    let transform = Arc::new(Transform::new(source, target));
+                    planned.push(Arc::clone(&transform));
+                    transform
+                });
+                transforms.push(Some(transform));
+            }
+        }
+        Ok(Self {
+            material,
+            patches,
+            starts,
+            transforms,
+            kernels: Default::default(),
+        })
+    }
+
+    /// The elastic constants.
+    pub fn material(&self) -> Material {
+        self.material
+    }
+
+    /// The patches, in the order of the points.
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Distance between the first cells of two patches and the cell [m].
+    fn placement(&self, target: usize, source: usize) -> ([f64; 2], [f64; 2]) {
+        let (t, s) = (&self.patches[target], &self.patches[source]);
+        let Grid { dx, dy, .. } = self.patches[0].grid;
+        ([t.x0 - s.x0, t.y0 - s.y0], [dx, dy])
+    }
+
+    fn kernel(
+        &self,
+        observed: Component,
+        loaded: Component,
+        target: usize,
+        source: usize,
+    ) -> Option<Kernel> {
+        let n = self.patches.len();
+        let transform = self.transforms[target * n + source].as_ref()?;
+        let (shift, cell) = self.placement(target, source);
+        let at = |i: f64, j: f64| {
+            let offset = [shift[0] + i * cell[0], shift[1] + j * cell[1]];
+            influence(&self.material, observed, loaded, offset, cell)
+        };
+        let kernel = if observed == loaded && target == source {
+            transform.even_kernel(|i, j| at(i as f64, j as f64))
+        } else {
+            transform.kernel(|i, j| at(i as f64, j as f64))
+        };
+        Some(kernel)
+    }
+
+    fn kernels(&self, observed: Component, loaded: Component) -> &[Option<Kernel>] {
+        let n = self.patches.len();
+        self.kernels[index(observed)][index(loaded)].get_or_init(|| {
+            (0..n * n)
+                .map(|k| self.kernel(observed, loaded, k / n, k % n))
+                .collect()
+        })
+    }
+}
+
+/// First point of each patch and the number of all points, of patches that share one spacing.
+pub(super) fn starts(patches: &[Patch]) -> Result<Vec<usize>, Error> {
+    let Some(first) = patches.first().map(|p| p.grid) else {
+        return Err(Error::NoPatch);
+    };
+    let mut starts = vec![0];
+    for (patch, Patch { grid, .. }) in patches.iter().enumerate() {
+        let Grid { nx, ny, dx, dy } = *grid;
+        Grid::new(nx, ny, dx, dy)?;
+        let differs = |a: f64, b: f64| (a - b).abs() > 1e-12 * b;
+        if differs(dx, first.dx) || differs(dy, first.dy) {
+            let (first_dx, first_dy) = (first.dx, first.dy);
+            return Err(Error::PatchSpacing {
+                patch,
+                dx,
+                dy,
+                first_dx,
+                first_dy,
+            });
+        }
+        starts.push(starts[patch] + grid.points());
+    }
+    Ok(starts)
+}
+
+/// Whether a traction along `loaded` moves the surface along `observed` at all.
+pub(super) fn is_coupled(material: &Material, observed: Component, loaded: Component) -> bool {
+    let is_mixed = (observed == Component::Normal) != (loaded == Component::Normal);
+    let nu = material.poisson_ratio;
+    if is_mixed {
+        nu < 0.5
+    } else {
+        observed == loaded || nu.abs() > 0.0
+    }
+}
+
+/// Displacement [m/Pa] of the surface by a normal traction wave of unit amplitude:
+/// `(1 - nu) / (G k)`, with the wave number `k` [1/m]; zero for the mean, which a half-space cannot carry.
+///
+/// [Johnson1985, ch. 13.2]
+pub fn wave_compliance(material: &Material, wave_number: f64) -> f64 {
+    if wave_number == 0.0 {
+        0.0
+    } else {
+        (1.0 - material.poisson_ratio) / (material.shear_modulus * wave_number)
+    }
+}
+
+pub(super) fn index(component: Component) -> usize {
+    match component {
+        Component::X => 0,
+        Component::Y => 1,
+        Component::Normal => 2,
+    }
+}
+
+impl Compliance for HalfSpace {
+    fn points(&self) -> usize {
+        self.starts[self.patches.len()]
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        if !is_coupled(&self.material, observed, loaded) {
+            return;
+        }
+        let n = self.patches.len();
+        let kernels = self.kernels(observed, loaded);
+        for target in 0..n {
+            let u = &mut displacement[self.starts[target]..self.starts[target + 1]];
+            for source in 0..n {
+                let p = &traction[self.starts[source]..self.starts[source + 1]];
+                let k = target * n + source;
+                if let (Some(transform), Some(kernel)) = (&self.transforms[k], &kernels[k]) {
+                    transform.apply_add(kernel, scale, p, u);
+                }
+            }
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        if !is_coupled(&self.material, observed, loaded) {
+            return;
+        }
+        let (n, points) = (self.patches.len(), self.points());
+        for target in 0..n {
+            for source in 0..n {
+                if self.transforms[target * n + source].is_none() {
+                    continue;
+                }
+                let (shift, cell) = self.placement(target, source);
+                let (t, s) = (&self.patches[target].grid, &self.patches[source].grid);
+                // every offset once
+                let width = t.nx + s.nx - 1;
+                let table: Vec<f64> = (0..width * (t.ny + s.ny - 1))
+                    .map(|k| {
+                        let i = (k % width) as f64 - (s.nx - 1) as f64;
+                        let j = (k / width) as f64 - (s.ny - 1) as f64;
+                        let offset = [shift[0] + i * cell[0], shift[1] + j * cell[1]];
+                        scale * influence(&self.material, observed, loaded, offset, cell)
+                    })
+                    .collect();
+                for row in 0..t.points() {
+                    let from = (self.starts[target] + row) * points + self.starts[source];
+                    for (column, value) in matrix[from..from + s.points()].iter_mut().enumerate() {
+                        let i = row % t.nx + s.nx - 1 - column % s.nx;
+                        let j = row / t.nx + s.ny - 1 - column / s.nx;
+                        *value += table[j * width + i];
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Component::{Normal, X, Y};
+
+    const STEEL: Material = Material {
+        shear_modulus: 80e9,
+        poisson_ratio: 0.28,
+    };
+
+    fn field(n: usize) -> Vec<f64> {
+        (0..n).map(|k| ((7 * k + 3) % 11) as f64 - 4.0).collect()
+    }
+
+    fn assert_fft_equals_dense(body: &HalfSpace) {
+        let n = body.points();
+        let p = field(n);
+        for observed in [X, Y, Normal] {
+            for loaded in [X, Y, Normal] {
+                let mut matrix = vec![0.0; n * n];
+                body.add_influence(observed, loaded, 1.0, &mut matrix);
+                let dense: Vec<f64> = (0..n)
+                    .map(|i| (0..n).map(|j| matrix[i * n + j] * p[j]).sum())
+                    .collect();
+                let mut fast = vec![0.0; n];
+                body.add_displacement(observed, loaded, 1.0, &p, &mut fast);
+                let scale = dense.iter().fold(1e-300, |m: f64, v| m.max(v.abs()));
+                for (a, b) in fast.iter().zip(&dense) {
+                    assert!(
+                        (a - b).abs() < 2e-14 * scale,
+                        "{observed:?} {loaded:?}: {a} {b}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fft_equals_dense_on_a_grid() -> Result<(), Error> {
+        assert_fft_equals_dense(&HalfSpace::new(STEEL, Grid::new(9, 6, 1e-3, 2.5e-3)?)?);
+        assert_fft_equals_dense(&HalfSpace::new(STEEL, Grid::new(1, 1, 1e-3, 1e-3)?)?);
+        Ok(())
+    }
+
+    #[test]
+    fn fft_equals_dense_on_patches() -> Result<(), Error> {
+        let patches = vec![
+            Patch {
+                x0: 0.0,
+                y0: 0.0,
+                grid: Grid::new(5, 4, 1e-3, 2e-3)?,
+            },
+            Patch {
+                x0: 1.3e-3,
+                y0: 17.7e-3,
+                grid: Grid::new(3, 6, 1e-3, 2e-3)?,
+            },
+        ];
+        for neighbours in [Neighbours::Interact, Neighbours::Separate] {
+            let body = HalfSpace::with_patches(STEEL, patches.clone(), neighbours)?;
+            assert_fft_equals_dense(&body);
+            let mut matrix = vec![0.0; 38 * 38];
+            body.add_influence(Normal, Normal, 1.0, &mut matrix);
+            let is_coupled = matrix[37] != 0.0;
+            assert_eq!(is_coupled, neighbours == Neighbours::Interact);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_patch_of_patches_is_the_whole_grid() -> Result<(), Error> {
+        let whole = HalfSpace::new(STEEL, Grid::new(4, 6, 1e-3, 1e-3)?)?;
+        let halves = HalfSpace::with_patches(
+            STEEL,
+            vec![
+                Patch {
+                    x0: 0.0,
+                    y0: 0.0,
+                    grid: Grid::new(4, 3, 1e-3, 1e-3)?,
+                },
+                Patch {
+                    x0: 0.0,
+                    y0: 3e-3,
+                    grid: Grid::new(4, 3, 1e-3, 1e-3)?,
+                },
+            ],
+            Neighbours::Interact,
+        )?;
+        let p = field(24);
+        let (mut a, mut b) = (vec![0.0; 24], vec![0.0; 24]);
+        whole.add_displacement(Normal, X, 1.0, &p, &mut a);
+        halves.add_displacement(Normal, X, 1.0, &p, &mut b);
+        let scale = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 1e-13 * scale);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let grid = Grid {
+            nx: 2,
+            ny: 2,
+            dx: 1e-3,
+            dy: 1e-3,
+        };
+        let bad = Material {
+            shear_modulus: 80e9,
+            poisson_ratio: 0.6,
+        };
+        assert!(matches!(
+            HalfSpace::new(bad, grid),
+            Err(Error::Material { .. })
+        ));
+        assert!(matches!(
+            HalfSpace::new(STEEL, Grid { nx: 0, ..grid }),
+            Err(Error::Grid(_))
+        ));
+        let none = HalfSpace::with_patches(STEEL, vec![], Neighbours::Interact);
+        assert!(matches!(none, Err(Error::NoPatch)));
+        let patches = vec![
+            Patch {
+                x0: 0.0,
+                y0: 0.0,
+                grid,
+            },
+            Patch {
+                x0: 1.0,
+                y0: 0.0,
+                grid: Grid { dx: 2e-3, ..grid },
+            },
+        ];
+        let mixed = HalfSpace::with_patches(STEEL, patches, Neighbours::Interact);
+        assert!(matches!(mixed, Err(Error::PatchSpacing { patch: 1, .. })));
+    }
+}

@@ -1,0 +1,263 @@
+//! The half-space under bilinear pressures, in the weak form that fits finite elements.
+
+mod correlation;
+mod moments;
+
+use std::sync::OnceLock;
+
+use mtb_operator::{Compliance, Component, Grid};
+use rayon::prelude::*;
+
+use super::body::{index, is_coupled};
+use super::influence::point_load;
+use super::{Neighbours, Patch};
+use crate::{Error, Material};
+use correlation::{VARIANTS, correlations, side, variant};
+use moments::{POWERS, moments};
+
+/// An elastic half-space under tractions that are bilinear between the nodes of regular grids.
+///
+/// The traction is `sum_j p_j phi_j` with a hat `phi_j` about each node, cut at the edge of its patch;
+/// the displacement of a node is the mean over the surface weighted with its own hat,
+/// `u_i = int phi_i u dA / W_i`, `W_i = int phi_i dA`. So the compliance is symmetric in the product
+/// weighted with `W`, as that of finite elements condensed on the same nodes is.
+///
+/// An entry is the integral of the point load's kernel against the correlation of two hats, a bicubic
+/// polynomial on each of 4 x 4 cells of offsets, and is taken by quadrature that is right at the
+/// singular point, to a relative accuracy of 1e-9. The matrices are made when
+/// first needed, each from one table per pair of patches. Points of several patches follow one
+/// another.
+pub struct HatHalfSpace {
+    material: Material,
+    patches: Vec<Patch>,
+    starts: Vec<usize>,
+    neighbours: Neighbours,
+    blocks: [[OnceLock<Vec<f64>>; 3]; 3],
+}
+
+impl HatHalfSpace {
+    /// Half-space with patches of nodes; `Patch::x0`, `y0` are the first node, the grid counts nodes.
+    ///
+    /// # Errors
+    /// [`Error::Material`], [`Error::Grid`], [`Error::NoPatch`], [`Error::PatchSpacing`],
+    /// [`Error::NoCell`].
+    pub fn new(
+        material: Material,
+        patches: Vec<Patch>,
+        neighbours: Neighbours,
+    ) -> Result<Self, Error> {
+        let material = Material::new(material.shear_modulus, material.poisson_ratio)?;
+        let starts = super::body::starts(&patches)?;
+        for (patch, Patch { grid, .. }) in patches.iter().enumerate() {
+            let Grid { nx, ny, .. } = *grid;
+            if nx < 2 || ny < 2 {
+                return Err(Error::NoCell { patch, nx, ny });
+            }
+        }
+        Ok(Self {
+            material,
+            patches,
+            starts,
+            neighbours,
+            blocks: Default::default(),
+        })
+    }
+
+    /// Integral of every hat [m2]: a cell, half a cell at an edge of the patch, a quarter at a corner.
+    pub fn weights(&self) -> Vec<f64> {
+        let mut weights = Vec::with_capacity(self.points());
+        for Patch { grid, .. } in &self.patches {
+            for j in 0..grid.ny {
+                for i in 0..grid.nx {
+                    let half = |k: usize, n: usize| if k == 0 || k == n - 1 { 0.5 } else { 1.0 };
+                    weights.push(half(i, grid.nx) * half(j, grid.ny) * grid.cell_area());
+                }
+            }
+        }
+        weights
+    }
+
+    /// The influence matrix [m/Pa], row = observed node, column = loaded node.
+    fn block(&self, observed: Component, loaded: Component) -> &[f64] {
+        self.blocks[index(observed)][index(loaded)].get_or_init(|| {
+            let n = self.points();
+            let mut matrix = vec![0.0; n * n];
+            if !is_coupled(&self.material, observed, loaded) {
+                return matrix;
+            }
+            for target in 0..self.patches.len() {
+                for source in 0..self.patches.len() {
+                    if source == target || self.neighbours == Neighbours::Interact {
+                        self.fill(observed, loaded, [target, source], &mut matrix);
+                    }
+                }
+            }
+            for (row, w) in matrix.chunks_exact_mut(n).zip(self.weights()) {
+                for a in row {
+                    *a /= w;
+                }
+            }
+            matrix
+        })
+    }
+
+    /// Fills `int phi_i u[phi_j] dA` for the nodes of one patch under loads on another.
+    ///
+    /// With the same spacing everywhere an entry depends on the offset of the two nodes and on which
+    /// hats (whole, cut on the left, cut on the right) they carry along x and along y. So the moments of
+    /// the kernel over all cells of offsets are summed first along x, then along y.
+    fn fill(
+        &self,
+        observed: Component,
+        loaded: Component,
+        [target, source]: [usize; 2],
+        matrix: &mut [f64],
+    ) {
+        let (t, s) = (&self.patches[target], &self.patches[source]);
+        let (cell, n) = ([t.grid.dx, t.grid.dy], self.points());
+        let kernel = |x: f64, y: f64| point_load(&self.material, observed, loaded, [x, y]);
+        let x = Offsets::new(t.x0 - s.x0, t.grid.nx, s.grid.nx, cell[0]);
+        let y = Offsets::new(t.y0 - s.y0, t.grid.ny, s.grid.ny, cell[1]);
+
+        // [y cell][power of y][x cell][power of x]
+        let width = x.cells * POWERS;
+        let mut table = vec![0.0; width * y.cells * POWERS];
+        table
+            .par_chunks_exact_mut(width * POWERS)
+            .enumerate()
+            .for_each(|(cy, rows)| {
+                for cx in 0..x.cells {
+                    let moments = moments(&kernel, [x.start(cx), y.start(cy)], cell);
+                    for (row, moments) in rows.chunks_exact_mut(width).zip(moments) {
+                        row[cx * POWERS..(cx + 1) * POWERS].copy_from_slice(&moments);
+                    }
+                }
+            });
+        // [y cell][power of y][x variant][x offset]
+        let correlations = correlations();
+        let along_x: Vec<f64> = table
+            .par_chunks_exact(width)
+            .flat_map_iter(|row| {
+                correlations.iter().flat_map(move |weights| {
+                    (0..x.nodes).map(move |node| dot(weights, &row[node * POWERS..]))
+                })
+            })
+            .collect();
+        // [y variant][y offset][x variant][x offset]
+        let width = VARIANTS * x.nodes;
+        let area = cell[0] * cell[1];
+        let along_y: Vec<f64> = (0..VARIANTS * y.nodes)
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let (variant, node) = (k / y.nodes, k % y.nodes);
+                let mut sum = vec![0.0; width];
+                for (row, weight) in along_x[node * POWERS * width..]
+                    .chunks_exact(width)
+                    .zip(&correlations[variant])
+                {
+                    if *weight != 0.0 {
+                        for (sum, a) in sum.iter_mut().zip(row) {
+                            *sum += area * weight * a;
+                        }
+                    }
+                }
+                sum
+            })
+            .collect();
+
+        let (start_t, start_s) = (self.starts[target], self.starts[source]);
+        matrix[start_t * n..(start_t + t.grid.points()) * n]
+            .par_chunks_exact_mut(n)
+            .enumerate()
+            .for_each(|(node, row)| {
+                let (tx, ty) = (node % t.grid.nx, node / t.grid.nx);
+                let row = &mut row[start_s..start_s + s.grid.points()];
+                for (sy, row) in row.chunks_exact_mut(s.grid.nx).enumerate() {
+                    let vy = variant(side(ty, t.grid.ny), side(sy, s.grid.ny));
+                    let from = (vy * y.nodes + ty + s.grid.ny - 1 - sy) * width;
+                    let values = &along_y[from..from + width];
+                    for (sx, a) in row.iter_mut().enumerate() {
+                        let vx = variant(side(tx, t.grid.nx), side(sx, s.grid.nx));
+                        *a = values[vx * x.nodes + tx + s.grid.nx - 1 - sx];
+                    }
+                }
+            });
+    }
+}
+
+/// Offsets along one direction between two rows of nodes.
+#[derive(Clone, Copy)]
+struct Offsets {
+    /// Number of node offsets, `-(source - 1) ..= target - 1`.
+    nodes: usize,
+    /// Number of cells that the correlations about these reach.
+    cells: usize,
+    first: f64,
+    step: f64,
+}
+
+impl Offsets {
+    fn new(shift: f64, target: usize, source: usize, step: f64) -> Self {
+        let nodes = target + source - 1;
+        Self {
+            nodes,
+            cells: nodes + 3,
+            first: shift - (source + 1) as f64 * step,
+            step,
+        }
+    }
+
+    /// Offset at which a cell starts.
+    fn start(&self, cell: usize) -> f64 {
+        let start = self.first + cell as f64 * self.step;
+        // the singular point lies at a corner, not a rounding error beside it
+        if start.abs() < 1e-9 * self.step {
+            0.0
+        } else {
+            start
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Compliance for HatHalfSpace {
+    fn points(&self) -> usize {
+        self.starts[self.patches.len()]
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let block = self.block(observed, loaded);
+        for (u, row) in displacement
+            .iter_mut()
+            .zip(block.chunks_exact(self.points()))
+        {
+            *u += scale * dot(row, traction);
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let block = self.block(observed, loaded);
+        for (a, b) in matrix.iter_mut().zip(block) {
+            *a += scale * b;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,171 @@
+use super::*;
+use crate::half_space::influence;
+use Component::{Normal, X, Y};
+
+const STEEL: Material = Material {
+    shear_modulus: 80e9,
+    poisson_ratio: 0.3,
+};
+
+fn body(patches: &[(f64, f64, usize, usize)]) -> Result<HatHalfSpace, Error> {
+    let patches: Result<Vec<Patch>, Error> = patches
+        .iter()
+        .map(|&(x0, y0, nx, ny)| {
+            Ok(Patch {
+                x0,
+                y0,
+                grid: Grid::new(nx, ny, 3e-3, 2e-3)?,
+            })
+        })
+        .collect();
+    HatHalfSpace::new(STEEL, patches?, Neighbours::Interact)
+}
+
+/// Every rectangle of every hat on every other one, without any structure.
+fn by_force(body: &HatHalfSpace, m: usize, observed: Component, loaded: Component) -> Vec<f64> {
+    let mut hats = Vec::new();
+    for patch in &body.patches {
+        let Grid { nx, ny, dx, dy } = patch.grid;
+        for node in 0..nx * ny {
+            let (i, j) = ((node % nx) as f64, (node / nx) as f64);
+            let mut parts = Vec::new();
+            for l in 0..(ny - 1) * m {
+                for k in 0..(nx - 1) * m {
+                    let (x, y) = ((k as f64 + 0.5) / m as f64, (l as f64 + 0.5) / m as f64);
+                    let value = (1.0 - (x - i).abs()).max(0.0) * (1.0 - (y - j).abs()).max(0.0);
+                    if value > 0.0 {
+                        parts.push((patch.x0 + x * dx, patch.y0 + y * dy, value));
+                    }
+                }
+            }
+            hats.push(parts);
+        }
+    }
+    let Grid { dx, dy, .. } = body.patches[0].grid;
+    let part = [dx / m as f64, dy / m as f64];
+    let mut matrix = Vec::new();
+    for (a, w) in hats.iter().zip(body.weights()) {
+        for b in &hats {
+            let mut sum = 0.0;
+            for (x, y, v) in a {
+                for (xs, ys, vs) in b {
+                    let offset = [x - xs, y - ys];
+                    sum += v * vs * influence(&STEEL, observed, loaded, offset, part);
+                }
+            }
+            matrix.push(sum * part[0] * part[1] / w);
+        }
+    }
+    matrix
+}
+
+#[test]
+fn sums_over_ever_finer_rectangles_tend_to_it() -> Result<(), Error> {
+    let body = body(&[(0.0, 0.0, 3, 2), (1.1e-3, 7.3e-3, 2, 3)])?;
+    for observed in [X, Y, Normal] {
+        for loaded in [X, Y, Normal] {
+            let block = body.block(observed, loaded);
+            let scale = body.block(Normal, Normal)[0];
+            let error = |m: usize| {
+                by_force(&body, m, observed, loaded)
+                    .iter()
+                    .zip(block)
+                    .fold(0.0, |s: f64, (a, b)| s.max((a - b).abs()))
+                    / scale
+            };
+            let (coarse, fine) = (error(3), error(9));
+            assert!(fine < 1e-2, "{observed:?} {loaded:?}: {fine:e}");
+            let rate = (coarse / fine).ln() / 3f64.ln();
+            assert!(rate > 1.5, "{observed:?} {loaded:?}: rate {rate}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn symmetric_in_the_weighted_product() -> Result<(), Error> {
+    let body = body(&[(0.0, 0.0, 4, 3), (-2e-3, 11.7e-3, 3, 3)])?;
+    let (n, w) = (body.points(), body.weights());
+    for a in [X, Y, Normal] {
+        for b in [X, Y, Normal] {
+            let (there, back) = (body.block(a, b), body.block(b, a));
+            let scale = body.block(Normal, Normal)[0] * w[0];
+            for i in 0..n {
+                for j in 0..n {
+                    let error = w[i] * there[i * n + j] - w[j] * back[j * n + i];
+                    assert!(
+                        error.abs() < 1e-13 * scale,
+                        "{a:?} {b:?} {i} {j}: {:e}",
+                        error / scale
+                    );
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn uniform_pressure_is_one_rectangle() -> Result<(), Error> {
+    // the hats add up to one; the mean of the closed form over a hat by a fine midpoint rule
+    let body = body(&[(0.0, 0.0, 9, 7)])?;
+    let whole = [8.0 * 3e-3, 6.0 * 2e-3];
+    for (observed, loaded) in [(Normal, Normal), (X, X), (Y, Y), (Normal, Y), (X, Y)] {
+        let mut u = vec![0.0; 63];
+        body.add_displacement(observed, loaded, 1.0, &[1.0; 63], &mut u);
+        let centre = influence(&STEEL, Normal, Normal, [0.0, 0.0], whole);
+        for (i, j) in [(4, 3), (2, 4), (6, 1)] {
+            let (mut sum, mut area) = (0.0, 0.0);
+            for k in -39..40 {
+                for l in -39..40 {
+                    let (s, t) = (f64::from(k) / 40.0, f64::from(l) / 40.0);
+                    let phi = (1.0 - s.abs()) * (1.0 - t.abs());
+                    let x = (i as f64 - 4.0 + s) * 3e-3;
+                    let y = (j as f64 - 3.0 + t) * 2e-3;
+                    sum += phi * influence(&STEEL, observed, loaded, [x, y], whole);
+                    area += phi;
+                }
+            }
+            let error = (u[j * 9 + i] - sum / area).abs();
+            assert!(
+                error < 1e-4 * centre,
+                "{observed:?} {loaded:?} {i} {j}: {error:e}"
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn quadrature_is_accurate_at_the_singular_point() {
+    // moments of order zero are the closed form; also for thin cells and near misses
+    for cell in [[1.0, 1.0], [3.0, 2.0], [1.0, 7.0]] {
+        for start in [
+            [0.0, 0.0],
+            [-1.0, -2.0],
+            [-0.3, -0.9],
+            [1e-7, 0.2],
+            [0.0, -0.5],
+            [2.0, 3.0],
+            [9.0, 1.0],
+        ] {
+            for (a, b) in [(Normal, Normal), (Normal, X), (X, X), (X, Y), (Y, Y)] {
+                let kernel = |x: f64, y: f64| point_load(&STEEL, a, b, [x, y]);
+                let value = moments(&kernel, start, cell)[0][0];
+                let centre = [start[0] + 0.5 * cell[0], start[1] + 0.5 * cell[1]];
+                let exact = influence(&STEEL, a, b, centre, cell);
+                let scale = influence(&STEEL, Normal, Normal, centre, cell);
+                let error = (value - exact).abs() / scale;
+                assert!(error < 2e-8, "{cell:?} {start:?} {a:?} {b:?}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_patch_without_cells_is_refused() {
+    assert!(matches!(
+        body(&[(0.0, 0.0, 1, 3)]),
+        Err(Error::NoCell { patch: 0, .. })
+    ));
+}

@@ -1,0 +1,16 @@
+//! The half-space: influence coefficients of rectangles, and the body on regular grids or scattered points.
+
+mod body;
+mod gaussian;
+mod hats;
+mod influence;
+mod integrals;
+mod pair;
+mod quadrature;
+
+pub use body::{HalfSpace, Neighbours, Patch, wave_compliance};
+pub use gaussian::GaussianBasis;
+pub use hats::HatHalfSpace;
+pub use influence::influence;
+pub use integrals::{GaussianHalfSpace, SurfaceIntegrals};
+pub use pair::{LinePair, Pair};

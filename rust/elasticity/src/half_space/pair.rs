@@ -1,0 +1,146 @@
+use std::f64::consts::PI;
+
+use mtb_operator::Component;
+
+use super::influence;
+use crate::Material;
+
+/// Two bodies pressed together, each a half-space or rigid, as tangential contact sees them.
+///
+/// Relative displacements by tractions on the lower body (the upper one feels their opposite).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Material of the lower body; `None` for a rigid one.
+    pub lower: Option<Material>,
+    /// Material of the upper body; `None` for a rigid one.
+    pub upper: Option<Material>,
+}
+
+impl Pair {
+    /// Displacement [m/Pa] of the lower body relative to the upper one at `offset` [m] from the centre
+    /// of a loaded `cell` [m]: xx, xy = yx, yy.
+    pub fn tangential(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for material in self.bodies() {
+            let at = |a, b| influence(material, a, b, offset, cell);
+            sum[0] += at(Component::X, Component::X);
+            sum[1] += at(Component::X, Component::Y);
+            sum[2] += at(Component::Y, Component::Y);
+        }
+        sum
+    }
+
+    /// Displacement (x, y) [m/Pa] of the upper body relative to the lower one by a unit pressure.
+    pub fn by_pressure(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 2] {
+        [Component::X, Component::Y].map(|c| {
+            let of = |body: &Option<Material>| {
+                body.as_ref()
+                    .map_or(0.0, |m| influence(m, c, Component::Normal, offset, cell))
+            };
+            of(&self.upper) - of(&self.lower)
+        })
+    }
+
+    /// Whether a pressure moves the surfaces tangentially against each other: Dundurs' second constant is
+    /// not zero.
+    pub fn is_coupled(&self) -> bool {
+        let weight = |body: &Option<Material>| {
+            body.as_ref()
+                .map_or(0.0, |m| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus)
+        };
+        let (upper, lower) = (weight(&self.upper), weight(&self.lower));
+        (upper - lower).abs() > 1e-12 * (upper.abs() + lower.abs())
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = &Material> {
+        self.lower.iter().chain(&self.upper)
+    }
+}
+
+/// Two long bodies in line contact: plane strain in the rolling plane, antiplane shear across it.
+///
+/// The displacement of a half-plane is known up to a constant: here it vanishes at the distance
+/// `reference` from a load. In rolling, or at a given force, the choice does not matter.
+/// [Johnson1985, ch. 2]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinePair {
+    /// The bodies.
+    pub pair: Pair,
+    /// Distance at which displacements vanish [m].
+    pub reference: f64,
+}
+
+impl LinePair {
+    /// As [`Pair::tangential`]; only the first sizes of `cell` and `offset` count.
+    pub fn tangential(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 3] {
+        let primitive = |x: f64| {
+            let x: f64 = x / self.reference;
+            if x == 0.0 {
+                0.0
+            } else {
+                self.reference * (x - x * x.abs().ln())
+            }
+        };
+        // the integral of -ln(|x| / reference) over the strip
+        let integral = primitive(offset[0] + 0.5 * cell[0]) - primitive(offset[0] - 0.5 * cell[0]);
+        let (mut along, mut across) = (0.0, 0.0);
+        for m in self.pair.bodies() {
+            along += (1.0 - m.poisson_ratio) / (PI * m.shear_modulus) * integral;
+            across += integral / (PI * m.shear_modulus);
+        }
+        [along, 0.0, across]
+    }
+
+    /// As [`Pair::by_pressure`].
+    pub fn by_pressure(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 2] {
+        let half = 0.5 * cell[0];
+        let signed = 2.0 * offset[0].clamp(-half, half);
+        let of = |body: &Option<Material>| {
+            body.as_ref().map_or(0.0, |m| {
+                -(1.0 - 2.0 * m.poisson_ratio) / (4.0 * m.shear_modulus) * signed
+            })
+        };
+        [of(&self.pair.upper) - of(&self.pair.lower), 0.0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_row_of_rectangles_is_a_line() {
+        let steel = Material {
+            shear_modulus: 80e9,
+            poisson_ratio: 0.3,
+        };
+        let pair = Pair {
+            lower: Some(steel),
+            upper: None,
+        };
+        let line = LinePair {
+            pair,
+            reference: 1.0,
+        };
+        // differences between two places are free of the constant
+        let cell = [1e-3, 400.0];
+        let rectangles = |x: f64| pair.tangential(cell, [x, 0.0]);
+        let strips = |x: f64| line.tangential(cell, [x, 0.0]);
+        for c in [0, 2] {
+            let far = rectangles(0.0)[c] - rectangles(4e-3)[c];
+            let flat = strips(0.0)[c] - strips(4e-3)[c];
+            assert!((far / flat - 1.0).abs() < 1e-6, "{far} {flat}");
+        }
+        let push = pair.by_pressure(cell, [2.3e-3, 0.0])[0];
+        let flat = line.by_pressure(cell, [2.3e-3, 0.0])[0];
+        assert!((push / flat - 1.0).abs() < 1e-3, "{push} {flat}");
+        assert!(
+            pair.is_coupled()
+                && !Pair {
+                    upper: Some(steel),
+                    ..pair
+                }
+                .is_coupled()
+        );
+    }
+}

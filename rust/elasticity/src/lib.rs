@@ -1,0 +1,22 @@
+//! Elastic bodies seen from their contact surface.
+//!
+//! **What.** [`half_space`]: the influence coefficients of rectangles, and half-spaces on regular grids of
+//! rectangles or of bilinear hats and on scattered points; [`tetra`]: finite-element bodies condensed
+//! onto their contact points. All end as a [`mtb_operator::Compliance`].
+//!
+//! **Not here.** No contact conditions, no friction, no geometry of profiles.
+//!
+//! **Conventions.** Every body lives in its own frame (tangential 1, tangential 2, into): a positive
+//! normal traction is a pressure, a positive normal displacement an indentation. SI units.
+//!
+//! **References.** [Johnson1985], [Love1929], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
+//! [Steininger2025] for the Gaussians.
+
+mod error;
+pub mod half_space;
+mod material;
+pub mod tetra;
+
+pub use error::Error;
+pub use half_space::HalfSpace;
+pub use material::Material;

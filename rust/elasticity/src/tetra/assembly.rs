@@ -1,0 +1,131 @@
+use rayon::prelude::*;
+
+use super::element;
+use super::mesh::TetraMesh;
+use super::ordering::Graph;
+use super::support::{Source, Unknowns};
+use crate::Material;
+
+/// Lower triangle of a symmetric matrix by columns, rows sorted.
+pub(super) struct Lower {
+    pub(super) start: Vec<usize>,
+    pub(super) row: Vec<usize>,
+    pub(super) value: Vec<f64>,
+}
+
+/// Stiffness [N/m] of the unknowns, and the loads [N] on them by a unit displacement of each
+/// prescribed case.
+pub(super) struct System {
+    pub(super) stiffness: Lower,
+    /// For each case; empty for guided ones.
+    pub(super) pull: Vec<Vec<f64>>,
+}
+
+/// Elements whose matrices are formed at once: bounds the memory, keeps the threads busy.
+const BATCH: usize = 512;
+
+/// Assembles the stiffness of `unknowns`, whose own unknowns are numbered node by node along `order`.
+pub(super) fn assemble(
+    mesh: &TetraMesh,
+    material: Material,
+    graph: &Graph,
+    order: &[usize],
+    unknowns: &Unknowns,
+) -> System {
+    let mut stiffness = pattern(graph, order, unknowns);
+    let mut pull: Vec<Vec<f64>> = unknowns
+        .cases
+        .iter()
+        .map(|case| {
+            vec![
+                0.0;
+                if case.unknown.is_some() {
+                    0
+                } else {
+                    unknowns.n
+                }
+            ]
+        })
+        .collect();
+    let tets: Vec<usize> = (0..mesh.n_tets()).collect();
+    for batch in tets.chunks(BATCH) {
+        let matrices: Vec<Vec<f64>> = batch
+            .par_iter()
+            .map(|&tet| element::stiffness(mesh.cell(tet), mesh.nodes(), material))
+            .collect();
+        for (&tet, matrix) in batch.iter().zip(&matrices) {
+            let sources: Vec<Source> = mesh
+                .cell(tet)
+                .iter()
+                .flat_map(|&node| unknowns.source[node])
+                .collect();
+            scatter(&sources, matrix, &mut stiffness, &mut pull);
+        }
+    }
+    System { stiffness, pull }
+}
+
+fn scatter(sources: &[Source], matrix: &[f64], stiffness: &mut Lower, pull: &mut [Vec<f64>]) {
+    let n = sources.len();
+    for (j, &column) in sources.iter().enumerate() {
+        match column {
+            Source::Unknown(column) => {
+                let range = stiffness.start[column]..stiffness.start[column + 1];
+                let rows = &stiffness.row[range.clone()];
+                let values = &mut stiffness.value[range];
+                for (i, &row) in sources.iter().enumerate() {
+                    let Source::Unknown(row) = row else { continue };
+                    if row < column {
+                        continue;
+                    }
+                    if let Ok(at) = rows.binary_search(&row) {
+                        values[at] += matrix[i * n + j];
+                    }
+                }
+            }
+            Source::Prescribed(case) => {
+                for (i, &row) in sources.iter().enumerate() {
+                    if let Source::Unknown(row) = row {
+                        pull[case][row] -= matrix[i * n + j];
+                    }
+                }
+            }
+            Source::Pinned => {}
+        }
+    }
+}
+
+/// Sparsity: all unknowns of adjacent nodes; guided unknowns are coupled to everything.
+fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
+    let own = |node: usize| {
+        unknowns.source[node].into_iter().filter_map(|s| match s {
+            Source::Unknown(i) if i < unknowns.n - unknowns.n_guided => Some(i),
+            _ => None,
+        })
+    };
+    let guided = unknowns.n - unknowns.n_guided..unknowns.n;
+    let mut start = vec![0];
+    let mut row = Vec::new();
+    let mut rows: Vec<usize> = Vec::new();
+    for &node in order {
+        rows.clear();
+        rows.extend(own(node));
+        let Some(&first) = rows.first() else { continue };
+        let columns = rows.len();
+        for &other in graph.of(node) {
+            rows.extend(own(other).filter(|&i| i > first));
+        }
+        rows[columns..].sort_unstable();
+        rows.extend(guided.clone());
+        for column in 0..columns {
+            row.extend_from_slice(&rows[column..]);
+            start.push(row.len());
+        }
+    }
+    for column in guided.clone() {
+        row.extend(column..unknowns.n);
+        start.push(row.len());
+    }
+    let value = vec![0.0; row.len()];
+    Lower { start, row, value }
+}

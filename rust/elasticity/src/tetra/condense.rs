@@ -1,0 +1,357 @@
+use std::time::Instant;
+
+use faer::Mat;
+use mtb_operator::Monitor;
+use rayon::prelude::*;
+
+use super::body::TetraBody;
+use super::condensed::{CondensedBody, Flexibility};
+use super::factor::{Reached, SparseColumn};
+use super::factorised::{Factored, Limits, poll};
+use super::mesh::TetraMesh;
+use super::rigid::RigidMode;
+use super::sampling::{Sampling, SurfacePoint, face_shape};
+use super::support::Source;
+use crate::Error;
+
+/// For one contact point the nodes under it, each with `sum_q w phi N e_c` in row `c` [m2].
+type PointTrace = Vec<(usize, [[f64; 3]; 3])>;
+
+/// How contact points and nodes see each other.
+pub(super) struct Trace {
+    points: Vec<PointTrace>,
+    weights: Vec<f64>,
+}
+
+impl Trace {
+    fn new(mesh: &TetraMesh, sampling: &Sampling) -> Result<Self, Error> {
+        let mut entries: Vec<(usize, usize, [[f64; 3]; 3])> = Vec::new();
+        for (q, point) in sampling.quadrature().iter().enumerate() {
+            if point.face >= mesh.n_faces() {
+                return Err(Error::NotOnBoundary(point.face));
+            }
+            let shape = face_shape(point.barycentric, mesh.order());
+            for &(i, phi) in sampling.basis(q) {
+                for (&node, n) in mesh.face(point.face).iter().zip(shape) {
+                    let factor = point.weight * phi * n;
+                    entries.push((i, node, point.frame.map(|e| e.map(|e| factor * e))));
+                }
+            }
+        }
+        // stable: equal inputs sum in the same order
+        entries.sort_by_key(|&(i, node, _)| (i, node));
+        let mut points: Vec<PointTrace> = vec![Vec::new(); sampling.n_points()];
+        for (i, node, part) in entries {
+            match points[i].last_mut() {
+                Some((last, sum)) if *last == node => {
+                    for c in 0..3 {
+                        for k in 0..3 {
+                            sum[c][k] += part[c][k];
+                        }
+                    }
+                }
+                _ => points[i].push((node, part)),
+            }
+        }
+        let weights = sampling.weights();
+        let most = weights.iter().copied().fold(0.0, f64::max);
+        if let Some(i) = weights.iter().position(|&w| w.is_nan() || w <= 1e-9 * most) {
+            return Err(Error::NoArea(i));
+        }
+        Ok(Trace { points, weights })
+    }
+
+    /// Weighted mean displacement of the contact points, `3 n`, under that of the nodes, `3 N`.
+    fn observe(&self, displacement: &[f64]) -> Vec<f64> {
+        let (n, n_nodes) = (self.points.len(), displacement.len() / 3);
+        let mut observed = vec![0.0; 3 * n];
+        for (i, point) in self.points.iter().enumerate() {
+            for (node, part) in point {
+                for c in 0..3 {
+                    for k in 0..3 {
+                        observed[c * n + i] += part[c][k] * displacement[k * n_nodes + node];
+                    }
+                }
+            }
+            (0..3).for_each(|c| observed[c * n + i] /= self.weights[i]);
+        }
+        observed
+    }
+
+    /// Forces on the nodes, `3 N`, of tractions at the contact points, `3 n`.
+    fn force(&self, traction: &[f64], n_nodes: usize) -> Vec<f64> {
+        let n = self.points.len();
+        let mut force = vec![0.0; 3 * n_nodes];
+        for (i, point) in self.points.iter().enumerate() {
+            for (node, part) in point {
+                for c in 0..3 {
+                    for k in 0..3 {
+                        force[k * n_nodes + node] += part[c][k] * traction[c * n + i];
+                    }
+                }
+            }
+        }
+        force
+    }
+
+    /// Loads on the unknowns by a unit traction of point `i` in direction `c`.
+    fn column(&self, i: usize, c: usize, source: &[[Source; 3]]) -> SparseColumn {
+        let entries = self.points[i].iter().flat_map(|(node, part)| {
+            (0..3).filter_map(move |k| match source[*node][k] {
+                Source::Unknown(unknown) => Some((unknown, part[c][k])),
+                _ => None,
+            })
+        });
+        entries.collect()
+    }
+}
+
+/// Contact points whose columns go through the factor together, three columns each.
+const GROUP: usize = 32;
+
+/// Groups per round: bounds the time between two looks at the monitor.
+const ROUND: usize = 8;
+
+impl TetraBody {
+    /// The body condensed onto the contact points of a sampling of its surface.
+    ///
+    /// # Errors
+    /// [`Error::NotOnBoundary`], [`Error::NoArea`]; [`Error::Loose`] if neither supports nor contact
+    /// hold the body; [`Error::Singular`], [`Error::TooLarge`]; [`Error::Interrupted`].
+    pub fn condense(
+        &self,
+        sampling: &Sampling,
+        limits: Limits,
+        monitor: Monitor<'_>,
+    ) -> Result<CondensedBody, Error> {
+        let trace = Trace::new(self.mesh(), sampling)?;
+        let modes = self.held_by_contact(sampling)?;
+        let factored = self.factored(limits, monitor)?;
+        let mut cost = factored.cost;
+        let n = sampling.n_points();
+
+        let clock = Instant::now();
+        let order = elimination_order(&trace, &factored);
+        let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
+        let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
+        for (k, round) in groups.chunks(ROUND).enumerate() {
+            let columns: Vec<Vec<SparseColumn>> = round
+                .iter()
+                .map(|points| {
+                    let pairs = points.iter().flat_map(|&i| (0..3).map(move |c| (i, c)));
+                    pairs
+                        .map(|(i, c)| trace.column(i, c, &factored.unknowns.source))
+                        .collect()
+                })
+                .collect();
+            reached.extend(factored.factor.forward_all(&columns));
+            poll(monitor, 4 + k)?;
+        }
+        let case_columns: Vec<SparseColumn> = factored
+            .case_load
+            .iter()
+            .map(|load| {
+                let nonzero = load.iter().copied().enumerate().filter(|(_, l)| *l != 0.0);
+                nonzero.collect()
+            })
+            .collect();
+        let cases = factored.factor.forward(&case_columns);
+        cost.forward_flops = reached.iter().map(|r| r.flops).sum();
+        cost.forward_s = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let mut flexibility: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; n * n]);
+        let held: usize = reached.iter().map(Reached::bytes).sum();
+        cost.peak_bytes = 8 * (cost.factor_entries + 6 * n * n) + held;
+        let pairs: Vec<(usize, usize)> = (0..groups.len())
+            .flat_map(|i| (i..groups.len()).map(move |j| (i, j)))
+            .collect();
+        for (k, round) in pairs.chunks(8 * ROUND).enumerate() {
+            let products: Vec<(Mat<f64>, f64)> = round
+                .par_iter()
+                .map(|&(i, j)| factored.factor.product(&reached[i], &reached[j]))
+                .collect();
+            for (&(i, j), (product, flops)) in round.iter().zip(&products) {
+                cost.product_flops += flops;
+                store(&mut flexibility, n, groups[i], groups[j], product);
+            }
+            poll(monitor, 4 + k)?;
+        }
+        let case_displacement =
+            self.case_displacement(&trace, &factored, &groups, &reached, &cases);
+        cost.product_s = clock.elapsed().as_secs_f64();
+
+        let mode_field: Vec<Vec<f64>> = modes.iter().map(|m| self.mode_displacement(m)).collect();
+        let case_work = self.case_work(&mode_field);
+        Ok(CondensedBody {
+            mode_displacement: mode_field.iter().map(|u| trace.observe(u)).collect(),
+            flexibility: Flexibility::new(trace.weights, flexibility)?,
+            modes,
+            cases: self.cases(),
+            case_displacement,
+            case_work,
+            cost,
+        })
+    }
+
+    /// The free rigid motions about the centre of the contact, all of which contact can hold.
+    fn held_by_contact(&self, sampling: &Sampling) -> Result<Vec<RigidMode>, Error> {
+        if self.free.is_empty() {
+            return Ok(Vec::new());
+        }
+        let place = |q: &SurfacePoint| {
+            let mut x = [0.0; 3];
+            for (&node, l) in self.mesh().face(q.face).iter().zip(q.barycentric) {
+                (0..3).for_each(|c| x[c] += l * self.mesh().nodes()[node][c]);
+            }
+            x
+        };
+        let points = sampling.quadrature();
+        let area: f64 = points.iter().map(|q| q.weight).sum();
+        let mut centre = [0.0; 3];
+        for q in points {
+            let x = place(q);
+            (0..3).for_each(|c| centre[c] += q.weight * x[c] / area);
+        }
+        let unheld = self
+            .free
+            .unheld(points.iter().map(|q| (place(q), q.frame[2])));
+        if !unheld.is_empty() {
+            let names: Vec<String> = unheld.modes(centre).iter().map(RigidMode::name).collect();
+            return Err(Error::Loose(names.join(", ")));
+        }
+        Ok(self.modes(centre))
+    }
+
+    /// Displacement of the contact points by a unit of each case.
+    fn case_displacement(
+        &self,
+        trace: &Trace,
+        factored: &Factored,
+        groups: &[&[usize]],
+        reached: &[Reached],
+        cases: &Reached,
+    ) -> Vec<Vec<f64>> {
+        let (n, n_nodes) = (trace.points.len(), self.mesh().nodes().len());
+        let n_cases = factored.case_load.len();
+        // what a case prescribes on the contact face itself
+        let mut observed: Vec<Vec<f64>> = (0..n_cases)
+            .map(|case| {
+                let mut u = vec![0.0; 3 * n_nodes];
+                for (node, sources) in factored.unknowns.source.iter().enumerate() {
+                    for c in 0..3 {
+                        if sources[c] == Source::Prescribed(case) {
+                            u[c * n_nodes + node] = 1.0;
+                        }
+                    }
+                }
+                trace.observe(&u)
+            })
+            .collect();
+        if n_cases == 0 {
+            return observed;
+        }
+        for (points, group) in groups.iter().zip(reached) {
+            let (product, _) = factored.factor.product(group, cases);
+            for (k, &i) in points.iter().enumerate() {
+                for c in 0..3 {
+                    for (case, observed) in observed.iter_mut().enumerate() {
+                        observed[c * n + i] += product[(3 * k + c, case)] / trace.weights[i];
+                    }
+                }
+            }
+        }
+        observed
+    }
+
+    /// Work of a unit force on each guide on each mode; prescribed displacements do none.
+    fn case_work(&self, modes: &[Vec<f64>]) -> Vec<f64> {
+        let n = self.mesh().nodes().len();
+        self.cases()
+            .iter()
+            .flat_map(|case| {
+                let node = self.supports()[case.support].nodes.first();
+                modes.iter().map(move |mode| match node {
+                    Some(node) if case.guided => mode[case.component * n + node],
+                    _ => 0.0,
+                })
+            })
+            .collect()
+    }
+
+    /// Forces on the nodes [N], `3 N`, of tractions [Pa] at the contact points of a sampling, `3 n`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotOnBoundary`], [`Error::NoArea`].
+    pub fn contact_force(&self, sampling: &Sampling, traction: &[f64]) -> Result<Vec<f64>, Error> {
+        let expected = 3 * sampling.n_points();
+        if traction.len() != expected {
+            return Err(Error::Shape {
+                name: "traction",
+                found: traction.len(),
+                expected,
+            });
+        }
+        let trace = Trace::new(self.mesh(), sampling)?;
+        Ok(trace.force(traction, self.mesh().nodes().len()))
+    }
+
+    /// Mean displacement of the contact points of a sampling, `3 n`, under that of the nodes, `3 N`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotOnBoundary`], [`Error::NoArea`].
+    pub fn observe(&self, sampling: &Sampling, displacement: &[f64]) -> Result<Vec<f64>, Error> {
+        let expected = 3 * self.mesh().nodes().len();
+        if displacement.len() != expected {
+            return Err(Error::Shape {
+                name: "displacement",
+                found: displacement.len(),
+                expected,
+            });
+        }
+        Ok(Trace::new(self.mesh(), sampling)?.observe(displacement))
+    }
+}
+
+/// Contact points sorted by where they enter the elimination tree: neighbours share their path to
+/// the root.
+fn elimination_order(trace: &Trace, factored: &Factored) -> Vec<usize> {
+    let first = |point: &PointTrace| {
+        point
+            .iter()
+            .flat_map(|(node, _)| factored.unknowns.source[*node])
+            .filter_map(|s| match s {
+                Source::Unknown(i) => Some(i),
+                _ => None,
+            })
+            .min()
+            .unwrap_or(0)
+    };
+    let mut order: Vec<(usize, usize)> = trace
+        .points
+        .iter()
+        .enumerate()
+        .map(|(i, point)| (first(point), i))
+        .collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Puts the product of two groups of points into the six blocks.
+fn store(
+    flexibility: &mut [Vec<f64>; 6],
+    n: usize,
+    rows: &[usize],
+    columns: &[usize],
+    product: &Mat<f64>,
+) {
+    const BLOCKS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    for (block, (c, d)) in flexibility.iter_mut().zip(BLOCKS) {
+        for (a, &i) in rows.iter().enumerate() {
+            for (b, &j) in columns.iter().enumerate() {
+                block[i * n + j] = product[(3 * a + c, 3 * b + d)];
+                block[j * n + i] = product[(3 * a + d, 3 * b + c)];
+            }
+        }
+    }
+}

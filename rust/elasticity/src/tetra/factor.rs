@@ -1,0 +1,341 @@
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::sparse::linalg::SymbolicSupernodalParams;
+use faer::sparse::linalg::cholesky::simplicial::{
+    prefactorize_symbolic_cholesky, prefactorize_symbolic_cholesky_scratch,
+};
+use faer::sparse::linalg::cholesky::supernodal::{
+    SupernodalLltRef, SymbolicSupernodalCholesky, factorize_supernodal_numeric_llt,
+    factorize_supernodal_numeric_llt_scratch, factorize_supernodal_symbolic_cholesky,
+    factorize_supernodal_symbolic_cholesky_scratch,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::{Accum, Conj, Mat, MatMut, Par, Spec};
+use mtb_operator::reset_workers;
+use rayon::prelude::*;
+
+use super::assembly::Lower;
+
+/// Why a factorisation stopped.
+pub(super) enum Failure {
+    /// Too little memory.
+    Memory,
+    /// This unknown's pivot was not positive.
+    Pivot(usize),
+}
+
+/// Structure of the Cholesky factor of a matrix that is already in its order of elimination.
+pub(super) struct Symbolic(SymbolicSupernodalCholesky<usize>);
+
+impl Symbolic {
+    pub(super) fn new(matrix: &Lower) -> Result<Self, Failure> {
+        let n = matrix.start.len() - 1;
+        let nnz = matrix.row.len();
+        let upper = transposed_pattern(matrix);
+        let request = prefactorize_symbolic_cholesky_scratch::<usize>(n, nnz)
+            .or(factorize_supernodal_symbolic_cholesky_scratch::<usize>(n));
+        let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
+        let stack = MemStack::new(&mut memory);
+        let mut tree = vec![0; n];
+        let mut counts = vec![0; n];
+        let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, upper.as_ref(), stack);
+        factorize_supernodal_symbolic_cholesky(
+            upper.as_ref(),
+            tree,
+            &counts,
+            stack,
+            SymbolicSupernodalParams::default(),
+        )
+        .map(Symbolic)
+        .map_err(|_| Failure::Memory)
+    }
+
+    /// Entries of the factor, the zeros inside supernodes included.
+    pub(super) fn entries(&self) -> usize {
+        self.0.len_val()
+    }
+
+    /// Multiplications and additions of the numeric factorisation.
+    pub(super) fn flops(&self) -> f64 {
+        let s = &self.0;
+        let mut flops = 0.0;
+        for (k, (begin, end)) in s
+            .supernode_begin()
+            .iter()
+            .zip(s.supernode_end())
+            .enumerate()
+        {
+            for column in 0..end - begin {
+                let below = end - begin - column + s.nnz_per_super()[k];
+                flops += (below * below) as f64;
+            }
+        }
+        flops
+    }
+
+    /// The factor itself.
+    pub(super) fn numeric(self, matrix: &Lower) -> Result<Factor, Failure> {
+        let n = self.0.nrows();
+        let par = parallelism();
+        let mut values = Vec::new();
+        values
+            .try_reserve_exact(self.entries())
+            .map_err(|_| Failure::Memory)?;
+        values.resize(self.entries(), 0.0);
+        let request =
+            factorize_supernodal_numeric_llt_scratch::<usize, f64>(&self.0, par, Spec::default());
+        let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
+        factorize_supernodal_numeric_llt(
+            &mut values,
+            SparseColMatRef::new(
+                SymbolicSparseColMatRef::new_checked(n, n, &matrix.start, None, &matrix.row),
+                matrix.value.as_slice(),
+            ),
+            LltRegularization::default(),
+            &self.0,
+            par,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        )
+        .map_err(|LltError::NonPositivePivot { index }| Failure::Pivot(index))?;
+        reset_workers();
+        Ok(Factor::new(self, values))
+    }
+}
+
+/// All threads of the pool of this process.
+fn parallelism() -> Par {
+    Par::rayon(rayon::current_num_threads())
+}
+
+fn transposed_pattern(matrix: &Lower) -> SymbolicSparseColMat<usize> {
+    let n = matrix.start.len() - 1;
+    let mut start = vec![0; n + 1];
+    for &row in &matrix.row {
+        start[row + 1] += 1;
+    }
+    for i in 0..n {
+        start[i + 1] += start[i];
+    }
+    let mut cursor = start.clone();
+    let mut column_of = vec![0; matrix.row.len()];
+    for column in 0..n {
+        for &row in &matrix.row[matrix.start[column]..matrix.start[column + 1]] {
+            column_of[cursor[row]] = column;
+            cursor[row] += 1;
+        }
+    }
+    SymbolicSparseColMat::new_checked(n, n, start, None, column_of)
+}
+
+/// A sparse right-hand side: unknown and value.
+pub(super) type SparseColumn = Vec<(usize, f64)>;
+
+/// Sparse Cholesky factor, K = L L^T, in the order of elimination.
+pub(super) struct Factor {
+    symbolic: Symbolic,
+    values: Vec<f64>,
+    /// Supernode of each unknown.
+    supernode_of: Vec<usize>,
+    /// Parent supernode, `usize::MAX` at roots.
+    parent: Vec<usize>,
+}
+
+/// Forward-substituted right-hand sides, `Y = L^-1 B`, in the rows that can differ from zero.
+pub(super) struct Reached {
+    /// Supernodes, ascending, and the first row of each in `rows`.
+    supernodes: Vec<(usize, usize)>,
+    rows: Mat<f64>,
+    /// Operations spent.
+    pub(super) flops: f64,
+}
+
+impl Factor {
+    fn new(symbolic: Symbolic, values: Vec<f64>) -> Self {
+        let s = &symbolic.0;
+        let mut supernode_of = vec![0; s.nrows()];
+        for (k, (&begin, &end)) in s
+            .supernode_begin()
+            .iter()
+            .zip(s.supernode_end())
+            .enumerate()
+        {
+            supernode_of[begin..end].fill(k);
+        }
+        let parent = (0..s.n_supernodes())
+            .map(|k| {
+                let first = s.supernode(k).pattern().first();
+                first.map_or(usize::MAX, |&row| supernode_of[row])
+            })
+            .collect();
+        Factor {
+            symbolic,
+            values,
+            supernode_of,
+            parent,
+        }
+    }
+
+    /// Smallest over largest squared pivot, and the unknown of the smallest.
+    pub(super) fn pivot_ratio(&self) -> (f64, usize) {
+        let l = self.supernodal();
+        let (mut least, mut most, mut at) = (f64::INFINITY, 0.0_f64, 0);
+        for k in 0..l.symbolic().n_supernodes() {
+            let s = l.supernode(k);
+            for column in 0..s.val().ncols() {
+                let pivot = s.val()[(column, column)];
+                most = most.max(pivot);
+                if pivot < least {
+                    (least, at) = (pivot, s.start() + column);
+                }
+            }
+        }
+        ((least / most).powi(2), at)
+    }
+
+    fn supernodal(&self) -> SupernodalLltRef<'_, usize, f64> {
+        SupernodalLltRef::new(&self.symbolic.0, &self.values)
+    }
+
+    /// Solves `K x = b` in place.
+    pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Failure> {
+        let request = self.symbolic.0.solve_in_place_scratch::<f64>(1, Par::Seq);
+        let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
+        let n = x.len();
+        self.supernodal().solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(x, n, 1),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+        Ok(())
+    }
+
+    /// Forward substitution of a few sparse columns through the supernodes they reach.
+    pub(super) fn forward(&self, columns: &[SparseColumn]) -> Reached {
+        let l = self.supernodal();
+        let n_supernodes = l.symbolic().n_supernodes();
+        let begin = l.symbolic().supernode_begin();
+        let end = l.symbolic().supernode_end();
+        let mut local = vec![usize::MAX; n_supernodes];
+        for &(row, _) in columns.iter().flatten() {
+            let mut s = self.supernode_of[row];
+            while s != usize::MAX && local[s] == usize::MAX {
+                local[s] = 0;
+                s = self.parent[s];
+            }
+        }
+        let mut supernodes = Vec::new();
+        let mut n_rows = 0;
+        for s in 0..n_supernodes {
+            if local[s] == 0 {
+                local[s] = n_rows;
+                supernodes.push((s, n_rows));
+                n_rows += end[s] - begin[s];
+            }
+        }
+        let local_row = |row: usize| {
+            let s = self.supernode_of[row];
+            local[s] + row - begin[s]
+        };
+        let width = columns.len();
+        let mut rows = Mat::<f64>::zeros(n_rows, width);
+        for (j, column) in columns.iter().enumerate() {
+            for &(row, value) in column {
+                rows[(local_row(row), j)] += value;
+            }
+        }
+        let mut flops = 0.0;
+        let longest = supernodes
+            .iter()
+            .map(|&(s, _)| l.supernode(s).pattern().len())
+            .max();
+        let mut product = Mat::<f64>::zeros(longest.unwrap_or(0), width);
+        let mut targets = Vec::new();
+        for &(s, first) in &supernodes {
+            let s = l.supernode(s);
+            let size = s.val().ncols();
+            let (top, below) = s.val().split_at_row(size);
+            let mut x = rows.as_mut().subrows_mut(first, size);
+            solve_lower_triangular_in_place(top, x.as_mut(), Par::Seq);
+            let m = below.nrows();
+            let mut product = product.as_mut().subrows_mut(0, m);
+            matmul(
+                product.as_mut(),
+                Accum::Replace,
+                below,
+                x.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+            flops += (size * (size + 2 * m) * width) as f64;
+            targets.clear();
+            targets.extend(s.pattern().iter().map(|&row| local_row(row)));
+            for j in 0..width {
+                for (i, &target) in targets.iter().enumerate() {
+                    rows[(target, j)] -= product[(i, j)];
+                }
+            }
+        }
+        Reached {
+            supernodes,
+            rows,
+            flops,
+        }
+    }
+
+    /// `first^T second` of two forward-substituted blocks, with its operations.
+    pub(super) fn product(&self, first: &Reached, second: &Reached) -> (Mat<f64>, f64) {
+        let end = self.symbolic.0.supernode_end();
+        let begin = self.symbolic.0.supernode_begin();
+        let mut result = Mat::<f64>::zeros(first.rows.ncols(), second.rows.ncols());
+        let mut flops = 0.0;
+        let mut run: Option<(usize, usize, usize)> = None;
+        let mut add = |(i, j, length): (usize, usize, usize)| {
+            matmul(
+                result.as_mut(),
+                Accum::Add,
+                first.rows.as_ref().subrows(i, length).transpose(),
+                second.rows.as_ref().subrows(j, length),
+                1.0,
+                Par::Seq,
+            );
+            flops += 2.0 * (length * first.rows.ncols() * second.rows.ncols()) as f64;
+        };
+        let mut others = second.supernodes.iter().peekable();
+        for &(s, i) in &first.supernodes {
+            while others.next_if(|other| other.0 < s).is_some() {}
+            let Some(&(_, j)) = others.next_if(|other| other.0 == s) else {
+                continue;
+            };
+            let size = end[s] - begin[s];
+            run = match run {
+                Some((i0, j0, length)) if i0 + length == i && j0 + length == j => {
+                    Some((i0, j0, length + size))
+                }
+                other => {
+                    other.into_iter().for_each(&mut add);
+                    Some((i, j, size))
+                }
+            };
+        }
+        run.into_iter().for_each(&mut add);
+        (result, flops)
+    }
+
+    /// [`Factor::forward`] of several groups of columns at once.
+    pub(super) fn forward_all(&self, groups: &[Vec<SparseColumn>]) -> Vec<Reached> {
+        let reached = groups.par_iter().map(|group| self.forward(group)).collect();
+        reset_workers();
+        reached
+    }
+}
+
+impl Reached {
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.rows.nrows() * self.rows.ncols() * 8
+    }
+}

@@ -1,0 +1,174 @@
+use std::ops::ControlFlow;
+use std::sync::{Arc, PoisonError};
+use std::time::Instant;
+
+use mtb_operator::{Monitor, Progress};
+
+use super::assembly::assemble;
+use super::body::TetraBody;
+use super::factor::{Factor, Failure, Symbolic};
+use super::ordering::{Graph, nested_dissection, postordered};
+use super::support::{Source, Unknowns};
+use crate::Error;
+
+/// Largest factorisation that is started.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Memory of the factor [bytes].
+    pub bytes: f64,
+    /// Operations.
+    pub flops: f64,
+}
+
+impl Default for Limits {
+    /// 8 GB and 20 TFlop: some ten minutes of two cores.
+    fn default() -> Self {
+        Limits {
+            bytes: 8e9,
+            flops: 2e13,
+        }
+    }
+}
+
+/// What a condensation cost: counts, and wall times [s].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Unknown displacements.
+    pub unknowns: usize,
+    /// Entries of the Cholesky factor, 8 bytes each.
+    pub factor_entries: usize,
+    /// Operations of the factorisation.
+    pub factor_flops: f64,
+    /// Operations of the forward substitutions.
+    pub forward_flops: f64,
+    /// Operations of the products that form the flexibility.
+    pub product_flops: f64,
+    /// Largest memory held at once by factor, substituted columns and flexibility [bytes].
+    pub peak_bytes: usize,
+    /// Ordering.
+    pub ordering_s: f64,
+    /// Assembly.
+    pub assembly_s: f64,
+    /// Symbolic factorisation.
+    pub symbolic_s: f64,
+    /// Numeric factorisation.
+    pub numeric_s: f64,
+    /// Forward substitutions.
+    pub forward_s: f64,
+    /// Products.
+    pub product_s: f64,
+}
+
+/// The factorised stiffness of a body.
+pub(super) struct Factored {
+    pub(super) unknowns: Unknowns,
+    pub(super) factor: Factor,
+    /// Loads on the unknowns by a unit of each case.
+    pub(super) case_load: Vec<Vec<f64>>,
+    pub(super) cost: Cost,
+}
+
+/// Smallest ratio of squared pivots of a body that is held: below, some part of it is loose.
+const LOOSE_PIVOT: f64 = 1e-14;
+
+impl TetraBody {
+    /// The factorised stiffness, made on the first call.
+    pub(super) fn factored(
+        &self,
+        limits: Limits,
+        monitor: Monitor<'_>,
+    ) -> Result<Arc<Factored>, Error> {
+        let mut slot = self.factored.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(factored) = &*slot {
+            return Ok(factored.clone());
+        }
+        let factored = Arc::new(self.factorise(limits, monitor)?);
+        *slot = Some(factored.clone());
+        Ok(factored)
+    }
+
+    fn factorise(&self, limits: Limits, monitor: Monitor<'_>) -> Result<Factored, Error> {
+        let mut cost = Cost::default();
+        let clock = Instant::now();
+        let active = self.claims.active();
+        let pins = self.free.pins(&self.mesh, &self.claims);
+        let per_tet = self.mesh.order().nodes_per_tet();
+        let graph = Graph::of_groups(
+            self.mesh.nodes().len(),
+            self.mesh.cells().chunks_exact(per_tet),
+        );
+        let order = postordered(&graph, &nested_dissection(&graph, &active));
+        let unknowns = self.claims.number(&order, &pins);
+        cost.ordering_s = clock.elapsed().as_secs_f64();
+        poll(monitor, 0)?;
+
+        let clock = Instant::now();
+        let system = assemble(&self.mesh, self.material, &graph, &order, &unknowns);
+        let mut case_load = system.pull;
+        for (load, case) in case_load.iter_mut().zip(&unknowns.cases) {
+            if let Some(unknown) = case.unknown {
+                *load = vec![0.0; unknowns.n];
+                load[unknown] = 1.0;
+            }
+        }
+        cost.assembly_s = clock.elapsed().as_secs_f64();
+        poll(monitor, 1)?;
+
+        let clock = Instant::now();
+        let node_of = |unknown: usize| {
+            let at = |s: &[Source; 3]| s.contains(&Source::Unknown(unknown));
+            unknowns.source.iter().position(at).unwrap_or(0)
+        };
+        let describe = |failure: Failure, entries: usize, flops: f64| match failure {
+            Failure::Pivot(unknown) => Error::Singular {
+                node: node_of(unknown),
+            },
+            Failure::Memory => Error::TooLarge {
+                unknowns: unknowns.n,
+                gigabytes: entries as f64 * 8e-9,
+                teraflop: flops * 1e-12,
+                gigabytes_limit: limits.bytes * 1e-9,
+                teraflop_limit: limits.flops * 1e-12,
+            },
+        };
+        let symbolic = Symbolic::new(&system.stiffness).map_err(|f| describe(f, 0, 0.0))?;
+        let (entries, flops) = (symbolic.entries(), symbolic.flops());
+        cost.symbolic_s = clock.elapsed().as_secs_f64();
+        if entries as f64 * 8.0 > limits.bytes || flops > limits.flops {
+            return Err(describe(Failure::Memory, entries, flops));
+        }
+        poll(monitor, 2)?;
+
+        let clock = Instant::now();
+        let factor = symbolic
+            .numeric(&system.stiffness)
+            .map_err(|f| describe(f, entries, flops))?;
+        let (ratio, unknown) = factor.pivot_ratio();
+        if ratio < LOOSE_PIVOT {
+            return Err(describe(Failure::Pivot(unknown), entries, flops));
+        }
+        cost.numeric_s = clock.elapsed().as_secs_f64();
+        cost.unknowns = unknowns.n;
+        cost.factor_entries = entries;
+        cost.factor_flops = flops;
+        poll(monitor, 3)?;
+        Ok(Factored {
+            unknowns,
+            factor,
+            case_load,
+            cost,
+        })
+    }
+}
+
+/// Reports a stage to the monitor.
+pub(super) fn poll(monitor: Monitor<'_>, iteration: usize) -> Result<(), Error> {
+    let progress = Progress {
+        iteration,
+        residual: f64::NAN,
+    };
+    match monitor(progress) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
+}

@@ -1,0 +1,40 @@
+//! Finite-element bodies of 4-node (linear) or 10-node (quadratic) tetrahedra.
+//!
+//! **What.** A [`TetraMesh`] with an elastic [`Material`](crate::Material) and [`Support`]s is a
+//! [`TetraBody`]. Condensed onto the contact points of a [`Sampling`] of its surface it becomes a
+//! [`CondensedBody`]: its [`Flexibility`] is a [`Compliance`](mtb_operator::Compliance), beside it
+//! stand the rigid motions that only contact can hold.
+//!
+//! **How.** Traction lives on contact points `i` with basis functions `phi_i`, known at quadrature
+//! points `q` of the surface: `(B_c)_ai = sum_q w_q N_a(x_q) phi_i(x_q) e_c(x_q)` for the three
+//! directions `c` of the local frame. With `K = L L^T` the flexibility is `S_cd = Y_c^T Y_d`,
+//! `Y_c = L^-1 B_c`: forward substitutions only, and only through the part of `L` a contact point
+//! reaches. The displacement is observed as the `phi`-weighted mean, so the compliance is
+//! `C_cd = W^-1 S_cd` with `W_i = sum_q w_q phi_i`, symmetric in the `W`-weighted product.
+//!
+//! **References.** [GeorgeLiu1981] for the ordering and the elimination tree; [Hughes2000] for the elements.
+
+mod assembly;
+mod body;
+mod condense;
+mod condensed;
+mod element;
+mod factor;
+mod factorised;
+mod locate;
+mod mesh;
+mod ordering;
+mod recovery;
+mod rigid;
+mod sampling;
+mod stress;
+mod support;
+
+pub use body::TetraBody;
+pub use condensed::{CondensedBody, Flexibility, SupportCase};
+pub use factorised::{Cost, Limits};
+pub use mesh::{Order, TetraMesh};
+pub use recovery::Reaction;
+pub use rigid::RigidMode;
+pub use sampling::{ContactGrid, Sampling, SurfacePoint};
+pub use support::{Hold, Support};

@@ -1,0 +1,286 @@
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::locate::FaceFinder;
+use super::mesh::{Order, TetraMesh};
+use crate::Error;
+
+/// A quadrature point on the surface of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Boundary triangle of the mesh.
+    pub face: usize,
+    /// Barycentric coordinates on it.
+    pub barycentric: [f64; 3],
+    /// Area it stands for [m2].
+    pub weight: f64,
+    /// Unit vectors tangential 1, tangential 2, into the body.
+    pub frame: [[f64; 3]; 3],
+}
+
+/// Traction basis of a contact, known at quadrature points of the body's surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampling {
+    n_points: usize,
+    quadrature: Vec<SurfacePoint>,
+    /// `basis[start[q]..start[q + 1]]`: contact points and the values of their basis functions at `q`.
+    start: Vec<usize>,
+    basis: Vec<(usize, f64)>,
+}
+
+impl Sampling {
+    /// Sampling of `n_points` basis functions; `start` (quadrature points + 1) delimits the part of
+    /// `basis` that belongs to each quadrature point.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::Index`], [`Error::NotFinite`], [`Error::Frame`] on malformed input.
+    pub fn new(
+        n_points: usize,
+        quadrature: Vec<SurfacePoint>,
+        start: Vec<usize>,
+        basis: Vec<(usize, f64)>,
+    ) -> Result<Self, Error> {
+        if start.len() != quadrature.len() + 1 {
+            return Err(Error::Shape {
+                name: "basis_start",
+                found: start.len(),
+                expected: quadrature.len() + 1,
+            });
+        }
+        let end = start.last().copied().unwrap_or(0);
+        if start[0] != 0 || end != basis.len() || start.windows(2).any(|w| w[0] > w[1]) {
+            return Err(Error::Shape {
+                name: "basis",
+                found: basis.len(),
+                expected: end,
+            });
+        }
+        for (index, q) in quadrature.iter().enumerate() {
+            let finite = q.barycentric.iter().chain(q.frame.iter().flatten());
+            if !q.weight.is_finite() || finite.into_iter().any(|v| !v.is_finite()) {
+                return Err(Error::NotFinite {
+                    name: "quadrature point",
+                    index,
+                });
+            }
+            if !is_orthonormal(&q.frame) {
+                return Err(Error::Frame(index));
+            }
+        }
+        for (index, &(point, value)) in basis.iter().enumerate() {
+            if point >= n_points {
+                return Err(Error::Index {
+                    name: "basis entry",
+                    index,
+                    what: "contact point",
+                    value: point,
+                    count: n_points,
+                });
+            }
+            if !value.is_finite() {
+                return Err(Error::NotFinite {
+                    name: "basis entry",
+                    index,
+                });
+            }
+        }
+        Ok(Sampling {
+            n_points,
+            quadrature,
+            start,
+            basis,
+        })
+    }
+
+    /// Number of contact points.
+    pub fn n_points(&self) -> usize {
+        self.n_points
+    }
+
+    /// The quadrature points.
+    pub fn quadrature(&self) -> &[SurfacePoint] {
+        &self.quadrature
+    }
+
+    /// Contact points and basis values at quadrature point `q`.
+    pub fn basis(&self, q: usize) -> &[(usize, f64)] {
+        &self.basis[self.start[q]..self.start[q + 1]]
+    }
+
+    /// Start of each quadrature point's part of the basis, one more than there are points.
+    pub fn start(&self) -> &[usize] {
+        &self.start
+    }
+
+    /// Area of each contact point, the integral of its basis function [m2].
+    pub fn weights(&self) -> Vec<f64> {
+        let mut weights = vec![0.0; self.n_points];
+        for (q, point) in self.quadrature.iter().enumerate() {
+            for &(i, phi) in self.basis(q) {
+                weights[i] += point.weight * phi;
+            }
+        }
+        weights
+    }
+}
+
+impl Sampling {
+    /// Mean over each basis function of the field with these coefficients,
+    /// `(1/W_i) sum_q w_q phi_i(q) sum_j phi_j(q) coefficient_j`: for pressures the force at a point
+    /// over its area.
+    ///
+    /// Beside the edge of a punch the coefficients of hats oscillate about the singular pressure, their
+    /// means do not.
+    ///
+    /// # Errors
+    /// [`Error::Shape`].
+    pub fn averaged(&self, coefficients: &[f64]) -> Result<Vec<f64>, Error> {
+        if coefficients.len() != self.n_points {
+            return Err(Error::Shape {
+                name: "coefficients",
+                found: coefficients.len(),
+                expected: self.n_points,
+            });
+        }
+        let mut means = vec![0.0; self.n_points];
+        for (q, point) in self.quadrature.iter().enumerate() {
+            let basis = self.basis(q);
+            let value: f64 = basis.iter().map(|&(j, phi)| phi * coefficients[j]).sum();
+            for &(i, phi) in basis {
+                means[i] += point.weight * phi * value;
+            }
+        }
+        for (mean, weight) in means.iter_mut().zip(self.weights()) {
+            *mean /= weight;
+        }
+        Ok(means)
+    }
+}
+
+fn is_orthonormal(frame: &[[f64; 3]; 3]) -> bool {
+    (0..3).all(|i| {
+        (0..=i).all(|j| {
+            let dot: f64 = (0..3).map(|c| frame[i][c] * frame[j][c]).sum();
+            (dot - f64::from(u8::from(i == j))).abs() < 1e-6
+        })
+    })
+}
+
+/// A regular grid of contact points on a sheet `(x, s)` that is bent over the surface of a body;
+/// between the points the traction is bilinear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactGrid {
+    /// Points along x.
+    pub nx: usize,
+    /// Points along s.
+    pub ny: usize,
+    /// Spacing along x and s, measured on the sheet [m].
+    pub spacing: [f64; 2],
+    /// Positions, x fastest [m].
+    pub points: Vec<[f64; 3]>,
+    /// Unit vectors tangential 1, tangential 2, into the body, at each point.
+    pub frames: Vec<[[f64; 3]; 3]>,
+}
+
+/// Parts of a grid cell in each direction, each with two Gauss points: fine enough for a facet edge
+/// or the border of the face to run through a cell.
+const PARTS: usize = 3;
+
+/// Distance from the face, in spacings, beyond which a quadrature point is not on it: along the
+/// normal, and beside the border.
+const REACH: f64 = 0.5;
+const BESIDE: f64 = 1e-3;
+
+impl ContactGrid {
+    /// Quadrature of the grid's cells on the triangles `faces` of a body's boundary; what lies beside
+    /// the face is left out.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] and those of [`Sampling::new`]; [`Error::NotOnBoundary`] on a face out of range.
+    pub fn sampling(&self, mesh: &TetraMesh, faces: &[usize]) -> Result<Sampling, Error> {
+        let n = self.nx * self.ny;
+        for (name, found) in [("points", self.points.len()), ("frames", self.frames.len())] {
+            if found != n {
+                return Err(Error::Shape {
+                    name,
+                    found,
+                    expected: n,
+                });
+            }
+        }
+        let step = self.spacing[0].max(self.spacing[1]);
+        let finder = FaceFinder::new(mesh, faces, REACH * step)?;
+        let gauss = 0.5 / 3f64.sqrt();
+        let places: Vec<f64> = (0..PARTS)
+            .flat_map(|k| [0.5 - gauss, 0.5 + gauss].map(|g| (k as f64 + g) / PARTS as f64))
+            .collect();
+        let weight = self.spacing[0] * self.spacing[1] / (places.len() * places.len()) as f64;
+        let (columns, rows) = (self.nx.saturating_sub(1), self.ny.saturating_sub(1));
+        let cells: Vec<Vec<_>> = (0..columns * rows)
+            .into_par_iter()
+            .map(|cell| {
+                let corner = cell / columns * self.nx + cell % columns;
+                let pairs = places
+                    .iter()
+                    .flat_map(|b| places.iter().map(move |a| (a, b)));
+                let points = pairs.filter_map(|(a, b)| {
+                    let basis = [
+                        (corner, (1.0 - a) * (1.0 - b)),
+                        (corner + 1, a * (1.0 - b)),
+                        (corner + self.nx, (1.0 - a) * b),
+                        (corner + self.nx + 1, a * b),
+                    ];
+                    let (position, frame) = self.interpolate(&basis);
+                    let hit = finder.nearest(position)?;
+                    let offset = Vector3::from(position) - Vector3::from(hit.position);
+                    let into = Vector3::from(frame[2]);
+                    let beside = (offset - into * into.dot(&offset)).norm();
+                    let point = SurfacePoint {
+                        face: hit.face,
+                        barycentric: hit.barycentric,
+                        weight,
+                        frame,
+                    };
+                    (beside <= BESIDE * step).then_some((point, basis))
+                });
+                points.collect()
+            })
+            .collect();
+        let (quadrature, basis): (Vec<_>, Vec<_>) = cells.into_iter().flatten().unzip();
+        let start = (0..=quadrature.len()).map(|q| 4 * q).collect();
+        Sampling::new(n, quadrature, start, basis.into_iter().flatten().collect())
+    }
+
+    fn interpolate(&self, basis: &[(usize, f64)]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let mut position = Vector3::zeros();
+        let mut axes = [Vector3::zeros(); 3];
+        for &(i, phi) in basis {
+            position += Vector3::from(self.points[i]) * phi;
+            for c in 0..3 {
+                axes[c] += Vector3::from(self.frames[i][c]) * phi;
+            }
+        }
+        let into = axes[2].normalize();
+        let first = (axes[0] - into * into.dot(&axes[0])).normalize();
+        let mut second = into.cross(&first);
+        if second.dot(&axes[1]) < 0.0 {
+            second = -second;
+        }
+        (position.into(), [first.into(), second.into(), into.into()])
+    }
+}
+
+/// Values of a face's 3 or 6 shape functions at barycentric coordinates.
+pub(super) fn face_shape(l: [f64; 3], order: Order) -> [f64; 6] {
+    match order {
+        Order::Linear => [l[0], l[1], l[2], 0.0, 0.0, 0.0],
+        Order::Quadratic => [
+            l[0] * (2.0 * l[0] - 1.0),
+            l[1] * (2.0 * l[1] - 1.0),
+            l[2] * (2.0 * l[2] - 1.0),
+            4.0 * l[0] * l[1],
+            4.0 * l[1] * l[2],
+            4.0 * l[2] * l[0],
+        ],
+    }
+}

@@ -1,0 +1,208 @@
+/// What can be wrong with a geometry.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A scalar is NaN or infinite.
+    #[error("{name} is {value}: a finite number is needed")]
+    NotFinite {
+        /// Argument.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A scalar is finite but outside what makes sense.
+    #[error("{name} is {value}: {accepted}")]
+    OutOfRange {
+        /// Argument.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted, as a clause.
+        accepted: String,
+    },
+    /// An element of an array is NaN or infinite.
+    #[error("{name}[{index}] is {value}: finite numbers are needed")]
+    ElementNotFinite {
+        /// Array.
+        name: &'static str,
+        /// Position in the flat array.
+        index: usize,
+        /// The element.
+        value: f64,
+    },
+    /// An array has the wrong length or too few elements.
+    #[error("{name} has {found} elements: {accepted}")]
+    Length {
+        /// Array.
+        name: &'static str,
+        /// Elements found.
+        found: usize,
+        /// What would be accepted, as a clause.
+        accepted: String,
+    },
+    /// A station lies outside a profile.
+    #[error("{name}[{index}] is {value} m: the profile reaches from {start} m to {end} m")]
+    OutsideProfile {
+        /// Argument.
+        name: &'static str,
+        /// Position in the array.
+        index: usize,
+        /// Lateral position or arc length [m].
+        value: f64,
+        /// Beginning of the profile [m].
+        start: f64,
+        /// End of the profile [m].
+        end: f64,
+    },
+    /// The lateral positions of a profile table are not strictly monotonic.
+    #[error(
+        "row {row} of the profile: y = {y} m after {previous} m; y must rise (or fall) strictly from row to row"
+    )]
+    NotMonotonic {
+        /// Row, counted from 1.
+        row: usize,
+        /// Its lateral position [m].
+        y: f64,
+        /// The one before [m].
+        previous: f64,
+    },
+    /// A triangle refers to a vertex that does not exist.
+    #[error("triangle {triangle} refers to vertex {vertex}: there are {count} vertices")]
+    MissingVertex {
+        /// Triangle, counted from 0.
+        triangle: usize,
+        /// Vertex it names.
+        vertex: usize,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A triangle without area.
+    #[error("triangle {triangle} is degenerate: its area is {area} m2")]
+    DegenerateTriangle {
+        /// Triangle, counted from 0.
+        triangle: usize,
+        /// Its area [m2].
+        area: f64,
+    },
+    /// Two triangles run along an edge in the same direction.
+    #[error(
+        "two triangles use the edge from vertex {from} to vertex {to} in the same direction: their orientations contradict, or more than two meet there"
+    )]
+    Contradicting {
+        /// First vertex.
+        from: usize,
+        /// Second vertex.
+        to: usize,
+    },
+    /// A body with holes.
+    #[error("the surface is not watertight: {open} edges belong to one triangle only")]
+    NotWatertight {
+        /// Number of open edges.
+        open: usize,
+    },
+    /// Triangles that point inwards.
+    #[error("the triangles point inwards (volume {volume} m3): reverse their order")]
+    InsideOut {
+        /// Signed volume [m3].
+        volume: f64,
+    },
+    /// A body so small or so large that its unit must be wrong.
+    #[error(
+        "the largest extent of the mesh is {size} m: state the unit of its coordinates (10 um to 20 m are accepted)"
+    )]
+    ImplausibleSize {
+        /// Largest extent [m].
+        size: f64,
+    },
+    /// The search tree could not be built.
+    #[error("the triangles cannot be searched: {reason}")]
+    Tree {
+        /// Why not.
+        reason: String,
+    },
+    /// Facets too coarse for the contact.
+    #[error(
+        "the facets leave an error of {error} m in the gap near ({x}, {y}) m, not small against the penetration of {penetration} m: refine the mesh there or use an analytic surface"
+    )]
+    FacetsTooCoarse {
+        /// Estimated error [m].
+        error: f64,
+        /// Expected penetration [m].
+        penetration: f64,
+        /// Place [m].
+        x: f64,
+        /// Place [m].
+        y: f64,
+    },
+    /// The lower body is missing under a point of the sheet.
+    #[error("the lower body has no surface at ({x}, {y}) m, inside the sheet that was asked for")]
+    NoSurface {
+        /// Place [m].
+        x: f64,
+        /// Place [m].
+        y: f64,
+    },
+    /// Two bodies cannot be brought together.
+    #[error("the bodies never touch: {reason}")]
+    NeverTouch {
+        /// Why not.
+        reason: String,
+    },
+    /// The contact would reach the end of a profile.
+    #[error(
+        "the contact reaches the end of the {profile} profile at y = {end} m: a longer profile or a smaller load is needed"
+    )]
+    ProfileEnds {
+        /// "rail" or "wheel".
+        profile: &'static str,
+        /// End that is reached, in the profile's own frame [m].
+        end: f64,
+    },
+    /// A line of a profile file cannot be read.
+    #[error("line {line} of the profile file: {reason}")]
+    Unreadable {
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+/// `value` if it is finite.
+pub(crate) fn finite(name: &'static str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::NotFinite { name, value })
+    }
+}
+
+/// `value` if it is finite and positive.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
+    if finite(name, value)? > 0.0 {
+        Ok(value)
+    } else {
+        Err(out_of_range(name, value, "it must be positive"))
+    }
+}
+
+/// Checks that every element is finite.
+pub(crate) fn all_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(Error::ElementNotFinite {
+            name,
+            index,
+            value: values[index],
+        }),
+    }
+}
+
+/// An [`Error::OutOfRange`].
+pub(crate) fn out_of_range(name: &'static str, value: f64, accepted: impl Into<String>) -> Error {
+    Error::OutOfRange {
+        name,
+        value,
+        accepted: accepted.into(),
+    }
+}

@@ -1,0 +1,39 @@
+//! Profiles, surfaces, contact sheets and gaps.
+//!
+//! **What.** Cross-sections of rails and wheels ([`Profile`]), the pole shoe of a magnetic track
+//! brake on a rail ([`PoleShoe`]) with the regular sheets of contact points laid over it
+//! ([`ContactSheet`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, and the gap
+//! between arbitrary surfaces ([`SurfacePair`]): analytic ones and triangle meshes ([`SurfaceMesh`]),
+//! whose facets are taken for the curved surface they stand for.
+//!
+//! **Not here.** No material, no load, no compliance, no solver.
+//!
+//! **Conventions.** SI units. z points from the lower body to the upper one, x along the rail, y to
+//! its left; gap > 0 is open. Vectors of many points are component-major: all x, all y, all z.
+//! Points of a sheet run x fastest.
+//!
+//! **References.** [EN13674-1] for the rail, [EN13715] for the wheel, [Steininger2025] for the shoe.
+
+mod between;
+mod error;
+mod mesh;
+mod profile;
+mod root;
+mod sheet;
+mod shoe;
+mod surface;
+mod wheel;
+
+pub use between::{SurfaceGap, SurfacePair};
+pub use error::Error;
+pub use mesh::{Closure, SurfaceMesh};
+pub use profile::{Interpolation, Profile, Station, Vertical};
+pub use sheet::{ContactSheet, SheetGrid, SheetPoints};
+pub use shoe::PoleShoe;
+pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
+pub use wheel::{GapField, WheelOnRail, WheelRailContact, WheelRailLoad};
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

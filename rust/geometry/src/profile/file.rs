@@ -1,0 +1,287 @@
+use super::{Interpolation, Profile};
+use crate::Error;
+use crate::error::positive;
+
+/// Which way z of a profile file points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vertical {
+    /// Up, as everywhere here.
+    Up,
+    /// Down, into the rail.
+    Down,
+    /// The way of the larger departure from the median height is down: rails fall off at their
+    /// flanks, wheels at their flange.
+    Guess,
+}
+
+/// Points of a profile file with what its header says to do with them.
+struct Table {
+    points: Vec<[f64; 2]>,
+    shift: [f64; 2],
+    rotation: f64,
+    bounds: [[f64; 2]; 2],
+    mirror: [bool; 2],
+    /// Length units per metre.
+    per_metre: Option<f64>,
+    /// Angle units per radian.
+    per_radian: f64,
+    least_distance: f64,
+}
+
+impl Profile {
+    /// A profile from the text of a file: two columns y and z, or the `.prr` / `.prw` form with
+    /// `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
+    ///
+    /// `unit` is the length unit [m] of files that do not state theirs. Columns may be parted by
+    /// blanks, commas or semicolons; `#`, `!`, `%` and `//` begin comments; further columns (weights)
+    /// are ignored.
+    ///
+    /// # Errors
+    /// Lines that are not numbers, smoothing asked for by the header, tables that
+    /// [`Profile::from_points`] refuses.
+    pub fn parse(
+        text: &str,
+        unit: f64,
+        vertical: Vertical,
+        interpolation: Interpolation,
+    ) -> Result<Self, Error> {
+        positive("unit", unit)?;
+        let table = if text.contains("point.begin") {
+            Table::with_header(text)?
+        } else {
+            Table::columns(text.lines().enumerate())?
+        };
+        let [y, mut z] = table.coordinates(unit);
+        if points_down(vertical, &z) {
+            for v in &mut z {
+                *v = -*v;
+            }
+        }
+        Self::from_points(&y, &z, interpolation)
+    }
+}
+
+fn points_down(vertical: Vertical, z: &[f64]) -> bool {
+    match vertical {
+        Vertical::Up => false,
+        Vertical::Down => true,
+        Vertical::Guess => {
+            let mut sorted = z.to_vec();
+            sorted.sort_by(f64::total_cmp);
+            match (sorted.first(), sorted.get(sorted.len() / 2), sorted.last()) {
+                (Some(low), Some(median), Some(high)) => high - median > median - low,
+                _ => false,
+            }
+        }
+    }
+}
+
+/// A line without its comment.
+fn content(line: &str) -> &str {
+    let end = line
+        .find(['#', '!', '%'])
+        .into_iter()
+        .chain(line.find("//"))
+        .min()
+        .unwrap_or(line.len());
+    line[..end].trim()
+}
+
+fn unreadable(line: usize, reason: String) -> Error {
+    Error::Unreadable {
+        line: line + 1,
+        reason,
+    }
+}
+
+impl Table {
+    fn new() -> Self {
+        Self {
+            points: Vec::new(),
+            shift: [0.0; 2],
+            rotation: 0.0,
+            bounds: [[f64::NEG_INFINITY, f64::INFINITY]; 2],
+            mirror: [false; 2],
+            per_metre: None,
+            per_radian: 1.0,
+            least_distance: 0.0,
+        }
+    }
+
+    fn columns<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<Self, Error> {
+        let mut table = Self::new();
+        let mut headings = 0;
+        for (number, line) in lines {
+            let line = content(line);
+            if line.is_empty() {
+                continue;
+            }
+            let words: Vec<&str> = line
+                .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+                .filter(|w| !w.is_empty())
+                .collect();
+            let numbers: Option<Vec<f64>> = words.iter().take(2).map(|w| w.parse().ok()).collect();
+            match numbers.as_deref() {
+                Some(&[y, z]) if y.is_finite() && z.is_finite() => table.points.push([y, z]),
+                // the names of the columns
+                None if table.points.is_empty() && headings == 0 => headings += 1,
+                _ => {
+                    let reason = format!("{line:?} is not two finite numbers, y and z");
+                    return Err(unreadable(number, reason));
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    fn with_header(text: &str) -> Result<Self, Error> {
+        let lines: Vec<(usize, &str)> = text.lines().enumerate().collect();
+        let place = |key: &str| lines.iter().position(|(_, l)| content(l) == key);
+        let (Some(begin), Some(end)) = (place("point.begin"), place("point.end")) else {
+            let reason = "point.begin and point.end are needed, each on its own line".into();
+            return Err(unreadable(lines.len().saturating_sub(1), reason));
+        };
+        let points = lines.get(begin + 1..end).unwrap_or_default();
+        let mut table = Self::columns(points.iter().copied())?;
+        let mut bounds = [[0.0, -1.0]; 2];
+        for &(number, line) in &lines[..begin] {
+            let Some((key, value)) = content(line).split_once('=') else {
+                continue;
+            };
+            let (key, value) = (key.trim(), value.trim());
+            let slot = match key {
+                "shift.y" => &mut table.shift[0],
+                "shift.z" => &mut table.shift[1],
+                "rotate" => &mut table.rotation,
+                "units.ang.f" => &mut table.per_radian,
+                "point.dist.min" => &mut table.least_distance,
+                "bound.y.min" => &mut bounds[0][0],
+                "bound.y.max" => &mut bounds[0][1],
+                "bound.z.min" => &mut bounds[1][0],
+                "bound.z.max" => &mut bounds[1][1],
+                "units.len.f" => table.per_metre.insert(1.0),
+                "mirror.y" | "mirror.z" => {
+                    table.mirror[usize::from(key == "mirror.z")] = value.starts_with('1');
+                    continue;
+                }
+                "approx.smooth" => &mut 0.0,
+                _ => continue,
+            };
+            *slot = value
+                .parse()
+                .map_err(|_| unreadable(number, format!("{key} = {value:?} is not a number")))?;
+            if key == "approx.smooth" && *slot != 0.0 {
+                let reason = format!("{key} = {value}: only 0 (no smoothing) is supported");
+                return Err(unreadable(number, reason));
+            }
+            if key.starts_with("units") && !(*slot > 0.0 && slot.is_finite()) {
+                return Err(unreadable(
+                    number,
+                    format!("{key} = {value} must be positive"),
+                ));
+            }
+        }
+        for (to, from) in table.bounds.iter_mut().zip(bounds) {
+            // a minimum above the maximum means no bounds
+            if from[0] < from[1] {
+                *to = from;
+            }
+        }
+        Ok(table)
+    }
+
+    /// y and z in metres, after everything the header asks for, in its order.
+    fn coordinates(&self, unit: f64) -> [Vec<f64>; 2] {
+        let scale = self.per_metre.map_or(unit, |n| 1.0 / n);
+        let (sin, cos) = (self.rotation / self.per_radian).sin_cos();
+        let mut kept: Vec<[f64; 2]> = Vec::new();
+        for p in &self.points {
+            let near = kept
+                .last()
+                .is_some_and(|q| (p[0] - q[0]).hypot(p[1] - q[1]) < self.least_distance);
+            if !near {
+                kept.push(*p);
+            }
+        }
+        kept.into_iter()
+            .map(|p| [p[0] + self.shift[0], p[1] + self.shift[1]])
+            .map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]])
+            .filter(|p| (0..2).all(|i| !(p[i] < self.bounds[i][0] || p[i] > self.bounds[i][1])))
+            .map(|p| {
+                let turned = |i: usize| if self.mirror[i] { -p[i] } else { p[i] };
+                (scale * turned(0), scale * turned(1))
+            })
+            .unzip::<f64, f64, Vec<f64>, Vec<f64>>()
+            .into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PRR: &str = "\
+! a rail
+header.begin
+  version = 1
+header.end
+spline.begin
+  approx.smooth = 0.0
+  comment = 'z down, mirrored'
+  shift.y = 1.0   ! 2: y shift
+  mirror.y = 1
+  bound.y.min = -4.0
+  bound.y.max = 4.0
+  units.len.f = 1000.0
+  point.begin
+    ! y z weight
+    -4.0  1.0  1.0
+    -2.0  0.25 1.0
+     0.0  0.0  1.0
+     2.0  0.3  1.0
+     9.0  8.0  1.0
+  point.end
+spline.end
+";
+
+    fn message(text: &str) -> String {
+        Profile::parse(text, 1e-3, Vertical::Up, Interpolation::Linear)
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn header_is_obeyed_in_its_order() {
+        let rail = Profile::parse(PRR, 1.0, Vertical::Guess, Interpolation::Linear).unwrap();
+        let [start, end] = rail.range();
+        assert!((start + 3e-3).abs() < 1e-15 && (end - 3e-3).abs() < 1e-15);
+        assert!((rail.at(-1e-3).unwrap().height).abs() < 1e-15);
+        assert!((rail.at(3e-3).unwrap().height + 1e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn two_columns_in_common_dresses() {
+        for text in [
+            "y,z\n0,0\n1,-2\n2,-3\n",
+            "# rail\n0;0;9\n1;-2;9\n\n2;-3;9",
+            "  0 0 // crown\n  1 -2\n 2\t-3",
+        ] {
+            let profile = Profile::parse(text, 1e-3, Vertical::Up, Interpolation::Linear).unwrap();
+            assert!((profile.at(1e-3).unwrap().height + 2e-3).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn unreadable_files_are_named() {
+        assert!(message("").contains("at least 2 points"));
+        assert!(message("0 0\n1 one\n").contains("line 2"));
+        assert!(message("0 0\n1\n").contains("line 2"));
+        assert!(message("0 0\n1 nan\n").contains("line 2"));
+        assert!(message("0 0\n1 0\n1 2\n").contains("row 3"));
+        let smoothed = PRR.replace("approx.smooth = 0.0", "approx.smooth = 0.1");
+        assert!(message(&smoothed).contains("line 6"));
+        assert!(message(&PRR.replace("point.end", "")).contains("point.end"));
+        assert!(message(&PRR.replace("= 1000.0", "= 0")).contains("must be positive"));
+        assert!(message(&PRR.replace("shift.y = 1.0", "shift.y = a")).contains("shift.y"));
+    }
+}

@@ -1,0 +1,100 @@
+/// Points on the lower body with the undeformed gap above them; vectors are `(3, n)`,
+/// component-major.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SheetPoints {
+    /// Positions on the lower body [m].
+    pub positions: Vec<f64>,
+    /// Unit normals of the lower body, pointing up.
+    pub normals: Vec<f64>,
+    /// Unit tangents along x, without a y component.
+    pub tangents_x: Vec<f64>,
+    /// Unit tangents across: normal times first tangent, rising with y.
+    pub tangents_y: Vec<f64>,
+    /// Arc length over the lower body from its crown, rising with y [m]; y itself where the lower body
+    /// is no rail; n values.
+    pub arc_lengths: Vec<f64>,
+    /// Distance to the upper body along the normal [m], > 0 open; n values.
+    pub gap: Vec<f64>,
+}
+
+impl SheetPoints {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.gap.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.gap.is_empty()
+    }
+
+    /// Component-major arrays of single points, with the tangents.
+    pub(crate) fn new(points: &[SheetPoint]) -> Self {
+        let vectors = |f: fn(&SheetPoint) -> [f64; 3]| -> Vec<f64> {
+            (0..3)
+                .flat_map(|i| points.iter().map(move |p| f(p)[i]))
+                .collect()
+        };
+        Self {
+            positions: vectors(|p| p.position),
+            normals: vectors(|p| p.normal),
+            tangents_x: vectors(|p| p.tangents()[0]),
+            tangents_y: vectors(|p| p.tangents()[1]),
+            arc_lengths: points.iter().map(|p| p.arc_length).collect(),
+            gap: points.iter().map(|p| p.gap).collect(),
+        }
+    }
+}
+
+/// A point of a sheet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SheetPoint {
+    pub(crate) position: [f64; 3],
+    pub(crate) normal: [f64; 3],
+    pub(crate) arc_length: f64,
+    pub(crate) gap: f64,
+}
+
+impl SheetPoint {
+    /// The tangent without a y component, and the normal times it.
+    fn tangents(&self) -> [[f64; 3]; 2] {
+        let n = self.normal;
+        let r = n[0].hypot(n[2]);
+        let t = [n[2] / r, 0.0, -n[0] / r];
+        [t, [n[1] * t[2], n[2] * t[0] - n[0] * t[2], -n[1] * t[0]]]
+    }
+}
+
+/// One regular grid inside the flat arrays of a sheet: `nx * ny` cells from `start` on, x fastest,
+/// and `(nx + 1) * (ny + 1)` nodes from `node_start` on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SheetGrid {
+    /// Cells along x.
+    pub nx: usize,
+    /// Cells across.
+    pub ny: usize,
+    /// First cell.
+    pub start: usize,
+    /// First node.
+    pub node_start: usize,
+}
+
+/// A potential contact: regular grids of equal cells over the surface of the lower body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactSheet {
+    /// Cell centres.
+    pub cells: SheetPoints,
+    /// Corners of the cells.
+    pub nodes: SheetPoints,
+    /// Cell areas [m2].
+    pub areas: Vec<f64>,
+    /// Cell size along x and across [m].
+    pub spacing: [f64; 2],
+    /// The grids, left (y > 0) first.
+    pub grids: Vec<SheetGrid>,
+}
+
+/// Number of equal cells of about `spacing` that fill `length`, at least one.
+pub(crate) fn cell_count(length: f64, spacing: f64) -> usize {
+    ((length / spacing).round() as usize).max(1)
+}

@@ -1,0 +1,260 @@
+//! The pole shoe of a magnetic track brake, worn to the shape of its rail.
+
+use crate::error::{finite, out_of_range, positive};
+use crate::sheet::{SheetPoint, cell_count};
+use crate::{ContactSheet, Error, Profile, SheetGrid, SheetPoints};
+
+/// More points than this are taken for a mistake in the spacing.
+const MOST_CELLS: f64 = 5e6;
+
+/// A pole shoe on a rail: one or two poles, mirrored about y = 0.
+///
+/// In its own frame the sole of a pole follows the rail for `inner_edge <= |y| <= conforming_to`
+/// and rises from there in a straight line of slope `relief_slope` to `outer_edge`. The frame is
+/// turned by `yaw` about z and then moved by `lateral` along y. Away from that centred place the
+/// sole no longer conforms; each pole is then lowered or lifted until it just touches the rail
+/// [Steininger2025, 3.1.2].
+#[derive(Clone, Debug)]
+pub struct PoleShoe {
+    /// Head of the rail, crown at y = 0.
+    pub rail: Profile,
+    /// Extent along x [m].
+    pub length: f64,
+    /// Inner edge of a pole, |y| [m].
+    pub inner_edge: f64,
+    /// End of the conforming strip, |y| [m].
+    pub conforming_to: f64,
+    /// Outer edge of a pole, |y| [m].
+    pub outer_edge: f64,
+    /// dz/d|y| of the sole beyond `conforming_to` [-].
+    pub relief_slope: f64,
+    /// 1 (the left one, y > 0) or 2.
+    pub poles: usize,
+    /// Offset along y [m].
+    pub lateral: f64,
+    /// Rotation about z [rad].
+    pub yaw: f64,
+}
+
+impl PoleShoe {
+    /// Lays a sheet over the conforming strip of every pole.
+    ///
+    /// The cells are regular in the shoe's own x and in the arc length of its sole, as near to
+    /// `spacing` as whole numbers of them allow, so they fill the strip exactly; their points lie
+    /// vertically below the sole on the rail. For the centred shoe the sheet is regular in the
+    /// rail's x and arc length, and the gap is exactly zero.
+    ///
+    /// # Errors
+    /// Edges out of order, values that are not finite or not positive, a shoe that reaches beyond
+    /// the head of the rail.
+    ///
+    /// # Example
+    /// ```
+    /// # use mtb_geometry::{PoleShoe, Profile};
+    /// let shoe = PoleShoe {
+    ///     rail: Profile::rail_60e1(),
+    ///     length: 90e-3, inner_edge: 6e-3, conforming_to: 21.6e-3, outer_edge: 36e-3,
+    ///     relief_slope: 0.02, poles: 2, lateral: 0.0, yaw: 0.0,
+    /// };
+    /// let sheet = shoe.sheet([3e-3, 3e-3]).unwrap();
+    /// assert_eq!((sheet.grids[0].nx, sheet.grids[0].ny), (30, 5));
+    /// assert!(sheet.cells.gap.iter().all(|&g| g == 0.0));
+    /// ```
+    pub fn sheet(&self, spacing: [f64; 2]) -> Result<ContactSheet, Error> {
+        self.check()?;
+        let dx = positive("spacing along x", spacing[0])?;
+        let ds = positive("spacing across", spacing[1])?;
+        let ends = self
+            .rail
+            .arc_length(&[self.inner_edge, self.conforming_to])?;
+        let width = ends[1] - ends[0];
+        if self.length / dx * (width / ds) > MOST_CELLS {
+            return Err(out_of_range(
+                "spacing",
+                dx.min(ds),
+                format!("it would take more than {MOST_CELLS:e} cells per pole"),
+            ));
+        }
+        let (nx, ny) = (cell_count(self.length, dx), cell_count(width, ds));
+        let spacing = [self.length / nx as f64, width / ny as f64];
+        let mut cells = Vec::new();
+        let mut nodes = Vec::new();
+        let mut grids = Vec::new();
+        for pole in &[1.0, -1.0][..self.poles] {
+            // across: y rises, so the right pole begins at its outer edge
+            let first = if *pole > 0.0 { ends[0] } else { -ends[1] };
+            let grid = |n: usize, shift: f64, start: f64, step: f64| -> Vec<f64> {
+                (0..n).map(|i| start + step * (i as f64 + shift)).collect()
+            };
+            let of_cells = self.points(
+                *pole,
+                &grid(nx, 0.5, -0.5 * self.length, spacing[0]),
+                &grid(ny, 0.5, first, spacing[1]),
+            )?;
+            let of_nodes = self.points(
+                *pole,
+                &grid(nx + 1, 0.0, -0.5 * self.length, spacing[0]),
+                &grid(ny + 1, 0.0, first, spacing[1]),
+            )?;
+            let drop = of_cells
+                .iter()
+                .chain(&of_nodes)
+                .map(|p| p.gap)
+                .fold(f64::INFINITY, f64::min);
+            grids.push(SheetGrid {
+                nx,
+                ny,
+                start: cells.len(),
+                node_start: nodes.len(),
+            });
+            cells.extend(of_cells.iter().map(|p| self.settled(*pole, *p, drop)));
+            nodes.extend(of_nodes.iter().map(|p| self.settled(*pole, *p, drop)));
+        }
+        Ok(ContactSheet {
+            areas: vec![spacing[0] * spacing[1]; cells.len()],
+            cells: SheetPoints::new(&cells),
+            nodes: SheetPoints::new(&nodes),
+            spacing,
+            grids,
+        })
+    }
+
+    /// Height of the sole [m] in the shoe's frame above `|y|`, and its slope d/d|y|.
+    ///
+    /// The rail's shape goes on inside the inner edge, the relief beyond the outer one.
+    fn sole(&self, distance: f64) -> Option<(f64, f64)> {
+        if distance <= self.conforming_to {
+            return self.rail.at(distance).map(|s| (s.height, s.slope));
+        }
+        let end = self.rail.at(self.conforming_to)?;
+        let height = end.height + self.relief_slope * (distance - self.conforming_to);
+        Some((height, self.relief_slope))
+    }
+
+    /// Height and gradient of the sole of one pole in the common frame, before it is lowered.
+    fn sole_at(&self, pole: f64, x: f64, y: f64) -> Option<(f64, [f64; 2])> {
+        let (sin, cos) = self.yaw.sin_cos();
+        let across = -sin * x + cos * (y - self.lateral);
+        let (height, slope) = self.sole(pole * across)?;
+        let slope = pole * slope;
+        Some((height, [-sin * slope, cos * slope]))
+    }
+
+    /// Points of the rail vertically below those of the sole, with the vertical gap.
+    fn points(&self, pole: f64, x: &[f64], s: &[f64]) -> Result<Vec<SheetPoint>, Error> {
+        let (sin, cos) = self.yaw.sin_cos();
+        let across = self.rail.position(s)?;
+        let mut points = Vec::with_capacity(x.len() * s.len());
+        let centred = self.yaw == 0.0 && self.lateral == 0.0;
+        for (&across, &s) in across.iter().zip(s) {
+            for &along in x {
+                let x = cos * along - sin * across;
+                let y = self.lateral + sin * along + cos * across;
+                let Some(rail) = self.rail.at(y) else {
+                    return Err(beyond(&self.rail, y));
+                };
+                let (sole, _) = self
+                    .sole(pole * across)
+                    .ok_or_else(|| beyond(&self.rail, across))?;
+                points.push(SheetPoint {
+                    position: [x, y, rail.height],
+                    normal: [0.0, rail.normal()[0], rail.normal()[1]],
+                    arc_length: if centred {
+                        s
+                    } else {
+                        self.rail.arc_length(&[y])?[0]
+                    },
+                    gap: if centred { 0.0 } else { sole - rail.height },
+                });
+            }
+        }
+        Ok(points)
+    }
+
+    /// The point with its gap along the normal of the rail once the pole is lowered by `drop`.
+    fn settled(&self, pole: f64, point: SheetPoint, drop: f64) -> SheetPoint {
+        let [x, y, z] = point.position;
+        let n = point.normal;
+        let mut gap = 0.0;
+        let mut above = point.gap - drop;
+        // Newton on height(point + gap n) = 0; the sole is nearly parallel, so it takes a few steps
+        for _ in 0..20 {
+            let Some((_, gradient)) = self.sole_at(pole, x, y + gap * n[1]) else {
+                break;
+            };
+            let step = above / (n[2] - gradient[1] * n[1]);
+            gap += step;
+            if step.abs() <= 1e-15 {
+                break;
+            }
+            let Some((sole, _)) = self.sole_at(pole, x, y + gap * n[1]) else {
+                break;
+            };
+            above = sole - drop - (z + gap * n[2]);
+        }
+        SheetPoint { gap, ..point }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        positive("length", self.length)?;
+        for (name, value) in [
+            ("inner_edge", self.inner_edge),
+            ("conforming_to", self.conforming_to),
+            ("outer_edge", self.outer_edge),
+            ("relief_slope", self.relief_slope),
+            ("lateral", self.lateral),
+            ("yaw", self.yaw),
+        ] {
+            finite(name, value)?;
+        }
+        if self.inner_edge < 0.0 {
+            let accepted = "it is a distance from the middle and must not be negative";
+            return Err(out_of_range("inner_edge", self.inner_edge, accepted));
+        }
+        if self.conforming_to <= self.inner_edge {
+            let accepted = format!("it must lie beyond inner_edge = {} m", self.inner_edge);
+            return Err(out_of_range("conforming_to", self.conforming_to, accepted));
+        }
+        if self.outer_edge < self.conforming_to {
+            let accepted = format!(
+                "it must not lie inside conforming_to = {} m",
+                self.conforming_to
+            );
+            return Err(out_of_range("outer_edge", self.outer_edge, accepted));
+        }
+        let half_width = self.rail.range()[1];
+        if self.conforming_to > half_width {
+            let accepted = format!("the head of the rail ends at {half_width} m");
+            return Err(out_of_range("conforming_to", self.conforming_to, accepted));
+        }
+        let end_slope = self.rail.at(self.conforming_to).map_or(0.0, |s| s.slope);
+        if self.relief_slope <= end_slope {
+            let accepted = format!(
+                "it must exceed the rail's own slope {end_slope} at conforming_to, \
+                 or the sole would cut into the rail"
+            );
+            return Err(out_of_range("relief_slope", self.relief_slope, accepted));
+        }
+        if !(1..=2).contains(&self.poles) {
+            return Err(out_of_range(
+                "poles",
+                self.poles as f64,
+                "a shoe has 1 or 2 poles",
+            ));
+        }
+        if self.yaw.abs() > 0.5 {
+            let accepted = "a yaw angle in radians within -0.5 .. 0.5 is accepted";
+            return Err(out_of_range("yaw", self.yaw, accepted));
+        }
+        Ok(())
+    }
+}
+
+fn beyond(rail: &Profile, y: f64) -> Error {
+    let [start, end] = rail.range();
+    out_of_range(
+        "lateral",
+        y,
+        format!("the sole would reach this y [m], beyond the head of the rail {start} .. {end} m"),
+    )
+}

@@ -1,0 +1,207 @@
+//! The gap over the contact plane.
+
+use rayon::prelude::*;
+
+use super::section::Section;
+use super::{WheelOnRail, WheelRailContact};
+use crate::Error;
+use crate::error::{out_of_range, positive};
+use crate::root;
+
+/// More points than this are taken for a mistake in the spacing.
+const MOST_POINTS: f64 = 1e8;
+/// Cells kept free around the overlap, so that a contact estimated a little small still fits.
+const MARGIN: f64 = 2.0;
+
+/// The gap on a regular grid in the contact plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GapField {
+    /// Distance between the undeformed bodies along the normal of the plane [m], (ny, nx) with x
+    /// fastest; the least distance, on or between the points, is zero.
+    pub gap: Vec<f64>,
+    /// Points along x.
+    pub nx: usize,
+    /// Points across.
+    pub ny: usize,
+    /// Distance of the points along x and across [m].
+    pub spacing: [f64; 2],
+    /// First point in the contact plane [m]; the origin is itself a point.
+    pub start: [f64; 2],
+}
+
+/// The line `origin + s t + h n` of a cut across the contact plane, and a curve over it.
+struct Cut<F> {
+    curve: F,
+    bracket: [f64; 2],
+}
+
+impl<F: Fn(f64) -> ([f64; 2], [f64; 2])> Cut<F> {
+    /// Height over the plane at `s`, and the parameter of the curve there.
+    fn height(&self, s: f64, guess: f64) -> (f64, f64) {
+        let along = |v: f64| {
+            let (p, d) = (self.curve)(v);
+            (p[0], d[0])
+        };
+        let v = root::increasing(along, s, self.bracket, guess);
+        ((self.curve)(v).0[1], v)
+    }
+}
+
+impl WheelOnRail {
+    /// The undeformed gap around a contact, `scale` times as large as the overlap of the bodies.
+    ///
+    /// Wheel as a surface of revolution, rail as a prism, both exact. The wheel is lowered vertically
+    /// by the approach before distances are measured, since in a curved, nearly conforming contact
+    /// lowering and moving along the normal differ.
+    ///
+    /// # Errors
+    /// A spacing that is not positive or leaves fewer than 3 points, a scale below 0.1, profiles that
+    /// end inside the overlap.
+    pub fn gap(
+        &self,
+        contact: &WheelRailContact,
+        spacing: [f64; 2],
+        scale: f64,
+    ) -> Result<GapField, Error> {
+        let dx = positive("spacing along x", spacing[0])?;
+        let dy = positive("spacing across", spacing[1])?;
+        if positive("scale", scale)? < 0.1 {
+            return Err(out_of_range("scale", scale, "at least 0.1 is needed"));
+        }
+        let section = Section::new(self)?;
+        let (sin, cos) = contact.angle.sin_cos();
+        let origin = contact.origin;
+        let into_plane = move |p: [f64; 2], d: [f64; 2]| {
+            let p = [p[0] - origin[0], p[1] - origin[1]];
+            (
+                [cos * p[0] + sin * p[1], cos * p[1] - sin * p[0]],
+                [cos * d[0] + sin * d[1], cos * d[1] - sin * d[0]],
+            )
+        };
+        let nan = ([f64::NAN; 2], [f64::NAN; 2]);
+        let rail = |v: f64| {
+            section
+                .rail
+                .point(&self.rail, v)
+                .map_or(nan, |(p, d)| into_plane(p, d))
+        };
+        let axle = section.height - contact.approach / cos + self.wheel_radius;
+        let wheel = |x: f64, v: f64| {
+            let Some(station) = self.wheel.at(v) else {
+                return nan;
+            };
+            let radius = self.wheel_radius - station.height;
+            let root = ((radius - x) * (radius + x)).sqrt();
+            let p = [section.tape + v, axle - root];
+            into_plane(p, [1.0, radius / root * station.slope])
+        };
+        let rail_cut = Cut {
+            bracket: rising(rail, self.rail.range(), contact.rail_position),
+            curve: rail,
+        };
+        if dx > contact.half_length {
+            let accepted = format!(
+                "the contact is only about {} m long",
+                2.0 * contact.half_length
+            );
+            return Err(out_of_range("spacing along x", dx, accepted));
+        }
+        let half = scale * contact.half_length + MARGIN * dx;
+        if half >= 0.9 * self.wheel_radius {
+            let accepted = "the grid would be as long as the wheel";
+            return Err(out_of_range("scale", scale, accepted));
+        }
+        let wheel_bracket = rising(
+            |v| wheel(half, v),
+            self.wheel.range(),
+            contact.wheel_position,
+        );
+
+        // points are whole multiples of the spacing from the origin, inside both profiles
+        let reach = |end: usize| {
+            [
+                rail(rail_cut.bracket[end]).0[0],
+                wheel(0.0, wheel_bracket[end]).0[0],
+                wheel(half, wheel_bracket[end]).0[0],
+            ]
+        };
+        let ends = [
+            reach(0).into_iter().fold(f64::NEG_INFINITY, f64::max),
+            reach(1).into_iter().fold(f64::INFINITY, f64::min),
+        ];
+        let last_x = (half / dx).floor();
+        let low = ((scale * contact.across[0] - MARGIN * dy).max(ends[0]) / dy).ceil();
+        let high = ((scale * contact.across[1] + MARGIN * dy).min(ends[1]) / dy).floor();
+        let size = (2.0 * last_x + 1.0, high - low + 1.0);
+        if size.0 < 3.0 || size.1 < 3.0 {
+            let accepted = format!(
+                "it leaves {} x {} points, at least 3 x 3 are needed",
+                size.0, size.1
+            );
+            return Err(out_of_range("spacing", dx.max(dy), accepted));
+        }
+        if size.0 * size.1 > MOST_POINTS {
+            let accepted = format!("it takes more than {MOST_POINTS:e} points");
+            return Err(out_of_range("spacing", dx.min(dy), accepted));
+        }
+        let (nx, ny) = (size.0 as usize, size.1 as usize);
+        let middle = last_x as usize;
+
+        let wheel_cut = |x: f64| Cut {
+            bracket: wheel_bracket,
+            curve: move |v| wheel(x, v),
+        };
+        let guess = [contact.rail_position, contact.wheel_position];
+        let mut gap = vec![0.0; nx * ny];
+        gap.par_chunks_mut(nx).enumerate().for_each(|(row, line)| {
+            let s = (low + row as f64) * dy;
+            let (below, _) = rail_cut.height(s, guess[0] + cos * s);
+            let mut wheel_v = guess[1] + cos * s;
+            for i in 0..=middle {
+                let (above, v) = wheel_cut(i as f64 * dx).height(s, wheel_v);
+                wheel_v = v;
+                line[middle + i] = above - below;
+                line[middle - i] = above - below;
+            }
+        });
+        let lowest = (0..ny)
+            .min_by(|&a, &b| gap[a * nx + middle].total_cmp(&gap[b * nx + middle]))
+            .unwrap_or(0);
+        let bracket = [lowest.max(1) - 1, (lowest + 1).min(ny - 1)].map(|i| (low + i as f64) * dy);
+        let profile_gap =
+            |s: f64| wheel_cut(0.0).height(s, guess[1]).0 - rail_cut.height(s, guess[0]).0;
+        let touch = root::minimum(profile_gap, bracket);
+        let least = profile_gap(touch).min(gap[lowest * nx + middle]);
+        for value in &mut gap {
+            *value -= least;
+        }
+        Ok(GapField {
+            gap,
+            nx,
+            ny,
+            spacing: [dx, dy],
+            start: [-last_x * dx, low * dy],
+        })
+    }
+}
+
+/// The part of `range` around `position` where a curve moves forward along the plane.
+fn rising(curve: impl Fn(f64) -> ([f64; 2], [f64; 2]), range: [f64; 2], position: f64) -> [f64; 2] {
+    let step = 2e-5;
+    let forward = |v: f64| {
+        let direction = curve(v).1;
+        direction[0] > 0.1 * direction[1].abs()
+    };
+    let walk = |end: f64, sign: f64| {
+        let mut v = position.clamp(range[0], range[1]);
+        while (end - v) * sign > step && forward(v + sign * step) {
+            v += sign * step;
+        }
+        if (end - v) * sign <= step && forward(end) {
+            end
+        } else {
+            v
+        }
+    };
+    [walk(range[0], -1.0), walk(range[1], 1.0)]
+}

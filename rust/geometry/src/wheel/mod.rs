@@ -1,0 +1,200 @@
+//! A wheel on a rail: where they touch, the contact plane, and the gap over it.
+
+mod gap;
+mod section;
+
+use std::f64::consts::PI;
+
+use crate::error::{finite, out_of_range, positive};
+use crate::{Error, Profile};
+use section::Section;
+
+pub use gap::GapField;
+
+/// Largest load estimate that is looked for [m].
+const MOST_APPROACH: f64 = 5e-3;
+
+/// A wheel of revolution on a straight rail, without yaw or roll.
+///
+/// Track frame: x along the rail, y from the middle of the track to the left, z up from the highest
+/// point of the rail. It is the left wheel: the field side is at larger y, the flange at smaller y.
+///
+/// The rail is turned by `rail_inclination` towards the middle of the track, then moved until its
+/// gauge face, the innermost point not deeper than `gauge_depth` below the top, stands at
+/// `gauge / 2`. The tape circle of the wheel stands at `flange_back / 2 + tape_circle + lateral`.
+///
+/// # Example
+/// ```
+/// use mtb_geometry::{Profile, WheelOnRail, WheelRailLoad};
+/// let pair = WheelOnRail {
+///     lateral: 6.2e-3,
+///     ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
+/// };
+/// let load = WheelRailLoad::Force { vertical: 36e3, contact_modulus: 114e9 };
+/// let contact = pair.contact(load).unwrap();
+/// assert!((contact.angle.to_degrees() - 23.4).abs() < 0.3);
+/// let field = pair.gap(&contact, [2e-4, 2e-4], 1.0).unwrap();
+/// assert_eq!(field.gap.len(), field.nx * field.ny);
+/// ```
+#[derive(Clone, Debug)]
+pub struct WheelOnRail {
+    /// Profile of the wheel, tape circle at y = 0, field side at y > 0.
+    pub wheel: Profile,
+    /// Profile of the rail; the gauge side is at y < 0.
+    pub rail: Profile,
+    /// Radius of the tape circle [m].
+    pub wheel_radius: f64,
+    /// Track gauge [m].
+    pub gauge: f64,
+    /// Depth below the top of the rail down to which the gauge is measured [m].
+    pub gauge_depth: f64,
+    /// Rotation of the rail towards the middle of the track [rad]; 0 for a profile that has it in.
+    pub rail_inclination: f64,
+    /// Distance between the backs of the two flanges [m].
+    pub flange_back: f64,
+    /// Distance of the tape circle from the back of the flange [m].
+    pub tape_circle: f64,
+    /// Shift of the wheelset towards flange contact [m].
+    pub lateral: f64,
+}
+
+/// What presses the wheel on the rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WheelRailLoad {
+    /// Approach along the normal of the contact plane [m].
+    Approach(f64),
+    /// Vertical force [N]; the approach is estimated from it.
+    Force {
+        /// Vertical force [N].
+        vertical: f64,
+        /// `1 / (1/E1' + 1/E2')` of the plane-strain moduli `E / (1 - nu^2)` [Pa].
+        contact_modulus: f64,
+    },
+}
+
+/// Where wheel and rail touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelRailContact {
+    /// Slope angle of the contact plane against the horizontal [rad], > 0 where the plane rises to
+    /// the field side (flange contact).
+    pub angle: f64,
+    /// Origin of the contact plane on the rail, (y, z) in the track frame [m].
+    pub origin: [f64; 2],
+    /// The same in the rail profile's own frame: its y [m].
+    pub rail_position: f64,
+    /// y of the wheel profile facing the origin [m].
+    pub wheel_position: f64,
+    /// First contact of the undeformed bodies: y of the rail profile [m].
+    pub first_rail_position: f64,
+    /// Height of the tape circle over the top of the rail at first contact [m].
+    pub undeformed_height: f64,
+    /// Estimated or given approach along the normal [m].
+    pub approach: f64,
+    /// Share of the estimated contact area inclined by more than 20 degrees to the plane, which one
+    /// plane does not represent [-].
+    pub neglected: f64,
+    /// Region where the undeformed bodies overlap at that approach: half-length along x [m].
+    pub half_length: f64,
+    /// The same across: from, to in the contact plane [m].
+    pub across: [f64; 2],
+}
+
+impl WheelOnRail {
+    /// Standard track and wheelset: radius 460 mm, gauge 1435 mm at 14 mm depth, inclination 1/40,
+    /// flange backs 1360 mm apart, tape circle 70 mm from them, centred.
+    pub fn new(wheel: Profile, rail: Profile) -> Self {
+        Self {
+            wheel,
+            rail,
+            wheel_radius: 0.46,
+            gauge: 1.435,
+            gauge_depth: 14e-3,
+            rail_inclination: 1.0 / 40.0,
+            flange_back: 1.360,
+            tape_circle: 70e-3,
+            lateral: 0.0,
+        }
+    }
+
+    /// First contact, contact plane and estimated size of the contact.
+    ///
+    /// The contact area is estimated as the overlap of the undeformed bodies at half the approach
+    /// (exact for a circular Hertz contact). The plane goes through its centroid with the rail's
+    /// slope averaged over it. For a given force the approach follows from
+    /// `F = 4/3 E* sqrt(A / pi) approach`, again Hertz for a circle [Johnson1985, 4.2].
+    ///
+    /// # Errors
+    /// Values that make no sense, profiles that never face each other or are too short.
+    pub fn contact(&self, load: WheelRailLoad) -> Result<WheelRailContact, Error> {
+        self.check(load)?;
+        let section = Section::new(self)?;
+        let approach = match load {
+            WheelRailLoad::Approach(approach) => approach,
+            WheelRailLoad::Force {
+                vertical,
+                contact_modulus,
+            } => {
+                let excess = |approach: f64| {
+                    let area = section.area(0.5 * approach);
+                    let normal = 4.0 / 3.0 * contact_modulus * (area.size / PI).sqrt() * approach;
+                    normal * area.angle.cos() - vertical
+                };
+                if excess(MOST_APPROACH) < 0.0 {
+                    let accepted = format!(
+                        "it would press the bodies more than {} mm together",
+                        1e3 * MOST_APPROACH
+                    );
+                    return Err(out_of_range("force", vertical, accepted));
+                }
+                // in the logarithm, since forces span many decades
+                let (mut low, mut high) = (1e-15_f64.ln(), MOST_APPROACH.ln());
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if excess(middle.exp()) > 0.0 {
+                        high = middle;
+                    } else {
+                        low = middle;
+                    }
+                }
+                (0.5 * (low + high)).exp()
+            }
+        };
+        section.contact(approach)
+    }
+
+    fn check(&self, load: WheelRailLoad) -> Result<(), Error> {
+        positive("wheel_radius", self.wheel_radius)?;
+        positive("gauge", self.gauge)?;
+        positive("gauge_depth", self.gauge_depth)?;
+        positive("flange_back", self.flange_back)?;
+        finite("tape_circle", self.tape_circle)?;
+        finite("lateral", self.lateral)?;
+        if finite("rail_inclination", self.rail_inclination)?.abs() > 0.5 {
+            let accepted = "an inclination such as 1/40 is accepted, at most 0.5";
+            return Err(out_of_range(
+                "rail_inclination",
+                self.rail_inclination,
+                accepted,
+            ));
+        }
+        match load {
+            WheelRailLoad::Approach(approach) => {
+                if positive("approach", approach)? > MOST_APPROACH {
+                    let accepted = format!("at most {MOST_APPROACH} m is accepted");
+                    return Err(out_of_range("approach", approach, accepted));
+                }
+            }
+            WheelRailLoad::Force {
+                vertical,
+                contact_modulus,
+            } => {
+                positive("force", vertical)?;
+                positive("contact_modulus", contact_modulus)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,272 @@
+//! Wheel and rail in the vertical plane through the axle: placement and overlap.
+
+use super::{WheelOnRail, WheelRailContact};
+use crate::error::out_of_range;
+use crate::root;
+use crate::{Error, Profile};
+
+/// Distance of the samples over the rail head [m]: fine against any contact, cheap to look through.
+const SAMPLING: f64 = 1e-5;
+/// Inclination against the first contact beyond which one plane no longer serves [rad].
+const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// A rail turned and moved into the track frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    sin: f64,
+    cos: f64,
+    shift: [f64; 2],
+}
+
+impl Placement {
+    /// Position of a profile point (y, z) in the track frame.
+    pub(super) fn place(&self, y: f64, z: f64) -> [f64; 2] {
+        [
+            self.cos * y - self.sin * z + self.shift[0],
+            self.sin * y + self.cos * z + self.shift[1],
+        ]
+    }
+
+    /// Position and derivative with respect to the profile's y.
+    pub(super) fn point(&self, profile: &Profile, y: f64) -> Option<([f64; 2], [f64; 2])> {
+        let s = profile.at(y)?;
+        let direction = [self.cos - self.sin * s.slope, self.sin + self.cos * s.slope];
+        Some((self.place(y, s.height), direction))
+    }
+
+    /// Turned by the inclination, the top at z = 0 and the gauge face at half the gauge.
+    fn of_rail(pair: &WheelOnRail) -> Result<Self, Error> {
+        let (sin, cos) = pair.rail_inclination.sin_cos();
+        let turned = Self {
+            sin,
+            cos,
+            shift: [0.0; 2],
+        };
+        let points: Vec<[f64; 2]> = samples(&pair.rail)
+            .iter()
+            .filter_map(|&y| turned.point(&pair.rail, y).map(|p| p.0))
+            .collect();
+        let (peak, top) = points
+            .iter()
+            .map(|p| p[1])
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0, 0.0));
+        let level = top - pair.gauge_depth;
+        let inner = &points[..=peak];
+        let Some(first) = inner.iter().rposition(|p| p[1] < level) else {
+            let depth = top - inner[0][1];
+            let accepted = format!(
+                "the rail profile ends {depth} m below its top on the gauge side; the gauge is measured there"
+            );
+            return Err(out_of_range("gauge_depth", pair.gauge_depth, accepted));
+        };
+        // the face crosses the level between two samples 10 um apart
+        let [below, above] = [inner[first], inner[first + 1]];
+        let share = (level - below[1]) / (above[1] - below[1]);
+        let face = inner[first + 1..]
+            .iter()
+            .map(|p| p[0])
+            .fold(below[0] + share * (above[0] - below[0]), f64::min);
+        Ok(Self {
+            shift: [0.5 * pair.gauge - face, -top],
+            ..turned
+        })
+    }
+}
+
+/// Lateral positions over a profile, both ends and all breaks included.
+fn samples(profile: &Profile) -> Vec<f64> {
+    let mut y = Vec::new();
+    for ends in profile.breaks().windows(2) {
+        let n = ((ends[1] - ends[0]) / SAMPLING).ceil().max(1.0);
+        y.extend((0..n as usize).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n));
+    }
+    y.push(profile.range()[1]);
+    y
+}
+
+/// Estimated contact area.
+pub(super) struct Area {
+    /// [m2]
+    pub(super) size: f64,
+    /// Mean slope angle [rad].
+    pub(super) angle: f64,
+    /// Mean y of the rail profile [m].
+    rail_position: f64,
+    /// Share left out because it is inclined too much.
+    neglected: f64,
+}
+
+/// A point of the rail under the wheel.
+struct Sample {
+    rail_position: f64,
+    /// Weight of the sample: track-frame y it stands for [m].
+    width: f64,
+    angle: f64,
+    /// Vertical distance to the wheel that just touches [m].
+    clearance: f64,
+}
+
+/// Wheel and rail in the vertical plane through the axle, just touching.
+pub(super) struct Section<'a> {
+    pub(super) pair: &'a WheelOnRail,
+    pub(super) rail: Placement,
+    /// Track-frame y of the tape circle.
+    pub(super) tape: f64,
+    /// z of the tape circle at first contact.
+    pub(super) height: f64,
+    first: f64,
+    first_angle: f64,
+    samples: Vec<Sample>,
+}
+
+impl<'a> Section<'a> {
+    pub(super) fn new(pair: &'a WheelOnRail) -> Result<Self, Error> {
+        let rail = Placement::of_rail(pair)?;
+        let tape = 0.5 * pair.flange_back + pair.tape_circle + pair.lateral;
+        let clearance = |y: f64| -> Option<f64> {
+            let ([across, up], _) = rail.point(&pair.rail, y)?;
+            Some(pair.wheel.at(across - tape)?.height - up)
+        };
+        let positions = samples(&pair.rail);
+        let mut found = Vec::with_capacity(positions.len());
+        for (i, &y) in positions.iter().enumerate() {
+            let Some((_, direction)) = rail.point(&pair.rail, y) else {
+                continue;
+            };
+            // the under side of a turned flank is never touched from above
+            if direction[0] <= 0.0 {
+                continue;
+            }
+            if let Some(clearance) = clearance(y) {
+                let before = positions[i.saturating_sub(1)];
+                let after = positions[(i + 1).min(positions.len() - 1)];
+                found.push(Sample {
+                    rail_position: y,
+                    width: 0.5 * (after - before) * direction[0],
+                    angle: direction[1].atan2(direction[0]),
+                    clearance,
+                });
+            }
+        }
+        let lowest = found
+            .iter()
+            .enumerate()
+            .min_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance))
+            .map(|(i, _)| i);
+        let Some(lowest) = lowest else {
+            return Err(Error::NeverTouch {
+                reason: format!(
+                    "the wheel, tape circle at y = {tape} m from the middle of the track, is nowhere above the head of the rail"
+                ),
+            });
+        };
+        let bracket = [
+            found[lowest.saturating_sub(1)].rail_position,
+            found[(lowest + 1).min(found.len() - 1)].rail_position,
+        ];
+        let first = root::minimum(|y| clearance(y).unwrap_or(f64::INFINITY), bracket);
+        let least = clearance(first)
+            .unwrap_or(f64::INFINITY)
+            .min(found[lowest].clearance);
+        for sample in &mut found {
+            sample.clearance -= least;
+        }
+        Ok(Self {
+            pair,
+            rail,
+            tape,
+            height: -least,
+            first,
+            first_angle: found[lowest].angle,
+            samples: found,
+        })
+    }
+
+    /// Overlap of the undeformed bodies at the approach `depth` along the normal.
+    pub(super) fn area(&self, depth: f64) -> Area {
+        let vertical = depth / self.first_angle.cos();
+        let mut area = Area {
+            size: 0.0,
+            angle: self.first_angle,
+            rail_position: self.first,
+            neglected: 0.0,
+        };
+        let (mut weight, mut angle, mut rail_position) = (0.0, 0.0, 0.0);
+        for sample in &self.samples {
+            let overlap = vertical - sample.clearance;
+            if overlap <= 0.0 {
+                continue;
+            }
+            let footprint = 2.0 * (2.0 * self.pair.wheel_radius * overlap).sqrt() * sample.width;
+            if (sample.angle - self.first_angle).abs() > MOST_INCLINED {
+                area.neglected += footprint / sample.angle.cos();
+                continue;
+            }
+            area.size += footprint / sample.angle.cos();
+            weight += footprint;
+            angle += footprint * sample.angle;
+            rail_position += footprint * sample.rail_position;
+        }
+        // an overlap thinner than the samples keeps the first contact
+        if weight > 0.0 {
+            area.angle = angle / weight;
+            area.rail_position = rail_position / weight;
+            area.neglected /= area.size + area.neglected;
+        }
+        area
+    }
+
+    /// Contact plane and size at an approach along the normal.
+    pub(super) fn contact(&self, approach: f64) -> Result<WheelRailContact, Error> {
+        let area = self.area(0.5 * approach);
+        let pair = self.pair;
+        let Some((origin, _)) = self.rail.point(&pair.rail, area.rail_position) else {
+            return Err(Error::NeverTouch {
+                reason: "the estimated contact lies beside the rail".into(),
+            });
+        };
+        let vertical = approach / self.first_angle.cos();
+        let (sin, cos) = area.angle.sin_cos();
+        let mut across = [0.0_f64; 2];
+        for sample in &self.samples {
+            if sample.clearance < vertical
+                && (sample.angle - self.first_angle).abs() <= MOST_INCLINED
+                && let Some((p, _)) = self.rail.point(&pair.rail, sample.rail_position)
+            {
+                let s = cos * (p[0] - origin[0]) + sin * (p[1] - origin[1]);
+                across = [across[0].min(s), across[1].max(s)];
+                self.refuse_ends(sample.rail_position, p[0] - self.tape)?;
+            }
+        }
+        let wheel_position = origin[0] - self.tape;
+        Ok(WheelRailContact {
+            angle: area.angle,
+            origin,
+            rail_position: area.rail_position,
+            wheel_position,
+            first_rail_position: self.first,
+            undeformed_height: self.height,
+            approach,
+            neglected: area.neglected,
+            half_length: (2.0 * pair.wheel_radius * vertical).sqrt(),
+            across,
+        })
+    }
+
+    /// An overlap that includes the last samples of a profile goes on beyond it.
+    fn refuse_ends(&self, rail_position: f64, wheel_position: f64) -> Result<(), Error> {
+        for (profile, position, name) in [
+            (&self.pair.rail, rail_position, "rail"),
+            (&self.pair.wheel, wheel_position, "wheel"),
+        ] {
+            for end in profile.range() {
+                if (position - end).abs() < 2.0 * SAMPLING {
+                    return Err(Error::ProfileEnds { profile: name, end });
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,160 @@
+use crate::LinearOperator;
+
+/// One of the three components of a traction or a displacement at a contact point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Component {
+    /// First tangential direction (x on a grid).
+    X,
+    /// Second tangential direction (y on a grid).
+    Y,
+    /// Normal direction, into the body.
+    Normal,
+}
+
+/// What a body contributes to a contact: traction in, displacement out, at its contact points.
+///
+/// Both in the body's own frame `(tangential 1, tangential 2, into)` in Pa and m.
+pub trait Compliance: Send + Sync {
+    /// Number of contact points.
+    fn points(&self) -> usize;
+
+    /// Adds `scale` times the displacement component `observed` caused by the traction field
+    /// `traction` [Pa] in direction `loaded` to `displacement` [m]; both of length
+    /// [`Compliance::points`].
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    );
+
+    /// Adds `scale` times the influence coefficients [m/Pa] to `matrix`, row-major,
+    /// row = observed point, column = loaded point.
+    ///
+    /// The default applies the map to unit vectors; dense bodies and half-spaces do better.
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let n = self.points();
+        let mut unit = vec![0.0; n];
+        let mut column = vec![0.0; n];
+        for j in 0..n {
+            unit[j] = 1.0;
+            column.fill(0.0);
+            self.add_displacement(observed, loaded, scale, &unit, &mut column);
+            unit[j] = 0.0;
+            for i in 0..n {
+                matrix[i * n + j] += column[i];
+            }
+        }
+    }
+}
+
+/// Several compliances acting on the same contact points: their displacements add.
+pub struct Sum<'a>(pub Vec<&'a dyn Compliance>);
+
+impl Compliance for Sum<'_> {
+    fn points(&self) -> usize {
+        self.0.first().map_or(0, |c| c.points())
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        for c in &self.0 {
+            c.add_displacement(observed, loaded, scale, traction, displacement);
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        for c in &self.0 {
+            c.add_influence(observed, loaded, scale, matrix);
+        }
+    }
+}
+
+/// The upper body seen from the lower one.
+///
+/// Pressure pushes both bodies into themselves, but the traction on the upper body is minus the
+/// one on the lower. For a traction given *on the lower body* the sum of the lower compliance and
+/// the mirrored upper one yields the relative displacement: `u_lower - u_upper` tangentially, and
+/// the sum of both indentations normally. So tangential-tangential and normal-normal
+/// influences of the two bodies add, mixed ones subtract; no other line of the house owns this sign.
+pub struct Mirrored<'a>(pub &'a dyn Compliance);
+
+fn mirror(observed: Component, loaded: Component) -> f64 {
+    if (observed == Component::Normal) == (loaded == Component::Normal) {
+        1.0
+    } else {
+        -1.0
+    }
+}
+
+impl Compliance for Mirrored<'_> {
+    fn points(&self) -> usize {
+        self.0.points()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let scale = scale * mirror(observed, loaded);
+        self.0
+            .add_displacement(observed, loaded, scale, traction, displacement);
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let scale = scale * mirror(observed, loaded);
+        self.0.add_influence(observed, loaded, scale, matrix);
+    }
+}
+
+/// One block of a compliance as a linear operator, for the iterative solvers.
+pub struct Block<'a> {
+    /// The compliance the block is taken from.
+    pub compliance: &'a dyn Compliance,
+    /// Component of the displacement.
+    pub observed: Component,
+    /// Component of the traction.
+    pub loaded: Component,
+}
+
+impl LinearOperator for Block<'_> {
+    fn dim(&self) -> usize {
+        self.compliance.points()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        self.compliance
+            .add_displacement(self.observed, self.loaded, 1.0, x, y);
+    }
+}

@@ -1,0 +1,21 @@
+use thiserror::Error;
+
+/// What the constructors of this crate refuse.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A grid without points, or with a spacing that is not a positive number.
+    #[error(
+        "grid of {nx} x {ny} points with spacing {dx:e} x {dy:e} m: counts must be at least 1, spacings positive and finite"
+    )]
+    Grid {
+        /// Points along x.
+        nx: usize,
+        /// Points along y.
+        ny: usize,
+        /// Spacing along x [m].
+        dx: f64,
+        /// Spacing along y [m].
+        dy: f64,
+    },
+}

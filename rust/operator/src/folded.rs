@@ -1,0 +1,168 @@
+use std::sync::Arc;
+
+use crate::{Compliance, Component};
+
+/// A compliance under loads that are mirror images of themselves about the plane y = 0.
+///
+/// Only one point of each pair of mirror images is kept, so a problem with a symmetric solution is solved as
+/// its half. Under the mirror, components X and Normal keep their sign and Y changes it.
+pub struct Folded {
+    inner: Arc<dyn Compliance>,
+    /// The points kept, as indices of the whole.
+    kept: Vec<usize>,
+    /// For each point of the whole: which kept point carries its load, and whether as its image.
+    source: Vec<(usize, bool)>,
+}
+
+impl Folded {
+    /// Folds `inner`, whose point `i` has the mirror image `image[i]` (itself on the plane).
+    ///
+    /// Returns `None` where `image` is not an involution on the points of `inner`.
+    pub fn new(inner: Arc<dyn Compliance>, image: &[usize]) -> Option<Self> {
+        let (kept, source) = pairing(image)?;
+        (inner.points() == image.len()).then_some(Self {
+            inner,
+            kept,
+            source,
+        })
+    }
+
+    /// The points kept, as indices of the whole.
+    pub fn kept(&self) -> &[usize] {
+        &self.kept
+    }
+}
+
+impl Compliance for Folded {
+    fn points(&self) -> usize {
+        self.kept.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
+        let whole: Vec<f64> = self
+            .source
+            .iter()
+            .map(|&(k, image)| {
+                if image {
+                    sign * traction[k]
+                } else {
+                    traction[k]
+                }
+            })
+            .collect();
+        let mut moved = vec![0.0; whole.len()];
+        self.inner
+            .add_displacement(observed, loaded, scale, &whole, &mut moved);
+        for (u, &i) in displacement.iter_mut().zip(&self.kept) {
+            *u += moved[i];
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let (n, k) = (self.source.len(), self.kept.len());
+        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
+        let mut whole = vec![0.0; n * n];
+        self.inner
+            .add_influence(observed, loaded, scale, &mut whole);
+        for (row, &i) in matrix.chunks_exact_mut(k).zip(&self.kept) {
+            for (a, &(k, image)) in whole[i * n..(i + 1) * n].iter().zip(&self.source) {
+                row[k] += if image { sign * a } else { *a };
+            }
+        }
+    }
+}
+
+/// The whole of a body that is known by its half, for loads that are their own mirror images.
+///
+/// The inverse of [`Folded`]: only the kept points of a load are looked at, so a load that is not symmetric is
+/// answered as if it were.
+pub struct Unfolded {
+    half: Arc<dyn Compliance>,
+    kept: Vec<usize>,
+    source: Vec<(usize, bool)>,
+}
+
+impl Unfolded {
+    /// The whole, whose point `i` has the mirror image `image[i]`, from the `half` on its kept points.
+    ///
+    /// Returns `None` where `image` is not an involution or does not leave as many points as `half` has.
+    pub fn new(half: Arc<dyn Compliance>, image: &[usize]) -> Option<Self> {
+        let (kept, source) = pairing(image)?;
+        (kept.len() == half.points()).then_some(Self { half, kept, source })
+    }
+}
+
+impl Compliance for Unfolded {
+    fn points(&self) -> usize {
+        self.source.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let load: Vec<f64> = self.kept.iter().map(|&i| traction[i]).collect();
+        let mut moved = vec![0.0; load.len()];
+        self.half
+            .add_displacement(observed, loaded, scale, &load, &mut moved);
+        let sign = if observed == Component::Y { -1.0 } else { 1.0 };
+        for (u, &(k, image)) in displacement.iter_mut().zip(&self.source) {
+            *u += if image { sign * moved[k] } else { moved[k] };
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let (n, k) = (self.source.len(), self.kept.len());
+        let mut half = vec![0.0; k * k];
+        self.half.add_influence(observed, loaded, scale, &mut half);
+        let sign = if observed == Component::Y { -1.0 } else { 1.0 };
+        for (row, &(i, image)) in matrix.chunks_exact_mut(n.max(1)).zip(&self.source) {
+            for (&j, a) in self.kept.iter().zip(&half[i * k..(i + 1) * k]) {
+                row[j] += if image { sign * a } else { *a };
+            }
+        }
+    }
+}
+
+/// The kept points, and for each point which kept one it is (`false`) or is the image of (`true`).
+type Pairing = (Vec<usize>, Vec<(usize, bool)>);
+
+/// The pairing of an involution; `None` if `image` is none.
+fn pairing(image: &[usize]) -> Option<Pairing> {
+    let n = image.len();
+    let paired = |i: usize| image.get(image[i]) == Some(&i);
+    if image.iter().any(|&j| j >= n) || !(0..n).all(paired) {
+        return None;
+    }
+    let kept: Vec<usize> = (0..n).filter(|&i| i <= image[i]).collect();
+    let mut source = vec![(0, false); n];
+    for (k, &i) in kept.iter().enumerate() {
+        source[image[i]] = (k, true);
+        source[i] = (k, false);
+    }
+    Some((kept, source))
+}

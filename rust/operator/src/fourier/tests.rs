@@ -1,0 +1,144 @@
+use super::*;
+
+fn field(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    (0..n)
+        .map(|_| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        })
+        .collect()
+}
+
+fn dense(
+    source: [usize; 2],
+    target: [usize; 2],
+    kernel: impl Fn(isize, isize) -> f64,
+    x: &[f64],
+) -> Vec<f64> {
+    let mut y = vec![0.0; target[0] * target[1]];
+    for (t, y) in y.iter_mut().enumerate() {
+        for (s, x) in x.iter().enumerate() {
+            let i = (t % target[0]) as isize - (s % source[0]) as isize;
+            let j = (t / target[0]) as isize - (s / source[0]) as isize;
+            *y += kernel(i, j) * x;
+        }
+    }
+    y
+}
+
+fn assert_close(a: &[f64], b: &[f64]) {
+    let scale = b.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= 1e-13 * scale, "{a} {b}");
+    }
+}
+
+fn skewed(i: isize, j: isize) -> f64 {
+    (i as f64 + 0.3) / (1.0 + (i * i) as f64 + 2.0 * (j * j) as f64 + 0.7 * j as f64).sqrt()
+}
+
+#[test]
+fn equals_the_dense_product_between_different_shapes() {
+    for (source, target) in [
+        ([7, 5], [7, 5]),
+        ([1, 1], [1, 1]),
+        ([3, 8], [6, 2]),
+        ([1, 9], [4, 1]),
+    ] {
+        let transform = Transform::new(source, target);
+        let kernel = transform.kernel(skewed);
+        let x = field(source[0] * source[1], 3);
+        let mut y = vec![0.0; target[0] * target[1]];
+        transform.apply_add(&kernel, 1.0, &x, &mut y);
+        assert_close(&y, &dense(source, target, skewed, &x));
+    }
+}
+
+#[test]
+fn even_kernel_equals_the_general_one() {
+    let value = |i: usize, j: usize| 1.0 / (1.0 + (i * i + 3 * j * j) as f64).sqrt();
+    for shape in [[9, 6], [8, 8], [2, 1], [130, 140]] {
+        let transform = Transform::new(shape, shape);
+        let even = transform.even_kernel(value);
+        let general = transform.kernel(|i, j| value(i.unsigned_abs(), j.unsigned_abs()));
+        let x = field(shape[0] * shape[1], 5);
+        let (mut a, mut b) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        transform.apply_add(&even, 2.0, &x, &mut a);
+        transform.apply_add(&general, 2.0, &x, &mut b);
+        assert_close(&a, &b);
+    }
+}
+
+#[test]
+fn zero_rows_are_skipped_without_a_trace() {
+    let transform = Transform::new([6, 9], [6, 9]);
+    let kernel = transform.kernel(skewed);
+    let mut x = field(54, 7);
+    x[..18].fill(0.0);
+    x[42..].fill(0.0);
+    let mut y = vec![0.0; 54];
+    transform.apply_add(&kernel, 1.0, &x, &mut y);
+    assert_close(&y, &dense([6, 9], [6, 9], skewed, &x));
+    // a buffer that held other rows before does not leak into the next product
+    let mut again = vec![0.0; 54];
+    transform.apply_add(&kernel, 1.0, &field(54, 8), &mut again);
+    again.fill(0.0);
+    transform.apply_add(&kernel, 1.0, &x, &mut again);
+    assert_eq!(y, again);
+}
+
+#[test]
+fn a_block_of_kernels_shares_the_transforms() {
+    let shape = [5, 4];
+    let transform = Transform::new(shape, shape);
+    let other = |i: isize, j: isize| skewed(j, i);
+    let (a, b) = (transform.kernel(skewed), transform.kernel(other));
+    let (x, z) = (field(20, 1), field(20, 2));
+    let (mut u, mut v) = (vec![0.0; 20], vec![0.0; 20]);
+    transform.apply_block_add(
+        &[&[Some(&a), Some(&b)], &[None, Some(&a)]],
+        1.0,
+        &[&x, &z],
+        &mut [&mut u, &mut v],
+    );
+    let first: Vec<f64> = dense(shape, shape, skewed, &x)
+        .iter()
+        .zip(dense(shape, shape, other, &z))
+        .map(|(p, q)| p + q)
+        .collect();
+    assert_close(&u, &first);
+    assert_close(&v, &dense(shape, shape, skewed, &z));
+}
+
+#[test]
+fn periodic_wraps_around_and_keeps_its_spectrum() {
+    for shape in [[6, 5], [7, 8], [1, 3]] {
+        let transform = Transform::periodic(shape);
+        let kernel = transform.kernel(skewed);
+        let x = field(shape[0] * shape[1], 9);
+        let mut y = vec![0.0; x.len()];
+        transform.apply_add(&kernel, 1.0, &x, &mut y);
+        let wrap = |i: isize, n: usize| {
+            let n = n as isize;
+            let i = i.rem_euclid(n);
+            if i > n / 2 { i - n } else { i }
+        };
+        let wrapped = |i, j| skewed(wrap(i, shape[0]), wrap(j, shape[1]));
+        assert_close(&y, &dense(shape, shape, wrapped, &x));
+        let copy = transform.kernel_from_spectrum(|kx, ky| transform.spectrum(&kernel, kx, ky));
+        let mut z = vec![0.0; x.len()];
+        transform.apply_add(&copy, 1.0, &x, &mut z);
+        assert_close(&z, &y);
+    }
+}
+
+#[test]
+fn sizes_are_even_and_smooth() {
+    assert_eq!(
+        [1, 2, 7, 11, 13, 121, 1023].map(smooth_even_size),
+        [2, 2, 8, 12, 16, 128, 1024]
+    );
+}

@@ -1,0 +1,185 @@
+//! Krylov solvers for closures that know how to multiply.
+
+/// How a Krylov solve went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KrylovReport {
+    /// Steps taken: products with the matrix, and applications of the preconditioner.
+    pub steps: usize,
+    /// Norm of the residual as the recurrence knows it.
+    pub residual: f64,
+}
+
+/// Right-preconditioned GMRES without restart for `A x = b`.
+///
+/// `apply(v, out)` overwrites `out` with `A v`, `precondition(v, out)` with `M v`. `x` holds the start on
+/// entry and the solution on return; `residual` holds `b - A x` of the start on entry (so a start
+/// whose product is known costs nothing) and is used as work space. Stops when the residual norm
+/// falls to `tolerance` (absolute), after `max_steps`, or when the Krylov space is exhausted.
+///
+/// [SaadSchultz1986]
+pub fn gmres(
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+    mut precondition: impl FnMut(&[f64], &mut [f64]),
+    x: &mut [f64],
+    residual: &mut [f64],
+    tolerance: f64,
+    max_steps: usize,
+) -> KrylovReport {
+    let n = x.len();
+    let start = norm(residual);
+    if start <= tolerance || start == 0.0 || max_steps == 0 {
+        return KrylovReport {
+            steps: 0,
+            residual: start,
+        };
+    }
+    let mut basis: Vec<Vec<f64>> = vec![residual.iter().map(|v| v / start).collect()];
+    // columns of the triangular factor, the rotations, and the rotated right-hand side
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut rotations: Vec<(f64, f64)> = Vec::new();
+    let mut rhs = vec![start];
+    let mut work = vec![0.0; n];
+    loop {
+        let k = columns.len();
+        precondition(&basis[k], &mut work);
+        let mut next = vec![0.0; n];
+        apply(&work, &mut next);
+        let scale = norm(&next);
+        let mut column = Vec::with_capacity(k + 2);
+        for v in &basis {
+            let h = dot(v, &next);
+            add_scaled(&mut next, -h, v);
+            column.push(h);
+        }
+        // a second sweep when cancellation has eaten the orthogonality
+        let mut length = norm(&next);
+        if length < 0.7 * scale {
+            for (v, h) in basis.iter().zip(&mut column) {
+                let correction = dot(v, &next);
+                add_scaled(&mut next, -correction, v);
+                *h += correction;
+            }
+            length = norm(&next);
+        }
+        for (i, (c, s)) in rotations.iter().enumerate() {
+            let (a, b) = (column[i], column[i + 1]);
+            column[i] = c * a + s * b;
+            column[i + 1] = c * b - s * a;
+        }
+        let diagonal = column[k].hypot(length);
+        if diagonal <= f64::EPSILON * scale {
+            // the preconditioned matrix is singular on this space: the new direction brings nothing
+            break;
+        }
+        let (c, s) = (column[k] / diagonal, length / diagonal);
+        column[k] = diagonal;
+        columns.push(column);
+        rotations.push((c, s));
+        let last = rhs[k];
+        rhs[k] = c * last;
+        rhs.push(-s * last);
+        let is_exhausted = length <= f64::EPSILON * scale;
+        if rhs[k + 1].abs() <= tolerance || columns.len() == max_steps || is_exhausted {
+            break;
+        }
+        for v in &mut next {
+            *v /= length;
+        }
+        basis.push(next);
+    }
+    let steps = columns.len();
+    let mut weights = rhs[..steps].to_vec();
+    for i in (0..steps).rev() {
+        weights[i] /= columns[i][i];
+        for j in 0..i {
+            weights[j] -= columns[i][j] * weights[i];
+        }
+    }
+    residual.fill(0.0);
+    for (v, w) in basis.iter().zip(&weights) {
+        add_scaled(residual, *w, v);
+    }
+    precondition(residual, &mut work);
+    add_scaled(x, 1.0, &work);
+    KrylovReport {
+        steps,
+        residual: rhs[steps].abs(),
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn add_scaled(y: &mut [f64], scale: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += scale * x;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_a_nonsymmetric_system_from_any_start() {
+        let n = 12;
+        let entry = |i: usize, j: usize| {
+            if i == j {
+                4.0 + i as f64
+            } else {
+                ((3 * i + 5 * j) % 7) as f64 / 7.0 - 0.4
+            }
+        };
+        let multiply = |v: &[f64], out: &mut [f64]| {
+            for i in 0..n {
+                out[i] = (0..n).map(|j| entry(i, j) * v[j]).sum();
+            }
+        };
+        let exact: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+        let mut rhs = vec![0.0; n];
+        multiply(&exact, &mut rhs);
+        for start in [0.0, 3.0] {
+            let mut x = vec![start; n];
+            let mut residual = vec![0.0; n];
+            multiply(&x, &mut residual);
+            residual.iter_mut().zip(&rhs).for_each(|(r, b)| *r = b - *r);
+            let jacobi = |v: &[f64], out: &mut [f64]| {
+                for i in 0..n {
+                    out[i] = v[i] / entry(i, i);
+                }
+            };
+            let report = gmres(multiply, jacobi, &mut x, &mut residual, 1e-12, 50);
+            assert!(report.steps <= n && report.residual <= 1e-12, "{report:?}");
+            for (x, e) in x.iter().zip(&exact) {
+                assert!((x - e).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn stops_at_the_limit_and_at_a_solved_start() {
+        let identity = |v: &[f64], out: &mut [f64]| out.copy_from_slice(v);
+        let shift = |v: &[f64], out: &mut [f64]| {
+            out.copy_from_slice(v);
+            out.rotate_right(1);
+        };
+        let mut residual = vec![1.0, 0.0, 0.0, 0.0];
+        let mut x = vec![0.0; 4];
+        let report = gmres(shift, identity, &mut x, &mut residual, 1e-12, 2);
+        assert_eq!(report.steps, 2);
+        assert!(report.residual > 0.5);
+        let report = gmres(shift, identity, &mut x, &mut [0.0; 4], 1e-12, 2);
+        assert_eq!(
+            report,
+            KrylovReport {
+                steps: 0,
+                residual: 0.0
+            }
+        );
+    }
+}

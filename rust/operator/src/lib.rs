@@ -1,0 +1,39 @@
+//! Linear maps on contact points.
+//!
+//! **What.** [`LinearOperator`] (a square map on `f64` vectors), [`Compliance`] (traction in,
+//! displacement out, component by component), and the ways to build them: dense matrices, Fourier
+//! convolutions on regular grids, sums of bodies.
+//!
+//! **Not here.** No mechanics, no geometry, no contact conditions.
+//!
+//! **Conventions.** A field over `n` contact points is one slice per component. On regular grids the
+//! points run x fastest, then y. A compliance lives in the frame of its own body: components
+//! `(tangential 1, tangential 2, into)`, where *into* points into the body, so a positive normal
+//! traction is a pressure and a positive normal displacement is an indentation. With unequal
+//! areas a compliance is symmetric in the area-weighted product only.
+//!
+//! **References.** [Johnson1985] for the sign pattern of the half-space, [SaadSchultz1986] for GMRES.
+
+mod compliance;
+mod convolution;
+mod error;
+mod folded;
+mod fourier;
+mod grid;
+pub mod krylov;
+mod linear;
+mod monitor;
+mod separate;
+mod workers;
+
+pub use compliance::{Block, Compliance, Component, Mirrored, Sum};
+pub use convolution::Convolution;
+pub use error::Error;
+pub use folded::{Folded, Unfolded};
+pub use fourier::{Kernel, Transform};
+pub use grid::Grid;
+pub use linear::LinearOperator;
+pub use monitor::{Monitor, Progress, unmonitored};
+pub use rustfft::num_complex::Complex;
+pub use separate::{Reflected, Restricted, Separate};
+pub use workers::reset_workers;

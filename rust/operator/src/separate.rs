@@ -1,0 +1,202 @@
+use std::sync::Arc;
+
+use crate::{Compliance, Component};
+
+/// Bodies that touch the same opponent but not each other; their points follow one another.
+pub struct Separate(pub Vec<Arc<dyn Compliance>>);
+
+impl Compliance for Separate {
+    fn points(&self) -> usize {
+        self.0.iter().map(|c| c.points()).sum()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let mut start = 0;
+        for body in &self.0 {
+            let part = start..start + body.points();
+            body.add_displacement(
+                observed,
+                loaded,
+                scale,
+                &traction[part.clone()],
+                &mut displacement[part.clone()],
+            );
+            start = part.end;
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let n = self.points();
+        let mut start = 0;
+        for body in &self.0 {
+            let k = body.points();
+            let mut block = vec![0.0; k * k];
+            body.add_influence(observed, loaded, scale, &mut block);
+            for (i, row) in block.chunks_exact(k.max(1)).enumerate() {
+                let at = (start + i) * n + start;
+                for (m, b) in matrix[at..at + k].iter_mut().zip(row) {
+                    *m += b;
+                }
+            }
+            start += k;
+        }
+    }
+}
+
+/// A body seen in the mirror y = 0: its twin on the other side.
+pub struct Reflected {
+    inner: Arc<dyn Compliance>,
+    /// The point of the original that each point of the twin is the image of.
+    original: Vec<usize>,
+}
+
+impl Reflected {
+    /// The twin whose point `i` is the image of point `original[i]`.
+    ///
+    /// Returns `None` where `original` is not a permutation of the points of `inner`.
+    pub fn new(inner: Arc<dyn Compliance>, original: Vec<usize>) -> Option<Self> {
+        let n = inner.points();
+        let mut seen = vec![false; n];
+        for &i in &original {
+            *seen.get_mut(i)? = true;
+        }
+        (original.len() == n && seen.into_iter().all(|s| s)).then_some(Self { inner, original })
+    }
+
+    fn sign(observed: Component, loaded: Component) -> f64 {
+        if (observed == Component::Y) == (loaded == Component::Y) {
+            1.0
+        } else {
+            -1.0
+        }
+    }
+}
+
+impl Compliance for Reflected {
+    fn points(&self) -> usize {
+        self.original.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let n = self.points();
+        let mut load = vec![0.0; n];
+        for (&i, t) in self.original.iter().zip(traction) {
+            load[i] = *t;
+        }
+        let mut moved = vec![0.0; n];
+        let scale = scale * Self::sign(observed, loaded);
+        self.inner
+            .add_displacement(observed, loaded, scale, &load, &mut moved);
+        for (u, &i) in displacement.iter_mut().zip(&self.original) {
+            *u += moved[i];
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let n = self.points();
+        let mut block = vec![0.0; n * n];
+        let scale = scale * Self::sign(observed, loaded);
+        self.inner
+            .add_influence(observed, loaded, scale, &mut block);
+        for (row, &i) in matrix.chunks_exact_mut(n.max(1)).zip(&self.original) {
+            for (a, &j) in row.iter_mut().zip(&self.original) {
+                *a += block[i * n + j];
+            }
+        }
+    }
+}
+
+/// Some contact points of a body, whose loads are scaled.
+///
+/// Where the opponent covers a contact point only partly, its traction brings less force than the point's whole area
+/// would; `share` is that ratio of areas.
+pub struct Restricted {
+    inner: Arc<dyn Compliance>,
+    kept: Vec<usize>,
+    share: Vec<f64>,
+}
+
+impl Restricted {
+    /// The points `kept` of `inner`, each with its `share` of the area.
+    ///
+    /// Returns `None` where a number is not that of a point or the lengths differ.
+    pub fn new(inner: Arc<dyn Compliance>, kept: Vec<usize>, share: Vec<f64>) -> Option<Self> {
+        let n = inner.points();
+        let fits = kept.len() == share.len() && kept.iter().all(|&i| i < n);
+        fits.then_some(Self { inner, kept, share })
+    }
+}
+
+impl Compliance for Restricted {
+    fn points(&self) -> usize {
+        self.kept.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let n = self.inner.points();
+        let mut load = vec![0.0; n];
+        for ((&i, share), t) in self.kept.iter().zip(&self.share).zip(traction) {
+            load[i] = share * t;
+        }
+        let mut moved = vec![0.0; n];
+        self.inner
+            .add_displacement(observed, loaded, scale, &load, &mut moved);
+        for (u, &i) in displacement.iter_mut().zip(&self.kept) {
+            *u += moved[i];
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let n = self.inner.points();
+        let mut block = vec![0.0; n * n];
+        self.inner
+            .add_influence(observed, loaded, scale, &mut block);
+        for (row, &i) in matrix
+            .chunks_exact_mut(self.kept.len().max(1))
+            .zip(&self.kept)
+        {
+            for ((a, &j), share) in row.iter_mut().zip(&self.kept).zip(&self.share) {
+                *a += share * block[i * n + j];
+            }
+        }
+    }
+}

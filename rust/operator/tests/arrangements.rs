@@ -1,0 +1,130 @@
+//! Arranged bodies give the same numbers point by point and as matrices, and mirrors do what mirrors do.
+
+use std::sync::Arc;
+
+use mtb_operator::{
+    Compliance, Component, Folded, Mirrored, Reflected, Restricted, Separate, Sum, Unfolded,
+};
+
+/// A compliance with arbitrary blocks, different for each pair of components.
+struct Arbitrary(usize);
+
+fn entry(observed: Component, loaded: Component, i: usize, j: usize) -> f64 {
+    let number = |c| match c {
+        Component::X => 1.0,
+        Component::Y => 2.0,
+        Component::Normal => 3.0,
+    };
+    (number(observed) * 1.7 + number(loaded) * 0.3 + i as f64 * 0.9 + j as f64 * j as f64).sin()
+}
+
+impl Compliance for Arbitrary {
+    fn points(&self) -> usize {
+        self.0
+    }
+
+    fn add_displacement(&self, o: Component, l: Component, scale: f64, t: &[f64], u: &mut [f64]) {
+        for i in 0..self.0 {
+            for j in 0..self.0 {
+                u[i] += scale * entry(o, l, i, j) * t[j];
+            }
+        }
+    }
+}
+
+const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
+
+/// `add_influence` must be the matrix of `add_displacement`.
+fn consistent(body: &dyn Compliance) {
+    let n = body.points();
+    for o in AXES {
+        for l in AXES {
+            let mut matrix = vec![0.0; n * n];
+            body.add_influence(o, l, 0.7, &mut matrix);
+            for j in 0..n {
+                let mut unit = vec![0.0; n];
+                unit[j] = 1.0;
+                let mut u = vec![0.0; n];
+                body.add_displacement(o, l, 0.7, &unit, &mut u);
+                for i in 0..n {
+                    assert!((u[i] - matrix[i * n + j]).abs() < 1e-14);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn matrices_and_maps_agree() {
+    let (a, b): (Arc<dyn Compliance>, Arc<dyn Compliance>) =
+        (Arc::new(Arbitrary(3)), Arc::new(Arbitrary(4)));
+    consistent(&Separate(vec![a.clone(), b.clone()]));
+    consistent(&Reflected::new(a.clone(), vec![2, 0, 1]).unwrap());
+    consistent(&Folded::new(b.clone(), &[1, 0, 3, 2]).unwrap());
+    consistent(&Folded::new(a.clone(), &[2, 1, 0]).unwrap());
+    consistent(&Restricted::new(b.clone(), vec![3, 1], vec![0.5, 1.0]).unwrap());
+    consistent(&Mirrored(&*a));
+    let mirrored = Mirrored(&*a);
+    consistent(&Sum(vec![&*a, &mirrored]));
+}
+
+#[test]
+fn the_upper_body_is_mirrored_in_its_mixed_blocks_only() {
+    let a = Arbitrary(2);
+    let mirrored = Mirrored(&a);
+    let twice = Sum(vec![&a, &mirrored]);
+    for o in AXES {
+        for l in AXES {
+            let mixed = (o == Component::Normal) != (l == Component::Normal);
+            let mut u = vec![0.0; 2];
+            twice.add_displacement(o, l, 1.0, &[1.0, 0.0], &mut u);
+            let expected = if mixed { 0.0 } else { 2.0 * entry(o, l, 0, 0) };
+            assert!((u[0] - expected).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn a_body_and_its_twin_fold_onto_the_body() {
+    let a: Arc<dyn Compliance> = Arc::new(Arbitrary(3));
+    let twin = Reflected::new(a.clone(), vec![0, 1, 2]).unwrap();
+    let both: Arc<dyn Compliance> = Arc::new(Separate(vec![a.clone(), Arc::new(twin)]));
+    let half = Folded::new(both, &[3, 4, 5, 0, 1, 2]).unwrap();
+    assert_eq!(half.kept(), [0, 1, 2]);
+    for o in AXES {
+        for l in AXES {
+            let (mut u, mut v) = (vec![0.0; 3], vec![0.0; 3]);
+            half.add_displacement(o, l, 1.0, &[1.0, -2.0, 0.5], &mut u);
+            a.add_displacement(o, l, 1.0, &[1.0, -2.0, 0.5], &mut v);
+            assert!(u.iter().zip(&v).all(|(u, v)| (u - v).abs() < 1e-14));
+        }
+    }
+}
+
+#[test]
+fn what_is_no_pairing_is_refused() {
+    let a: Arc<dyn Compliance> = Arc::new(Arbitrary(3));
+    for image in [vec![1, 2, 0], vec![0, 1], vec![0, 1, 7]] {
+        assert!(Folded::new(a.clone(), &image).is_none());
+    }
+    assert!(Restricted::new(a.clone(), vec![3], vec![1.0]).is_none());
+    for original in [vec![0, 0, 1], vec![0, 1], vec![0, 1, 7]] {
+        assert!(Reflected::new(a.clone(), original).is_none());
+    }
+}
+
+#[test]
+fn folding_undoes_unfolding() {
+    let half: Arc<dyn Compliance> = Arc::new(Arbitrary(2));
+    let image = [2, 3, 0, 1];
+    let whole: Arc<dyn Compliance> = Arc::new(Unfolded::new(half.clone(), &image).unwrap());
+    let again = Folded::new(whole, &image).unwrap();
+    for o in AXES {
+        for l in AXES {
+            let (mut u, mut v) = (vec![0.0; 2], vec![0.0; 2]);
+            again.add_displacement(o, l, 1.0, &[0.3, -1.0], &mut u);
+            half.add_displacement(o, l, 1.0, &[0.3, -1.0], &mut v);
+            assert!(u.iter().zip(&v).all(|(u, v)| (u - v).abs() < 1e-14));
+        }
+    }
+}

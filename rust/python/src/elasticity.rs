@@ -1,0 +1,107 @@
+//! Bodies.
+
+use std::sync::Arc;
+
+use mtb_elasticity::half_space::{
+    GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, Neighbours, Patch,
+};
+use mtb_elasticity::{Error, Material};
+use mtb_operator::Grid;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use crate::error::enter;
+use crate::operator::PyCompliance;
+
+/// A half-space under piecewise constant tractions on rectangular patches of one spacing.
+///
+/// `patches`: (x0, y0, nx, ny) each, centre of the first cell [m] and numbers of cells; `spacing`:
+/// (dx, dy) [m]; `interact`: whether the patches lie on one body.
+#[pyfunction]
+pub(crate) fn half_space(
+    py: Python<'_>,
+    shear_modulus: f64,
+    poisson_ratio: f64,
+    patches: Vec<(f64, f64, usize, usize)>,
+    spacing: (f64, f64),
+    interact: bool,
+) -> PyResult<PyCompliance> {
+    let body = enter(py, |_| {
+        let material = Material::new(shear_modulus, poisson_ratio)?;
+        HalfSpace::with_patches(material, grids(&patches, spacing)?, neighbours(interact))
+    })?;
+    Ok(PyCompliance(Arc::new(body)))
+}
+
+/// A half-space under tractions bilinear between the nodes of patches of one spacing.
+///
+/// Arguments as of `half_space`, but nodes instead of cells. Returns the body, whose displacements are means
+/// weighted with the hat of each node, and the integral of each hat (n,) [m2].
+#[pyfunction]
+pub(crate) fn half_space_hats(
+    py: Python<'_>,
+    shear_modulus: f64,
+    poisson_ratio: f64,
+    patches: Vec<(f64, f64, usize, usize)>,
+    spacing: (f64, f64),
+    interact: bool,
+) -> PyResult<(PyCompliance, Bound<'_, PyArray1<f64>>)> {
+    let body = enter(py, |_| {
+        let material = Material::new(shear_modulus, poisson_ratio)?;
+        HatHalfSpace::new(material, grids(&patches, spacing)?, neighbours(interact))
+    })?;
+    let weights = body.weights().into_pyarray(py);
+    Ok((PyCompliance(Arc::new(body)), weights))
+}
+
+/// Half-spaces of several materials under the thesis' normalised truncated Gaussians.
+///
+/// `materials`: (shear modulus [Pa], Poisson's ratio) each; `x`, `y`: points (n,) [m]; `domain`:
+/// (x_min, x_max, y_min, y_max) [m]. Returns the bodies and the integral of each function (n,) [m2].
+#[pyfunction]
+pub(crate) fn half_space_gaussians<'py>(
+    py: Python<'py>,
+    materials: Vec<(f64, f64)>,
+    x: PyReadonlyArray1<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+    standard_deviation: f64,
+    domain: [f64; 4],
+) -> PyResult<(Vec<PyCompliance>, Bound<'py, PyArray1<f64>>)> {
+    let (x, y) = (x.as_slice()?, y.as_slice()?);
+    let (bodies, weights) = enter(py, |monitor| {
+        let basis = GaussianBasis::new(x, y, standard_deviation, domain)?;
+        let (integrals, weights) = basis.integrals(monitor)?;
+        let integrals = Arc::new(integrals);
+        let bodies: Result<Vec<GaussianHalfSpace>, Error> = materials
+            .iter()
+            .map(|&(shear_modulus, poisson_ratio)| {
+                let material = Material::new(shear_modulus, poisson_ratio)?;
+                GaussianHalfSpace::new(material, Arc::clone(&integrals))
+            })
+            .collect();
+        Ok::<_, Error>((bodies?, weights))
+    })?;
+    let handles = bodies
+        .into_iter()
+        .map(|body| PyCompliance(Arc::new(body)))
+        .collect();
+    Ok((handles, weights.into_pyarray(py)))
+}
+
+fn grids(patches: &[(f64, f64, usize, usize)], spacing: (f64, f64)) -> Result<Vec<Patch>, Error> {
+    patches
+        .iter()
+        .map(|&(x0, y0, nx, ny)| {
+            let grid = Grid::new(nx, ny, spacing.0, spacing.1)?;
+            Ok(Patch { x0, y0, grid })
+        })
+        .collect()
+}
+
+fn neighbours(interact: bool) -> Neighbours {
+    if interact {
+        Neighbours::Interact
+    } else {
+        Neighbours::Separate
+    }
+}

@@ -1,0 +1,367 @@
+//! Profiles, surfaces, sheets and gaps.
+
+use std::sync::Arc;
+
+use mtb_geometry::{
+    Closure, ContactSheet, HeightField, HeightSurface, Interpolation, PoleShoe, SheetPoints,
+    Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
+};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{bad_input, enter};
+
+/// A height z(y) of a cross-section; private, use `mtb_rs.geometry.Profile`.
+#[pyclass(frozen, name = "Profile", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyProfile(mtb_geometry::Profile);
+
+type Values<'py> = Bound<'py, PyArray1<f64>>;
+
+fn slice<'a>(array: &'a PyReadonlyArray1<'_, f64>) -> PyResult<&'a [f64]> {
+    array.as_slice().map_err(|error| bad_input(&error))
+}
+
+/// `(k, n)` from k rows laid one after the other.
+fn rows(py: Python<'_>, values: Vec<f64>, k: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let n = values.len() / k;
+    values.into_pyarray(py).reshape([k, n])
+}
+
+fn interpolation_named(name: &str) -> PyResult<Interpolation> {
+    match name {
+        "smooth" => Ok(Interpolation::Smooth),
+        "linear" => Ok(Interpolation::Linear),
+        other => Err(PyValueError::new_err(format!(
+            "interpolation is {other:?}: \"smooth\" or \"linear\" is accepted"
+        ))),
+    }
+}
+
+#[pymethods]
+impl PyProfile {
+    #[staticmethod]
+    fn parse(text: &str, unit: f64, z_axis: &str, interpolation: &str) -> PyResult<Self> {
+        let vertical = match z_axis {
+            "up" => Vertical::Up,
+            "down" => Vertical::Down,
+            "guess" => Vertical::Guess,
+            other => {
+                return Err(PyValueError::new_err(format!(
+                    "z_axis is {other:?}: \"up\", \"down\" or \"guess\" is accepted"
+                )));
+            }
+        };
+        let interpolation = interpolation_named(interpolation)?;
+        mtb_geometry::Profile::parse(text, unit, vertical, interpolation)
+            .map(Self)
+            .map_err(|error| bad_input(&error))
+    }
+
+    #[staticmethod]
+    fn rail_60e1() -> Self {
+        Self(mtb_geometry::Profile::rail_60e1())
+    }
+
+    #[staticmethod]
+    fn wheel_s1002() -> Self {
+        Self(mtb_geometry::Profile::wheel_s1002())
+    }
+
+    #[staticmethod]
+    fn from_points(
+        y: PyReadonlyArray1<'_, f64>,
+        z: PyReadonlyArray1<'_, f64>,
+        interpolation: &str,
+    ) -> PyResult<Self> {
+        let interpolation = interpolation_named(interpolation)?;
+        mtb_geometry::Profile::from_points(slice(&y)?, slice(&z)?, interpolation)
+            .map(Self)
+            .map_err(|error| bad_input(&error))
+    }
+
+    fn range(&self) -> (f64, f64) {
+        self.0.range().into()
+    }
+
+    fn breaks<'py>(&self, py: Python<'py>) -> Values<'py> {
+        self.0.breaks().into_pyarray(py)
+    }
+
+    /// Height, slope, curvature and the two components of the normal: (5, n).
+    fn stations<'py>(
+        &self,
+        py: Python<'py>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let y = slice(&y)?;
+        let stations = enter(py, |_| self.0.stations(y))?;
+        let quantities: [fn(&Station) -> f64; 5] = [
+            |s| s.height,
+            |s| s.slope,
+            Station::curvature,
+            |s| s.normal()[0],
+            |s| s.normal()[1],
+        ];
+        let values = quantities.iter().flat_map(|f| stations.iter().map(f));
+        rows(py, values.collect(), 5)
+    }
+
+    fn arc_length<'py>(
+        &self,
+        py: Python<'py>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Values<'py>> {
+        let y = slice(&y)?;
+        Ok(enter(py, |_| self.0.arc_length(y))?.into_pyarray(py))
+    }
+
+    fn position<'py>(
+        &self,
+        py: Python<'py>,
+        s: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Values<'py>> {
+        let s = slice(&s)?;
+        Ok(enter(py, |_| self.0.position(s))?.into_pyarray(py))
+    }
+}
+
+fn sheet_points(py: Python<'_>, points: SheetPoints) -> PyResult<Bound<'_, PyDict>> {
+    let fields = PyDict::new(py);
+    fields.set_item("points", rows(py, points.positions, 3)?)?;
+    fields.set_item("normal", rows(py, points.normals, 3)?)?;
+    fields.set_item("tangent_x", rows(py, points.tangents_x, 3)?)?;
+    fields.set_item("tangent_y", rows(py, points.tangents_y, 3)?)?;
+    fields.set_item("arc_length", points.arc_lengths.into_pyarray(py))?;
+    fields.set_item("gap", points.gap.into_pyarray(py))?;
+    Ok(fields)
+}
+
+fn sheet(py: Python<'_>, sheet: ContactSheet) -> PyResult<Bound<'_, PyDict>> {
+    let fields = PyDict::new(py);
+    let grids: Vec<[usize; 4]> = sheet
+        .grids
+        .iter()
+        .map(|g| [g.nx, g.ny, g.start, g.node_start])
+        .collect();
+    fields.set_item("cells", sheet_points(py, sheet.cells)?)?;
+    fields.set_item("nodes", sheet_points(py, sheet.nodes)?)?;
+    fields.set_item("area", sheet.areas.into_pyarray(py))?;
+    fields.set_item("spacing", sheet.spacing)?;
+    fields.set_item("grids", grids)?;
+    Ok(fields)
+}
+
+/// Sheet of a pole shoe on a rail, as a dictionary of plain arrays.
+#[pyfunction]
+#[pyo3(signature = (rail, *, length, inner_edge, conforming_to, outer_edge, relief_slope, poles, lateral, yaw, spacing))]
+#[allow(clippy::too_many_arguments)] // reason: keyword-only, one for each parameter of the shoe
+pub(crate) fn pole_shoe_sheet<'py>(
+    py: Python<'py>,
+    rail: &PyProfile,
+    length: f64,
+    inner_edge: f64,
+    conforming_to: f64,
+    outer_edge: f64,
+    relief_slope: f64,
+    poles: usize,
+    lateral: f64,
+    yaw: f64,
+    spacing: [f64; 2],
+) -> PyResult<Bound<'py, PyDict>> {
+    let shoe = PoleShoe {
+        rail: rail.0.clone(),
+        length,
+        inner_edge,
+        conforming_to,
+        outer_edge,
+        relief_slope,
+        poles,
+        lateral,
+        yaw,
+    };
+    let laid = enter(py, |_| shoe.sheet(spacing))?;
+    sheet(py, laid)
+}
+
+/// Contact of a wheel on a rail and the gap over its plane, as a dictionary.
+#[pyfunction]
+#[pyo3(signature = (wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral, force, contact_modulus, approach, spacing, scale))]
+#[allow(clippy::too_many_arguments)] // reason: keyword-only, one for each parameter of the pair
+pub(crate) fn wheel_on_rail_gap<'py>(
+    py: Python<'py>,
+    wheel: &PyProfile,
+    rail: &PyProfile,
+    wheel_radius: f64,
+    gauge: f64,
+    gauge_depth: f64,
+    rail_inclination: f64,
+    flange_back: f64,
+    tape_circle: f64,
+    lateral: f64,
+    force: f64,
+    contact_modulus: f64,
+    approach: Option<f64>,
+    spacing: [f64; 2],
+    scale: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let pair = WheelOnRail {
+        wheel: wheel.0.clone(),
+        rail: rail.0.clone(),
+        wheel_radius,
+        gauge,
+        gauge_depth,
+        rail_inclination,
+        flange_back,
+        tape_circle,
+        lateral,
+    };
+    let load = approach.map_or(
+        WheelRailLoad::Force {
+            vertical: force,
+            contact_modulus,
+        },
+        WheelRailLoad::Approach,
+    );
+    let (contact, field) = enter(py, |_| {
+        let contact = pair.contact(load)?;
+        let field = pair.gap(&contact, spacing, scale)?;
+        Ok::<_, mtb_geometry::Error>((contact, field))
+    })?;
+    let fields = PyDict::new(py);
+    let shape = [field.ny, field.nx];
+    fields.set_item("gap", field.gap.into_pyarray(py).reshape(shape)?)?;
+    fields.set_item("start", field.start)?;
+    fields.set_item("contact_angle", contact.angle)?;
+    fields.set_item("origin", contact.origin)?;
+    fields.set_item("rail_position", contact.rail_position)?;
+    fields.set_item("wheel_position", contact.wheel_position)?;
+    fields.set_item("first_rail_position", contact.first_rail_position)?;
+    fields.set_item("undeformed_height", contact.undeformed_height)?;
+    fields.set_item("approach", contact.approach)?;
+    fields.set_item("neglected", contact.neglected)?;
+    Ok(fields)
+}
+
+/// The surface of a body; private, use `mtb_rs.surfaces.BodySurface`.
+#[pyclass(frozen, name = "BodySurface", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyBodySurface(Arc<dyn Surface>);
+
+/// Rows of an `(n, 3)` array.
+fn triples<T: numpy::Element + Copy>(array: &PyReadonlyArray2<'_, T>) -> PyResult<Vec<[T; 3]>> {
+    let values = array.as_slice().map_err(|error| bad_input(&error))?;
+    let (rows, rest) = values.as_chunks::<3>();
+    if array.as_array().shape()[1] != 3 || !rest.is_empty() {
+        return Err(PyValueError::new_err("an array (n, 3) is needed"));
+    }
+    Ok(rows.to_vec())
+}
+
+impl PyBodySurface {
+    fn smooth(surface: HeightSurface) -> PyResult<Self> {
+        let surface = surface.checked().map_err(|error| bad_input(&error))?;
+        Ok(Self(Arc::new(surface)))
+    }
+}
+
+#[pymethods]
+impl PyBodySurface {
+    #[staticmethod]
+    fn plane(height: f64) -> PyResult<Self> {
+        Self::smooth(HeightSurface::Plane { height })
+    }
+
+    #[staticmethod]
+    fn block(size: [f64; 2], height: f64) -> PyResult<Self> {
+        Self::smooth(HeightSurface::Block { size, height })
+    }
+
+    #[staticmethod]
+    fn paraboloid(radii: [f64; 2]) -> PyResult<Self> {
+        Self::smooth(HeightSurface::Paraboloid { radii })
+    }
+
+    #[staticmethod]
+    fn prism(profile: &PyProfile, length: f64) -> PyResult<Self> {
+        let profile = profile.0.clone();
+        Self::smooth(HeightSurface::Prism { profile, length })
+    }
+
+    #[staticmethod]
+    fn height_field(
+        heights: PyReadonlyArray2<'_, f64>,
+        start: [f64; 2],
+        spacing: [f64; 2],
+    ) -> PyResult<Self> {
+        let &[ny, nx] = heights.as_array().shape() else {
+            return Err(PyValueError::new_err("heights must be (ny, nx)"));
+        };
+        let values = heights.as_slice().map_err(|error| bad_input(&error))?;
+        let field = HeightField::new(values, [ny, nx], start, spacing);
+        Self::smooth(HeightSurface::Field(
+            field.map_err(|error| bad_input(&error))?,
+        ))
+    }
+
+    #[staticmethod]
+    fn mesh(
+        py: Python<'_>,
+        vertices: PyReadonlyArray2<'_, f64>,
+        triangles: PyReadonlyArray2<'_, usize>,
+        closed: bool,
+    ) -> PyResult<Self> {
+        let vertices = triples(&vertices)?;
+        let triangles = triples(&triangles)?;
+        let closure = if closed {
+            Closure::Closed
+        } else {
+            Closure::Open
+        };
+        let mesh = enter(py, |_| SurfaceMesh::new(vertices, triangles, closure))?;
+        Ok(Self(Arc::new(mesh)))
+    }
+
+    /// Height of the highest point over each `(x, y)`, NaN beside the body.
+    fn top<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Values<'py>> {
+        let (x, y) = (slice(&x)?, slice(&y)?);
+        let heights: Vec<f64> = py.detach(|| {
+            let above = x.iter().zip(y).map(|(&x, &y)| self.0.top(x, y));
+            above
+                .map(|hit| hit.map_or(f64::NAN, |hit| hit.distance))
+                .collect()
+        });
+        Ok(heights.into_pyarray(py))
+    }
+}
+
+/// Sheet and gap between two surfaces, as a dictionary.
+#[pyfunction]
+#[pyo3(signature = (lower, upper, *, x, y, spacing, reach, penetration))]
+#[allow(clippy::too_many_arguments)] // reason: keyword-only
+pub(crate) fn surface_gap<'py>(
+    py: Python<'py>,
+    lower: &PyBodySurface,
+    upper: &PyBodySurface,
+    x: [f64; 2],
+    y: [f64; 2],
+    spacing: [f64; 2],
+    reach: f64,
+    penetration: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let pair = SurfacePair {
+        lower: lower.0.as_ref(),
+        upper: upper.0.as_ref(),
+        reach,
+    };
+    let gap = enter(py, |_| pair.sheet(x, y, spacing, penetration))?;
+    let fields = sheet(py, gap.sheet)?;
+    fields.set_item("facet_error", gap.facet_errors.into_pyarray(py))?;
+    fields.set_item("nearest", gap.nearest.into_pyarray(py))?;
+    Ok(fields)
+}

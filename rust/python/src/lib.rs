@@ -1,0 +1,55 @@
+//! Python bindings: one file per crate, no arithmetic.
+//!
+//! A bound function checks shapes, borrows its arrays, lets go of the interpreter, calls, maps the
+//! error, and hands the owned results over.
+
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "extracted arguments are owned"
+)]
+
+mod contact;
+mod elasticity;
+mod error;
+mod geometry;
+mod normal;
+mod operator;
+mod prepared;
+mod tangential;
+mod tetra;
+
+use pyo3::prelude::*;
+
+/// The compiled core of `mtb_rs`; private, use the package.
+#[pymodule]
+mod _mtb_rs {
+    #[pymodule_export]
+    use super::contact::{PyIncrementalOptions, PySlidingPair, solve_incremental, solve_staggered};
+    #[pymodule_export]
+    use super::elasticity::{half_space, half_space_gaussians, half_space_hats};
+    #[pymodule_export]
+    use super::geometry::{
+        PyBodySurface, PyProfile, pole_shoe_sheet, surface_gap, wheel_on_rail_gap,
+    };
+    #[pymodule_export]
+    use super::normal::solve_normal;
+    #[pymodule_export]
+    use super::operator::PyCompliance;
+    #[pymodule_export]
+    use super::prepared::PyPreparedContact;
+    #[pymodule_export]
+    use super::tangential::{
+        PyFriction, PyPatchOperators, fastsim_curve, kalker_coefficients, polach_curve,
+        solve_discs_dense,
+    };
+    #[pymodule_export]
+    use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
+    use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        // what is exported is said once, in the stub
+        module.delattr("__all__")
+    }
+}

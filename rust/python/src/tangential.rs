@@ -1,0 +1,433 @@
+//! Stick and slip, and the fast approximations.
+
+use mtb_complementarity::discs::{
+    DenseDiscProblem, DiscOptions, DiscSolution, DiscState, Resultant,
+    solve_discs_dense as solve_dense,
+};
+use mtb_contact::fastsim::{self, Flexibilities, FoundationProblem, Order};
+use mtb_contact::friction::{Friction, Memory, SlipLaw};
+use mtb_contact::kalker::creep_coefficients;
+use mtb_contact::polach::{PolachContact, creep_force};
+use mtb_contact::tangential::{
+    Bodies, Drive, Earlier, Motion, PatchOperators, TangentialProblem, TangentialSolution, solve,
+};
+use mtb_contact::{Error, tangential};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::{LinePair, Pair};
+use mtb_operator::Grid;
+use numpy::{
+    IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{bad_input, enter};
+
+/// A friction law.
+#[pyclass(frozen, name = "Friction", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyFriction(Friction);
+
+#[pymethods]
+impl PyFriction {
+    /// One fixed coefficient per point, flat.
+    #[staticmethod]
+    fn coulomb(coefficient: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
+        Ok(Self(Friction::Coulomb(coefficient.to_vec()?)))
+    }
+
+    /// One coefficient for points that stick, another for points that slip.
+    #[staticmethod]
+    fn static_kinetic(at_rest: f64, kinetic: f64) -> Self {
+        Self(Friction::StaticKinetic { at_rest, kinetic })
+    }
+
+    /// Exponential fall with the slip speed; `memory`: distance [m], slip speed [m/s].
+    #[staticmethod]
+    fn exponential(at_rest: f64, kinetic: f64, half_slip: f64, memory: Option<(f64, f64)>) -> Self {
+        let law = SlipLaw::Exponential {
+            at_rest,
+            kinetic,
+            half_slip,
+        };
+        Self::speed_dependent(law, memory)
+    }
+
+    /// Piecewise linear in the slip speed [m/s]; `memory`: distance [m], slip speed [m/s].
+    #[staticmethod]
+    fn table(
+        slip_speed: PyReadonlyArray1<'_, f64>,
+        coefficient: PyReadonlyArray1<'_, f64>,
+        memory: Option<(f64, f64)>,
+    ) -> PyResult<Self> {
+        let law = SlipLaw::Table {
+            slip_speed: slip_speed.to_vec()?,
+            coefficient: coefficient.to_vec()?,
+        };
+        Ok(Self::speed_dependent(law, memory))
+    }
+}
+
+impl PyFriction {
+    fn speed_dependent(law: SlipLaw, memory: Option<(f64, f64)>) -> Self {
+        let memory = memory.map(|(distance, min_slip)| Memory { distance, min_slip });
+        Self(Friction::SpeedDependent { law, memory })
+    }
+}
+
+/// The operators of a patch of cells for one kind of motion.
+#[pyclass(frozen, name = "PatchOperators", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyPatchOperators(PatchOperators);
+
+type Elastic = Option<(f64, f64)>;
+
+fn material(body: Elastic) -> Result<Option<Material>, mtb_elasticity::Error> {
+    body.map(|(g, nu)| Material::new(g, nu)).transpose()
+}
+
+#[pymethods]
+impl PyPatchOperators {
+    /// `shape`: (nx, ny); `spacing`: (dx, dy) [m]; `lower`, `upper`: (shear modulus [Pa], Poisson's
+    /// ratio), None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
+    /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
+    /// of a line contact vanishes, None for a patch.
+    #[new]
+    #[allow(clippy::too_many_arguments, reason = "one call per set of operators")]
+    fn new(
+        py: Python<'_>,
+        shape: (usize, usize),
+        spacing: (f64, f64),
+        lower: Elastic,
+        upper: Elastic,
+        layer: f64,
+        motion: &str,
+        step: (f64, f64),
+        reference: Option<f64>,
+    ) -> PyResult<Self> {
+        let step = [step.0, step.1];
+        let motion = match motion {
+            "shift" => Motion::Shift,
+            "transient" => Motion::Transient { step },
+            "steady" => Motion::Steady { step },
+            _ => {
+                let message = format!("motion is {motion:?}: shift, transient or steady is needed");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let pair = Pair {
+            lower: material(lower).map_err(|e| bad_input(&e))?,
+            upper: material(upper).map_err(|e| bad_input(&e))?,
+        };
+        let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
+        enter(py, |_| -> Result<Self, Error> {
+            let line = reference.map(|reference| LinePair { pair, reference });
+            let of_patch = |cell, offset| pair.tangential(cell, offset);
+            let pushed = |cell, offset| pair.by_pressure(cell, offset);
+            let of_line = line.map(|line| move |cell, offset| line.tangential(cell, offset));
+            let line_pushed = line.map(|line| move |cell, offset| line.by_pressure(cell, offset));
+            let bodies = Bodies {
+                tangential: match &of_line {
+                    Some(line) => line,
+                    None => &of_patch,
+                },
+                by_pressure: pair.is_coupled().then_some(match &line_pushed {
+                    Some(line) => line,
+                    None => &pushed,
+                }),
+                layer,
+            };
+            Ok(Self(PatchOperators::new(&bodies, grid, motion)?))
+        })
+    }
+
+    /// Solves for `pressure` (ny, nx); `drive`: (value, is a force) along x and y; `earlier`: traction
+    /// (2, ny, nx), pressure and coefficient of friction (ny, nx).
+    #[allow(clippy::too_many_arguments, reason = "one call per solve")]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        pressure: PyReadonlyArray2<'py, f64>,
+        origin: (f64, f64),
+        drive: [(f64, bool); 2],
+        spin: f64,
+        speed: f64,
+        friction: &PyFriction,
+        earlier: Option<(
+            PyReadonlyArray3<'py, f64>,
+            PyReadonlyArray2<'py, f64>,
+            PyReadonlyArray2<'py, f64>,
+        )>,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let shape = [pressure.shape()[0], pressure.shape()[1]];
+        let earlier = match earlier {
+            Some((traction, pressure, coefficient)) => Some(Earlier {
+                traction: traction.as_slice()?.to_vec(),
+                pressure: pressure.as_slice()?.to_vec(),
+                coefficient: coefficient.as_slice()?.to_vec(),
+            }),
+            None => None,
+        };
+        let pressure = pressure.as_slice()?;
+        let solution = enter(py, |monitor| {
+            let problem = TangentialProblem {
+                pressure,
+                origin: [origin.0, origin.1],
+                drive: drive.map(|(value, is_force)| {
+                    if is_force {
+                        Drive::Force(value)
+                    } else {
+                        Drive::Slip(value)
+                    }
+                }),
+                spin,
+                speed,
+                friction: &friction.0,
+                earlier: earlier.as_ref(),
+                tolerance,
+            };
+            solve(&self.0, &problem, monitor)
+        })?;
+        tangential_dict(py, solution, shape)
+    }
+
+    /// Forces and moments (Fx, Fy, Mz) for creepages (m, 3) in steady rolling, and whether each converged.
+    #[allow(clippy::too_many_arguments, reason = "one call per curve")]
+    fn curve<'py>(
+        &self,
+        py: Python<'py>,
+        pressure: PyReadonlyArray2<'py, f64>,
+        origin: (f64, f64),
+        creepages: PyReadonlyArray2<'py, f64>,
+        speed: f64,
+        friction: &PyFriction,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let rows = rows_of_three(&creepages, "creepages")?;
+        let pressure = pressure.as_slice()?;
+        let (forces, converged) = enter(py, |monitor| {
+            let origin = [origin.0, origin.1];
+            let run = tangential::creep_curve(
+                &self.0,
+                pressure,
+                origin,
+                &rows,
+                speed,
+                &friction.0,
+                tolerance,
+                monitor,
+            )?;
+            Ok::<_, Error>(run)
+        })?;
+        let dict = PyDict::new(py);
+        let count = forces.len();
+        let flat: Vec<f64> = forces.into_iter().flatten().collect();
+        dict.set_item("forces", flat.into_pyarray(py).reshape([count, 3])?)?;
+        dict.set_item("converged", converged.into_pyarray(py))?;
+        Ok(dict)
+    }
+}
+
+fn rows_of_three(array: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+    if array.shape()[1] != 3 {
+        return Err(PyValueError::new_err(format!(
+            "{name} has shape {:?}, expected (n, 3)",
+            array.shape()
+        )));
+    }
+    let flat = array.as_slice()?;
+    Ok(flat.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
+}
+
+fn codes(states: &[DiscState]) -> Vec<i8> {
+    let code = |s: &DiscState| match s {
+        DiscState::Excluded => 0,
+        DiscState::Inside => 1,
+        DiscState::Rim => 2,
+    };
+    states.iter().map(code).collect()
+}
+
+fn tangential_dict(
+    py: Python<'_>,
+    solution: TangentialSolution,
+    [ny, nx]: [usize; 2],
+) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    let vector = |v: Vec<f64>| v.into_pyarray(py).reshape([2, ny, nx]);
+    dict.set_item("traction", vector(solution.traction)?)?;
+    dict.set_item("slip", vector(solution.slip)?)?;
+    let status = codes(&solution.state).into_pyarray(py);
+    dict.set_item("status", status.reshape([ny, nx])?)?;
+    let coefficient = solution.coefficient.into_pyarray(py);
+    dict.set_item("coefficient", coefficient.reshape([ny, nx])?)?;
+    dict.set_item("drive", solution.drive)?;
+    dict.set_item("force", solution.force)?;
+    dict.set_item("spin_moment", solution.spin_moment)?;
+    dict.set_item("converged", solution.converged)?;
+    dict.set_item("iterations", solution.iterations)?;
+    dict.set_item("coarse_iterations", solution.coarse_iterations)?;
+    dict.set_item("products", solution.products)?;
+    dict.set_item("preconditionings", solution.preconditionings)?;
+    dict.set_item("history", solution.history)?;
+    Ok(dict)
+}
+
+/// Solves the variational inequality on discs with a dense matrix (2n, 2n): offset (2n,), radius (n,),
+/// resultants as (direction (2n,), weight (2n,), value).
+#[pyfunction]
+pub(crate) fn solve_discs_dense<'py>(
+    py: Python<'py>,
+    matrix: PyReadonlyArray2<'py, f64>,
+    offset: PyReadonlyArray1<'py, f64>,
+    radius: PyReadonlyArray1<'py, f64>,
+    resultants: Vec<(Vec<f64>, Vec<f64>, f64)>,
+    tolerance: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (matrix, offset, radius) = (matrix.as_slice()?, offset.as_slice()?, radius.as_slice()?);
+    let resultants: Vec<Resultant> = resultants
+        .into_iter()
+        .map(|(direction, weight, value)| Resultant {
+            direction,
+            weight,
+            value,
+            softness: 0.0,
+        })
+        .collect();
+    let solution: DiscSolution = enter(py, |monitor| {
+        let problem = DenseDiscProblem {
+            matrix,
+            offset,
+            radius,
+            resultants: &resultants,
+        };
+        let options = DiscOptions {
+            tolerance,
+            max_iterations: 200,
+        };
+        solve_dense(&problem, None, options, monitor)
+    })?;
+    let dict = PyDict::new(py);
+    dict.set_item("status", codes(&solution.state).into_pyarray(py))?;
+    dict.set_item("converged", solution.converged)?;
+    dict.set_item("iterations", solution.iterations)?;
+    dict.set_item("products", solution.products)?;
+    dict.set_item("preconditionings", solution.preconditionings)?;
+    dict.set_item("multipliers", solution.multipliers)?;
+    dict.set_item("history", solution.history)?;
+    dict.set_item("field", solution.field.into_pyarray(py))?;
+    dict.set_item("image", solution.image.into_pyarray(py))?;
+    Ok(dict)
+}
+
+/// Kalker's C11, C22, C23, C33 for the ratio a / b and Poisson's ratio.
+#[pyfunction]
+pub(crate) fn kalker_coefficients(
+    ratio: f64,
+    poisson_ratio: f64,
+) -> PyResult<(f64, f64, f64, f64)> {
+    let c = creep_coefficients(ratio, poisson_ratio).map_err(|e| bad_input(&e))?;
+    Ok((c.c11, c.c22, c.c23, c.c33))
+}
+
+/// FASTSIM for creepages (m, 3) on a bound (ny, nx); `ellipse`: (a, b) [m], of which the flexibilities
+/// are Kalker's; `merged`: one flexibility instead of three. Fields of the last creepage.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one call per curve")]
+pub(crate) fn fastsim_curve<'py>(
+    py: Python<'py>,
+    bound: PyReadonlyArray2<'py, f64>,
+    spacing: (f64, f64),
+    origin: (f64, f64),
+    ellipse: (f64, f64),
+    shear_modulus: f64,
+    poisson_ratio: f64,
+    creepages: PyReadonlyArray2<'py, f64>,
+    speed: f64,
+    friction: &PyFriction,
+    merged: bool,
+    second_order: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let rows = rows_of_three(&creepages, "creepages")?;
+    let shape = [bound.shape()[0], bound.shape()[1]];
+    let bound = bound.as_slice()?;
+    let (a, b) = ellipse;
+    let (forces, last) = enter(py, |_| {
+        let coefficients = creep_coefficients(a / b, poisson_ratio)?;
+        let three = Flexibilities::of_ellipse(a, b, shear_modulus, &coefficients);
+        let mut problem = FoundationProblem {
+            shape: [shape[1], shape[0]],
+            cell: [spacing.0, spacing.1],
+            origin: [origin.0, origin.1],
+            bound,
+            flexibility: three,
+            speed,
+            friction: &friction.0,
+            order: if second_order {
+                Order::Second
+            } else {
+                Order::First
+            },
+        };
+        let mut forces = Vec::with_capacity(3 * rows.len());
+        let mut last = None;
+        for creepage in rows {
+            if merged {
+                problem.flexibility = three.merged(creepage, (a * b).sqrt());
+            }
+            let solution = fastsim::solve(&problem, creepage)?;
+            forces.extend([solution.force[0], solution.force[1], solution.spin_moment]);
+            last = Some(solution);
+        }
+        Ok::<_, Error>((forces, last))
+    })?;
+    let dict = PyDict::new(py);
+    let count = forces.len() / 3;
+    dict.set_item("forces", forces.into_pyarray(py).reshape([count, 3])?)?;
+    if let Some(last) = last {
+        let [ny, nx] = shape;
+        let vector = |v: Vec<f64>| v.into_pyarray(py).reshape([2, ny, nx]);
+        dict.set_item("traction", vector(last.traction)?)?;
+        dict.set_item("slip", vector(last.slip)?)?;
+        let slipping = last.is_slipping.into_pyarray(py);
+        dict.set_item("slipping", slipping.reshape([ny, nx])?)?;
+    }
+    Ok(dict)
+}
+
+/// Polach's forces (Fx, Fy) for creepages (m, 3), each at its coefficient of friction (m,).
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one call per curve")]
+pub(crate) fn polach_curve<'py>(
+    py: Python<'py>,
+    ellipse: (f64, f64),
+    shear_modulus: f64,
+    poisson_ratio: f64,
+    normal_force: f64,
+    creepages: PyReadonlyArray2<'py, f64>,
+    friction: PyReadonlyArray1<'py, f64>,
+    reduction: (f64, f64),
+) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+    let rows = rows_of_three(&creepages, "creepages")?;
+    let friction = friction.as_slice()?;
+    let (a, b) = ellipse;
+    let forces = enter(py, |_| {
+        let contact = PolachContact {
+            a,
+            b,
+            shear_modulus,
+            normal_force,
+            coefficients: creep_coefficients(a / b, poisson_ratio)?,
+            reduction_adhesion: reduction.0,
+            reduction_slip: reduction.1,
+        };
+        let mut forces = Vec::with_capacity(2 * rows.len());
+        for (creepage, mu) in rows.iter().zip(friction) {
+            forces.extend(creep_force(&contact, *creepage, *mu)?);
+        }
+        Ok::<_, Error>(forces)
+    })?;
+    let count = forces.len() / 2;
+    forces.into_pyarray(py).reshape([count, 2])
+}

@@ -1,0 +1,490 @@
+//! Finite-element bodies.
+
+use std::sync::Arc;
+
+use mtb_elasticity::tetra::{
+    ContactGrid, Cost, Flexibility, Hold, Limits, Order, RigidMode, Sampling, Support,
+    SurfacePoint, TetraBody, TetraMesh,
+};
+use mtb_elasticity::{Error, Material};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{bad_input, enter};
+use crate::operator::{PyCompliance, rows3};
+
+type Floats<'py> = PyReadonlyArray1<'py, f64>;
+type Table<'py> = PyReadonlyArray2<'py, f64>;
+type Numbers<'py> = PyReadonlyArray1<'py, usize>;
+
+/// A checked mesh of tetrahedra.
+#[pyclass(frozen, name = "TetraMesh", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyTetraMesh(TetraMesh);
+
+#[pymethods]
+impl PyTetraMesh {
+    /// `nodes` (n, 3) [m], `cells` (m, 4) or (m, 10).
+    #[new]
+    fn new(py: Python<'_>, nodes: Table<'_>, cells: PyReadonlyArray2<'_, usize>) -> PyResult<Self> {
+        let order = match cells.shape()[1] {
+            4 => Order::Linear,
+            10 => Order::Quadratic,
+            k => {
+                return Err(PyValueError::new_err(format!(
+                    "cells have {k} nodes: tetrahedra with 4 or 10 are accepted"
+                )));
+            }
+        };
+        let nodes = triples(&nodes, "nodes")?;
+        let cells = flat(cells.as_slice())?.to_vec();
+        enter(py, |_| TetraMesh::new(nodes, cells, order)).map(Self)
+    }
+
+    /// Triangles of the boundary (f, 3) or (f, 6), counter-clockwise seen from outside.
+    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<usize>>> {
+        let shape = [self.0.n_faces(), self.0.order().nodes_per_face()];
+        self.0.faces().to_vec().into_pyarray(py).reshape(shape)
+    }
+
+    /// Hats of a regular grid of nx by ny points (n, 3), with frames (n, 3, 3) of tangential 1,
+    /// tangential 2 and into the body, sampled on some boundary triangles.
+    fn sample(
+        &self,
+        py: Python<'_>,
+        shape: (usize, usize),
+        spacing: [f64; 2],
+        points: Table<'_>,
+        frames: PyReadonlyArray3<'_, f64>,
+        faces: Numbers<'_>,
+    ) -> PyResult<PySampling> {
+        let grid = ContactGrid {
+            nx: shape.0,
+            ny: shape.1,
+            spacing,
+            points: triples(&points, "points")?,
+            frames: bases(&frames)?,
+        };
+        let faces = flat(faces.as_slice())?;
+        enter(py, |_| grid.sampling(&self.0, faces)).map(PySampling)
+    }
+}
+
+/// Basis functions of a contact at quadrature points of a surface.
+#[pyclass(frozen, name = "Sampling", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PySampling(Sampling);
+
+#[pymethods]
+impl PySampling {
+    /// `face` (q,), `barycentric` (q, 3), `weight` (q,) [m2], `frame` (q, 3, 3), `start` (q + 1,),
+    /// `point` and `value` (k,) of the basis.
+    #[new]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "the arrays of one sparse structure"
+    )]
+    fn new(
+        n_points: usize,
+        face: Numbers<'_>,
+        barycentric: Table<'_>,
+        weight: Floats<'_>,
+        frame: PyReadonlyArray3<'_, f64>,
+        start: Numbers<'_>,
+        point: Numbers<'_>,
+        value: Floats<'_>,
+    ) -> PyResult<Self> {
+        let quadrature = surface_points(&face, &barycentric, &weight, &bases(&frame)?)?;
+        let (point, value) = (flat(point.as_slice())?, flat(value.as_slice())?);
+        same_length("value", value.len(), point.len())?;
+        let basis = point.iter().copied().zip(value.iter().copied()).collect();
+        Sampling::new(
+            n_points,
+            quadrature,
+            flat(start.as_slice())?.to_vec(),
+            basis,
+        )
+        .map(Self)
+        .map_err(|error| bad_input(&error))
+    }
+
+    /// Area of each contact point (n,) [m2].
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.weights().into_pyarray(py)
+    }
+
+    /// Means (n,) over the basis functions of the field with coefficients (n,).
+    fn averaged<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: Floats<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let coefficients = flat(coefficients.as_slice())?;
+        let means = enter(py, |_| self.0.averaged(coefficients))?;
+        Ok(means.into_pyarray(py))
+    }
+
+    /// The arrays it is made of, by name.
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let q = self.0.quadrature();
+        let basis = || (0..q.len()).flat_map(|i| self.0.basis(i));
+        let out = PyDict::new(py);
+        let face: Vec<usize> = q.iter().map(|p| p.face).collect();
+        let barycentric: Vec<f64> = q.iter().flat_map(|p| p.barycentric).collect();
+        let weight: Vec<f64> = q.iter().map(|p| p.weight).collect();
+        let frame: Vec<f64> = q.iter().flat_map(|p| p.frame).flatten().collect();
+        out.set_item("face", face.into_pyarray(py))?;
+        out.set_item("barycentric", rows(py, barycentric, 3)?)?;
+        out.set_item("weight", weight.into_pyarray(py))?;
+        out.set_item("frame", frame.into_pyarray(py).reshape([q.len(), 3, 3])?)?;
+        out.set_item("start", self.0.start().to_vec().into_pyarray(py))?;
+        let point: Vec<usize> = basis().map(|b| b.0).collect();
+        let value: Vec<f64> = basis().map(|b| b.1).collect();
+        out.set_item("point", point.into_pyarray(py))?;
+        out.set_item("value", value.into_pyarray(py))?;
+        Ok(out)
+    }
+
+    #[getter]
+    fn n_points(&self) -> usize {
+        self.0.n_points()
+    }
+}
+
+/// An elastic body of tetrahedra on its supports.
+#[pyclass(frozen, name = "TetraBody", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyTetraBody(TetraBody);
+
+#[pymethods]
+impl PyTetraBody {
+    /// `supports`: name, node numbers, and "free", "prescribed" or "guided" for x, y, z.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mesh: &PyTetraMesh,
+        shear_modulus: f64,
+        poisson_ratio: f64,
+        supports: Vec<(String, Vec<usize>, [String; 3])>,
+    ) -> PyResult<Self> {
+        let supports = supports
+            .into_iter()
+            .map(|(name, nodes, [x, y, z])| {
+                Ok(Support {
+                    name,
+                    nodes,
+                    hold: [hold(&x)?, hold(&y)?, hold(&z)?],
+                })
+            })
+            .collect::<PyResult<Vec<_>>>()?;
+        let mesh = mesh.0.clone();
+        enter(py, |_| {
+            TetraBody::new(mesh, Material::new(shear_modulus, poisson_ratio)?, supports)
+        })
+        .map(Self)
+    }
+
+    /// Support components that take a value: (support, component, guided).
+    #[getter]
+    fn cases(&self) -> Vec<(usize, usize, bool)> {
+        let cases = self.0.cases().into_iter();
+        cases.map(|c| (c.support, c.component, c.guided)).collect()
+    }
+
+    /// Rigid motions the supports leave free, about `point`: names, and (m, 9) of translation,
+    /// rotation and point.
+    fn modes<'py>(
+        &self,
+        py: Python<'py>,
+        point: [f64; 3],
+    ) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+        let modes = self.0.modes(point);
+        Ok((
+            modes.iter().map(RigidMode::name).collect(),
+            rows(py, flat_modes(&modes), 9)?,
+        ))
+    }
+
+    /// The body condensed onto the contact points of a sampling, as arrays by name; frame of the
+    /// sampling.
+    fn condense<'py>(
+        &self,
+        py: Python<'py>,
+        sampling: &PySampling,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let body = enter(py, |monitor| {
+            self.0.condense(&sampling.0, Limits::default(), monitor)
+        })?;
+        let n = sampling.0.n_points();
+        let (m, k) = (body.modes.len(), body.cases.len());
+        let out = PyDict::new(py);
+        let names: Vec<String> = body.modes.iter().map(RigidMode::name).collect();
+        out.set_item(
+            "weights",
+            body.flexibility.weights().to_vec().into_pyarray(py),
+        )?;
+        let blocks = body.flexibility.blocks().concat().into_pyarray(py);
+        out.set_item("flexibility", blocks.reshape([6, n, n])?)?;
+        out.set_item("mode_names", names)?;
+        out.set_item("modes", rows(py, flat_modes(&body.modes), 9)?)?;
+        let fields = |values: Vec<Vec<f64>>, count: usize| -> PyResult<Bound<'py, PyArray3<f64>>> {
+            values.concat().into_pyarray(py).reshape([count, 3, n])
+        };
+        out.set_item("mode_displacement", fields(body.mode_displacement, m)?)?;
+        out.set_item("case_displacement", fields(body.case_displacement, k)?)?;
+        out.set_item(
+            "case_work",
+            body.case_work.into_pyarray(py).reshape([k, m])?,
+        )?;
+        out.set_item("cost", cost(py, &body.cost)?)?;
+        Ok(out)
+    }
+
+    /// Displacement (3, N) [m] under nodal forces (3, N) [N], case values, and modes (m, 9) with
+    /// their amplitudes.
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        force: Table<'py>,
+        case_value: Floats<'py>,
+        modes: Table<'py>,
+        amplitude: Floats<'py>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (force, value) = (flat(force.as_slice())?, flat(case_value.as_slice())?);
+        let (modes, amplitude) = (flat(modes.as_slice())?, flat(amplitude.as_slice())?);
+        same_length("modes", modes.len(), 9 * amplitude.len())?;
+        let modes: Vec<(RigidMode, f64)> = modes
+            .chunks_exact(9)
+            .zip(amplitude)
+            .map(|(m, &a)| {
+                let mode = RigidMode {
+                    translation: [m[0], m[1], m[2]],
+                    rotation: [m[3], m[4], m[5]],
+                    point: [m[6], m[7], m[8]],
+                };
+                (mode, a)
+            })
+            .collect();
+        let u = enter(py, |monitor| {
+            self.0
+                .solve(force, value, &modes, Limits::default(), monitor)
+        })?;
+        components(py, u, 3)
+    }
+
+    /// Nodal forces (3, N) [N] of tractions (3, q) [Pa] at surface points.
+    fn surface_force<'py>(
+        &self,
+        py: Python<'py>,
+        face: Numbers<'py>,
+        barycentric: Table<'py>,
+        weight: Floats<'py>,
+        traction: Table<'py>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let unused = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let frames = vec![unused; weight.len()];
+        let points = surface_points(&face, &barycentric, &weight, &frames)?;
+        let [x, y, z] = rows3(&traction, points.len(), "traction")?;
+        let traction: Vec<[f64; 3]> = (0..points.len()).map(|q| [x[q], y[q], z[q]]).collect();
+        let force = enter(py, |_| self.0.surface_force(&points, &traction))?;
+        components(py, force, 3)
+    }
+
+    /// Nodal forces (3, N) [N] of tractions (3, n) [Pa] at contact points, frame of the sampling.
+    fn contact_force<'py>(
+        &self,
+        py: Python<'py>,
+        sampling: &PySampling,
+        traction: Table<'py>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let traction = flat(traction.as_slice())?;
+        let force = enter(py, |_| self.0.contact_force(&sampling.0, traction))?;
+        components(py, force, 3)
+    }
+
+    /// Mean displacement (3, n) [m] of the contact points, frame of the sampling, under that of the
+    /// nodes (3, N).
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        sampling: &PySampling,
+        displacement: Table<'py>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let u = flat(displacement.as_slice())?;
+        let observed = enter(py, |_| self.0.observe(&sampling.0, u))?;
+        components(py, observed, 3)
+    }
+
+    /// Displacement (3, n) [m] at points (n, 3) [m] within `reach` of some boundary triangles.
+    fn displacement_at<'py>(
+        &self,
+        py: Python<'py>,
+        displacement: Table<'py>,
+        points: Table<'py>,
+        faces: Numbers<'py>,
+        reach: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let points = triples(&points, "points")?;
+        let (u, faces) = (flat(displacement.as_slice())?, flat(faces.as_slice())?);
+        let moved = enter(py, |_| self.0.displacement_at(u, &points, faces, reach))?;
+        components(py, moved, 3)
+    }
+
+    /// Forces (s, 3) [N] and moments (s, 3) [N m] about `point` of the supports on the body, and the
+    /// largest force left over on a free node [N].
+    #[allow(clippy::type_complexity, reason = "two arrays and a number")]
+    fn reactions<'py>(
+        &self,
+        py: Python<'py>,
+        displacement: Table<'py>,
+        force: Table<'py>,
+        point: [f64; 3],
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, f64)> {
+        let (u, f) = (flat(displacement.as_slice())?, flat(force.as_slice())?);
+        let (reactions, left_over) = enter(py, |_| self.0.reactions(u, f, point))?;
+        let forces = reactions.iter().flat_map(|r| r.force).collect();
+        let moments = reactions.iter().flat_map(|r| r.moment).collect();
+        Ok((rows(py, forces, 3)?, rows(py, moments, 3)?, left_over))
+    }
+
+    /// Stress (6, N) [Pa] at the nodes, xx yy zz yz xz xy, and von Mises' equivalent (N,).
+    #[allow(clippy::type_complexity, reason = "two arrays")]
+    fn stress<'py>(
+        &self,
+        py: Python<'py>,
+        displacement: Table<'py>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let u = flat(displacement.as_slice())?;
+        let (stress, von_mises) = enter(py, |_| self.0.stress(u))?;
+        Ok((components(py, stress, 6)?, von_mises.into_pyarray(py)))
+    }
+}
+
+/// The compliance of a flexibility (6, n, n): blocks 11, 22, nn, 12, 1n, 2n, and weights (n,).
+#[pyfunction]
+pub(crate) fn flexibility(
+    weights: Floats<'_>,
+    blocks: PyReadonlyArray3<'_, f64>,
+) -> PyResult<PyCompliance> {
+    let n = weights.len();
+    if blocks.shape() != [6, n, n] {
+        return Err(PyValueError::new_err(format!(
+            "flexibility has shape {:?}, expected (6, {n}, {n})",
+            blocks.shape()
+        )));
+    }
+    let mut parts = flat(blocks.as_slice())?.chunks_exact((n * n).max(1));
+    let blocks = std::array::from_fn(|_| parts.next().unwrap_or_default().to_vec());
+    let body = Flexibility::new(flat(weights.as_slice())?.to_vec(), blocks);
+    Ok(PyCompliance(Arc::new(
+        body.map_err(|error: Error| bad_input(&error))?,
+    )))
+}
+
+fn hold(word: &str) -> PyResult<Hold> {
+    match word {
+        "free" => Ok(Hold::Free),
+        "prescribed" => Ok(Hold::Prescribed),
+        "guided" => Ok(Hold::Guided),
+        _ => Err(PyValueError::new_err(format!(
+            "hold is {word:?}: \"free\", \"prescribed\" or \"guided\" is needed"
+        ))),
+    }
+}
+
+fn cost<'py>(py: Python<'py>, cost: &Cost) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("unknowns", cost.unknowns)?;
+    out.set_item("factor_entries", cost.factor_entries)?;
+    out.set_item("factor_flops", cost.factor_flops)?;
+    out.set_item("forward_flops", cost.forward_flops)?;
+    out.set_item("product_flops", cost.product_flops)?;
+    out.set_item("peak_bytes", cost.peak_bytes)?;
+    out.set_item("ordering_s", cost.ordering_s)?;
+    out.set_item("assembly_s", cost.assembly_s)?;
+    out.set_item("symbolic_s", cost.symbolic_s)?;
+    out.set_item("numeric_s", cost.numeric_s)?;
+    out.set_item("forward_s", cost.forward_s)?;
+    out.set_item("product_s", cost.product_s)?;
+    Ok(out)
+}
+
+fn flat_modes(modes: &[RigidMode]) -> Vec<f64> {
+    modes
+        .iter()
+        .flat_map(|m| [m.translation, m.rotation, m.point].concat())
+        .collect()
+}
+
+fn surface_points(
+    face: &Numbers<'_>,
+    barycentric: &Table<'_>,
+    weight: &Floats<'_>,
+    frames: &[[[f64; 3]; 3]],
+) -> PyResult<Vec<SurfacePoint>> {
+    let (face, weight) = (flat(face.as_slice())?, flat(weight.as_slice())?);
+    let barycentric = triples(barycentric, "barycentric")?;
+    same_length("barycentric", barycentric.len(), face.len())?;
+    same_length("weight", weight.len(), face.len())?;
+    same_length("frame", frames.len(), face.len())?;
+    Ok((0..face.len())
+        .map(|q| SurfacePoint {
+            face: face[q],
+            barycentric: barycentric[q],
+            weight: weight[q],
+            frame: frames[q],
+        })
+        .collect())
+}
+
+fn same_length(name: &str, found: usize, expected: usize) -> PyResult<()> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!(
+        "{name} has {found} entries, {expected} are needed"
+    )))
+}
+
+fn flat<T>(slice: Result<&[T], impl std::fmt::Display>) -> PyResult<&[T]> {
+    slice.map_err(|error| bad_input(&error))
+}
+
+fn triples(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+    if array.shape()[1] != 3 {
+        return Err(PyValueError::new_err(format!(
+            "{name} have shape {:?}, expected (n, 3)",
+            array.shape()
+        )));
+    }
+    let rows = flat(array.as_slice())?.chunks_exact(3);
+    Ok(rows.map(|r| [r[0], r[1], r[2]]).collect())
+}
+
+fn bases(array: &PyReadonlyArray3<'_, f64>) -> PyResult<Vec<[[f64; 3]; 3]>> {
+    if array.shape()[1..] != [3, 3] {
+        return Err(PyValueError::new_err(format!(
+            "frames have shape {:?}, expected (n, 3, 3)",
+            array.shape()
+        )));
+    }
+    let rows = flat(array.as_slice())?.chunks_exact(9);
+    Ok(rows
+        .map(|r| [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]])
+        .collect())
+}
+
+/// (n, k) from n rows of k.
+fn rows(py: Python<'_>, values: Vec<f64>, k: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let n = values.len() / k;
+    values.into_pyarray(py).reshape([n, k])
+}
+
+/// (k, n) from k components.
+fn components(py: Python<'_>, values: Vec<f64>, k: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let n = values.len() / k;
+    values.into_pyarray(py).reshape([k, n])
+}
