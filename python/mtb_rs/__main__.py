@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The command line: ``mtb-rs run CASE.toml``, ``mtb-rs chart CASE.toml``, ``mtb-rs sweep CASE.toml``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+
+from . import __version__
+from .chart import QUANTITIES
+from .errors import CaseError, ConvergenceError
+from .result import Result
+
+#: Exit codes, beside 0: bad input or an unwritable directory; no solution; stopped by the user.
+BAD_INPUT, NO_SOLUTION, STOPPED = 2, 3, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line and returns its exit code."""
+    options = _parser().parse_args(arguments)
+    errors = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    try:
+        command: Callable[[argparse.Namespace], int] = options.command
+        return command(options)
+    except ConvergenceError as error:
+        errors.print(f"mtb-rs: no solution: {error}", style="red")
+        return NO_SOLUTION
+    except CaseError as error:
+        errors.print("\n".join(f"mtb-rs: {line}" for line in str(error).splitlines()), style="red")
+        return BAD_INPUT
+    except (ValueError, OSError) as error:
+        errors.print(f"mtb-rs: {error}", style="red")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        errors.print("mtb-rs: stopped", style="red")
+        return STOPPED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mtb-rs", description="Frictional elastic contact: magnetic track brakes, wheels on rails."
+    )
+    parser.add_argument("--version", action="version", version=f"mtb-rs {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    run = commands.add_parser(
+        "run",
+        help="solve a case and write its results and pictures",
+        description="Solves the scene of a case file, prints a report, and writes summary.json, the fields "
+        "(NPZ, VTK) and pictures.",
+    )
+    run.add_argument("case", type=Path, metavar="CASE.toml")
+    run.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: a directory named as the case, here)",
+    )
+    run.set_defaults(command=_run)
+    chart = commands.add_parser(
+        "chart",
+        help="chart speed against accuracy of all models and methods",
+        description="Solves the scene of a case file by every model and method that applies, at several "
+        "resolutions, and charts time against error: chart.png, chart.html (hover over it), chart.csv. "
+        "The options of [solve] are not used.",
+    )
+    chart.add_argument("case", type=Path, metavar="CASE.toml")
+    chart.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: a directory named as the case, here)",
+    )
+    chart.add_argument(
+        "--budget", type=float, default=60.0, metavar="SECONDS", help="time to spend (default: %(default)g)"
+    )
+    chart.add_argument(
+        "--repeats",
+        type=int,
+        default=3,
+        metavar="N",
+        help="solves of each point, of whose times the median counts (default: %(default)d)",
+    )
+    chart.add_argument(
+        "--quantity", choices=QUANTITIES, default="pressure", help="whose error (default: %(default)s)"
+    )
+    chart.set_defaults(command=_chart)
+    sweep = commands.add_parser(
+        "sweep",
+        help="solve a case for all combinations of some of its arguments",
+        description="Solves the scene of a case file for all combinations of the values of --vary and writes "
+        "sweep.csv and, where xarray is installed, sweep.nc. What is solved is kept in sweep.jsonl: the same "
+        "command goes on where it was stopped.",
+    )
+    sweep.add_argument("case", type=Path, metavar="CASE.toml")
+    sweep.add_argument(
+        "--vary",
+        action="append",
+        required=True,
+        type=_variation,
+        metavar="KEY=VALUES",
+        help="an argument of the scene with its values: 0.1,0.3,0.5 or first:last:count; may be repeated",
+    )
+    sweep.add_argument(
+        "-j", "--jobs", type=int, default=None, metavar="N", help="processes (default: this one alone)"
+    )
+    sweep.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: a directory named as the case, here)",
+    )
+    sweep.set_defaults(command=_sweep)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    from .case import load_case
+
+    console = Console(highlight=False)
+    directory: Path = options.output or Path(options.case.stem)
+    case = load_case(options.case)
+    with console.status("solving ..."):
+        clock = time.perf_counter()
+        result = case.solve()
+        elapsed = time.perf_counter() - clock
+    print_report(result, console, elapsed)
+    with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        written = result.save(directory)
+    for warning in caught:
+        console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
+    console.print(f"{len(written)} files in {directory}", markup=False, soft_wrap=True)
+    return 0
+
+
+def _chart(options: argparse.Namespace) -> int:
+    from .case import load_case
+
+    console = Console(highlight=False)
+    directory: Path = options.output or Path(options.case.stem)
+    scene = load_case(options.case).scene()
+    with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("charting ...", total=1.0)
+        chart = scene.chart(
+            options.quantity,
+            options.budget,
+            options.repeats,
+            lambda share, doing: bar.update(task, completed=share, description=doing),
+        )
+    own = "" if not chart.reference_error else f", its own error about {100.0 * chart.reference_error:.2g} %"
+    console.print(f"against: {chart.reference}{own}", markup=False, soft_wrap=True)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("efficient")
+    for name in ("points", "processor [s]", f"error of the {chart.quantity} [%]"):
+        table.add_column(name, justify="right")
+    for point in chart.efficient():
+        error = 100.0 * point.errors[chart.quantity]
+        table.add_row(point.series, str(point.unknowns), f"{point.time:.3g}", f"{error:.3g}")
+    console.print(table, markup=False)
+    for series in dict.fromkeys(p.series for p in chart.points if p.failure):
+        failure = next(p.failure for p in chart.points if p.series == series and p.failure)
+        console.print(f"failed: {series}: {failure}", style="yellow", markup=False, soft_wrap=True)
+    written = chart.save(directory)
+    console.print(f"{len(written)} files in {directory}", markup=False, soft_wrap=True)
+    return 0
+
+
+def _variation(text: str) -> tuple[str, list[Any]]:
+    """KEY=VALUES of the command line: numbers between commas, words, or first:last:count."""
+    key, equals, values = text.partition("=")
+    if not equals or not key or not values:
+        raise argparse.ArgumentTypeError(f"{text!r}: KEY=VALUES is needed, for example friction=0.1,0.3")
+    span = values.split(":")
+    try:
+        if len(span) == 3 and int(span[2]) > 0:
+            return key, np.linspace(float(span[0]), float(span[1]), int(span[2])).tolist()
+        return key, [float(value) for value in values.split(",")]
+    except ValueError:
+        return key, [value.strip() for value in values.split(",")]
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from .case import load_case
+    from .sweeps import sweep
+
+    console = Console(highlight=False)
+    directory: Path = options.output or Path(options.case.stem)
+    case = load_case(options.case)
+    directory.mkdir(parents=True, exist_ok=True)
+    solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)
+    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
+        task = bar.add_task("solving", total=None)
+        table = sweep(
+            case.scene(),
+            dict(options.vary),
+            executor=options.jobs,
+            checkpoint=directory / "sweep.jsonl",
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            **dict(solving),
+        )
+    written = [directory / "sweep.csv"]
+    table.to_csv(written[0])
+    try:
+        table.to_netcdf(directory / "sweep.nc")
+        written.append(directory / "sweep.nc")
+    except ImportError as error:
+        console.print(f"notice: no netCDF: {error}", style="yellow", markup=False, soft_wrap=True)
+    for values, reason in table.failures:
+        where = ", ".join(f"{k} = {v}" for k, v in values.items())
+        console.print(f"{where}: {reason}", style="yellow", markup=False, soft_wrap=True)
+    solved = len(table) - len(table.failures)
+    console.print(f"{solved} of {len(table)} cases solved; {', '.join(map(str, written))}", markup=False)
+    return 0 if solved else NO_SOLUTION
+
+
+def print_report(result: Result, console: Console, elapsed: float) -> None:
+    """A short report: what was solved, what carries what, how well, how long it took."""
+    report = result.report
+    # what is rounding beside the whole is 0 here
+    force = np.where(np.abs(result.force) < 1e-12 * np.linalg.norm(result.force), 0.0, result.force)
+    fx, fy, fz = (f"{value:.6g}" for value in force)
+    approach = ", ".join(_length(value) for value in np.atleast_1d(result.approach))
+    rows: list[tuple[str, str]] = [
+        ("model", f"{report.model}, {report.method} ({report.solver})"),
+        ("outcome", "converged" if report.converged else f"NOT converged: {report.status}"),
+        ("normal force", f"{result.normal_force:.6g} N"),
+        ("force on the lower body", f"x {fx}, y {fy}, z {fz} N"),
+    ]
+    for name, value in report.force_balance.items():
+        if np.ndim(value) == 0:
+            rows.append(("force balance, relative" if name == "relative_error" else name, _plain(value)))
+        elif name != "contact":
+            rows.append((name, ", ".join(f"{c} {v:.6g}" for c, v in zip("xyz", value, strict=False)) + " N"))
+    closed = int(np.count_nonzero(result.status))
+    rows += [
+        ("approach", approach),
+        ("contact area", f"{report.contact_area * 1e6:.6g} mm2, {closed} of {result.status.size} points"),
+        ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
+        ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
+    ]
+    if result.error_estimate is not None:
+        rows.append(("estimated error", f"{100.0 * result.error_estimate:.2g} % of pressure"))
+    stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in report.time_s.items())
+    rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table, markup=False)
+
+
+def _length(value: float) -> str:
+    return f"{value * 1e6:.5g} µm" if abs(value) < 1e-3 else f"{value * 1e3:.5g} mm"
+
+
+def _plain(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

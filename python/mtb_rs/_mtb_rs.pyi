@@ -1,0 +1,403 @@
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+_Array = NDArray[np.float64]
+
+@final
+class Compliance:
+    @property
+    def points(self) -> int: ...
+    def influence(self, observed: str, loaded: str) -> _Array: ...
+    def displacement(self, traction: _Array) -> _Array: ...
+    def folded(self, image: list[int]) -> Compliance: ...
+    def restricted(self, kept: list[int], share: list[float]) -> Compliance: ...
+    def unfolded(self, image: list[int]) -> Compliance: ...
+    def reflected(self, original: list[int]) -> Compliance: ...
+    @staticmethod
+    def separate(bodies: list[Compliance]) -> Compliance: ...
+
+@final
+class SlidingPair:
+    def __new__(
+        cls, lower: Compliance | None, upper: Compliance | None, direction: _Array, frictional: bool
+    ) -> SlidingPair: ...
+    @property
+    def points(self) -> int: ...
+    @property
+    def is_coupled(self) -> bool: ...
+    @property
+    def compliance(self) -> Compliance: ...
+    def wedging_factor(self, area: _Array, friction: _Array, motions: _Array) -> float: ...
+    def solve(
+        self,
+        gap: _Array,
+        area: _Array,
+        friction: _Array,
+        direction: _Array,
+        motions: _Array,
+        work: _Array,
+        start: list[bool] | None = None,
+    ) -> dict[str, Any]: ...
+
+@final
+class PreparedContact:
+    def __new__(
+        cls,
+        lower: Compliance | None,
+        upper: Compliance | None,
+        points: _Array,
+        area: _Array,
+        frame: list[_Array],
+        means: tuple[list[int], list[int], _Array] | None,
+        motions: _Array,
+        motion_names: list[str],
+        components: list[int | None],
+        friction_speed: list[float],
+        friction: _Array,
+        load_speed: list[float],
+        loads: _Array,
+        magnetic: _Array | None,
+        sliding_direction: tuple[float, float],
+        reference_point: tuple[float, float, float],
+        standstill_speed: float | None,
+    ) -> PreparedContact: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> PreparedContact: ...
+    def to_bytes(self) -> bytes: ...
+    def copy(self) -> PreparedContact: ...
+    @property
+    def points(self) -> _Array: ...
+    @property
+    def normal(self) -> _Array: ...
+    @property
+    def area(self) -> _Array: ...
+    @property
+    def motions(self) -> list[str]: ...
+    @property
+    def sliding_direction(self) -> list[float]: ...
+    @property
+    def reference_point(self) -> list[float]: ...
+    @property
+    def is_tabulated(self) -> bool: ...
+    @property
+    def is_coupled(self) -> bool: ...
+    def mean_pressure(self, pressure: _Array) -> _Array: ...
+    def resume(self, pressure: _Array, motion: _Array) -> None: ...
+    def step(
+        self,
+        pose: list[float],
+        velocity: tuple[float, float],
+        magnetic_pressure: float | None = None,
+        given: tuple[_Array, _Array] | None = None,
+    ) -> dict[str, Any]: ...
+
+def solve_staggered(
+    half_spaces: _Array,
+    structure: _Array,
+    gap: _Array,
+    area: _Array,
+    motion: _Array,
+    balance: _Array,
+    target: _Array,
+    factor: float | None,
+    max_iterations: int,
+    tolerance: float,
+    anderson_depth: int,
+) -> dict[str, Any]: ...
+
+@final
+class IncrementalOptions:
+    def __new__(
+        cls,
+        *,
+        estimated_steps: int = 20,
+        force_tolerance: float = 1.0,
+        distance_tolerance: float | None = None,
+        max_resolutions: int = 20,
+        max_releases: int = 20,
+        max_increments: int = 500,
+    ) -> IncrementalOptions: ...
+    @property
+    def estimated_steps(self) -> int: ...
+    @property
+    def force_tolerance(self) -> float: ...
+    @property
+    def distance_tolerance(self) -> float | None: ...
+    @property
+    def max_resolutions(self) -> int: ...
+    @property
+    def max_releases(self) -> int: ...
+    @property
+    def max_increments(self) -> int: ...
+
+def solve_incremental(
+    lower: Compliance | None,
+    upper: Compliance | None,
+    lower_points: _Array,
+    upper_points: _Array,
+    grids: list[tuple[int, int]],
+    area: _Array,
+    friction: _Array,
+    direction: tuple[float, float, float],
+    force: float,
+    options: IncrementalOptions,
+) -> dict[str, Any]: ...
+
+# geometry
+@final
+class Profile:
+    @staticmethod
+    def rail_60e1() -> Profile: ...
+    @staticmethod
+    def wheel_s1002() -> Profile: ...
+    @staticmethod
+    def from_points(y: _Array, z: _Array, interpolation: str) -> Profile: ...
+    @staticmethod
+    def parse(text: str, unit: float, z_axis: str, interpolation: str) -> Profile: ...
+    def range(self) -> tuple[float, float]: ...
+    def breaks(self) -> _Array: ...
+    def stations(self, y: _Array) -> _Array: ...
+    def arc_length(self, y: _Array) -> _Array: ...
+    def position(self, s: _Array) -> _Array: ...
+
+def pole_shoe_sheet(
+    rail: Profile,
+    *,
+    length: float,
+    inner_edge: float,
+    conforming_to: float,
+    outer_edge: float,
+    relief_slope: float,
+    poles: int,
+    lateral: float,
+    yaw: float,
+    spacing: tuple[float, float],
+) -> dict[str, Any]: ...
+def wheel_on_rail_gap(
+    wheel: Profile,
+    rail: Profile,
+    *,
+    wheel_radius: float,
+    gauge: float,
+    gauge_depth: float,
+    rail_inclination: float,
+    flange_back: float,
+    tape_circle: float,
+    lateral: float,
+    force: float,
+    contact_modulus: float,
+    approach: float | None,
+    spacing: tuple[float, float],
+    scale: float,
+) -> dict[str, Any]: ...
+
+@final
+class BodySurface:
+    @staticmethod
+    def plane(height: float) -> BodySurface: ...
+    @staticmethod
+    def block(size: tuple[float, float], height: float) -> BodySurface: ...
+    @staticmethod
+    def paraboloid(radii: tuple[float, float]) -> BodySurface: ...
+    @staticmethod
+    def prism(profile: Profile, length: float) -> BodySurface: ...
+    @staticmethod
+    def height_field(
+        heights: _Array, start: tuple[float, float], spacing: tuple[float, float]
+    ) -> BodySurface: ...
+    @staticmethod
+    def mesh(vertices: _Array, triangles: NDArray[np.uintp], closed: bool) -> BodySurface: ...
+    def top(self, x: _Array, y: _Array) -> _Array: ...
+
+def surface_gap(
+    lower: BodySurface,
+    upper: BodySurface,
+    *,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    spacing: tuple[float, float],
+    reach: float,
+    penetration: float | None,
+) -> dict[str, Any]: ...
+def half_space(
+    shear_modulus: float,
+    poisson_ratio: float,
+    patches: list[tuple[float, float, int, int]],
+    spacing: tuple[float, float],
+    interact: bool,
+) -> Compliance: ...
+
+# half-spaces in other bases
+def half_space_hats(
+    shear_modulus: float,
+    poisson_ratio: float,
+    patches: list[tuple[float, float, int, int]],
+    spacing: tuple[float, float],
+    interact: bool,
+) -> tuple[Compliance, _Array]: ...
+def half_space_gaussians(
+    materials: list[tuple[float, float]],
+    x: _Array,
+    y: _Array,
+    standard_deviation: float,
+    domain: tuple[float, float, float, float],
+) -> tuple[list[Compliance], _Array]: ...
+
+# stick and slip
+@final
+class Friction:
+    @staticmethod
+    def coulomb(coefficient: _Array) -> Friction: ...
+    @staticmethod
+    def static_kinetic(at_rest: float, kinetic: float) -> Friction: ...
+    @staticmethod
+    def exponential(
+        at_rest: float, kinetic: float, half_slip: float, memory: tuple[float, float] | None
+    ) -> Friction: ...
+    @staticmethod
+    def table(slip_speed: _Array, coefficient: _Array, memory: tuple[float, float] | None) -> Friction: ...
+
+@final
+class PatchOperators:
+    def __new__(
+        cls,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        lower: tuple[float, float] | None,
+        upper: tuple[float, float] | None,
+        layer: float,
+        motion: str,
+        step: tuple[float, float],
+        reference: float | None,
+    ) -> PatchOperators: ...
+    def solve(
+        self,
+        pressure: _Array,
+        origin: tuple[float, float],
+        drive: list[tuple[float, bool]],
+        spin: float,
+        speed: float,
+        friction: Friction,
+        earlier: tuple[_Array, _Array, _Array] | None,
+        tolerance: float,
+    ) -> dict[str, Any]: ...
+    def curve(
+        self,
+        pressure: _Array,
+        origin: tuple[float, float],
+        creepages: _Array,
+        speed: float,
+        friction: Friction,
+        tolerance: float,
+    ) -> dict[str, Any]: ...
+
+def solve_discs_dense(
+    matrix: _Array,
+    offset: _Array,
+    radius: _Array,
+    resultants: list[tuple[list[float], list[float], float]],
+    tolerance: float,
+) -> dict[str, Any]: ...
+def kalker_coefficients(ratio: float, poisson_ratio: float) -> tuple[float, float, float, float]: ...
+def fastsim_curve(
+    bound: _Array,
+    spacing: tuple[float, float],
+    origin: tuple[float, float],
+    ellipse: tuple[float, float],
+    shear_modulus: float,
+    poisson_ratio: float,
+    creepages: _Array,
+    speed: float,
+    friction: Friction,
+    merged: bool,
+    second_order: bool,
+) -> dict[str, Any]: ...
+def polach_curve(
+    ellipse: tuple[float, float],
+    shear_modulus: float,
+    poisson_ratio: float,
+    normal_force: float,
+    creepages: _Array,
+    friction: _Array,
+    reduction: tuple[float, float],
+) -> _Array: ...
+
+# finite-element bodies
+_Numbers = NDArray[np.uintp]
+
+@final
+class TetraMesh:
+    def __new__(cls, nodes: _Array, cells: _Numbers) -> TetraMesh: ...
+    def faces(self) -> _Numbers: ...
+    def sample(
+        self,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        points: _Array,
+        frames: _Array,
+        faces: _Numbers,
+    ) -> Sampling: ...
+
+@final
+class Sampling:
+    def __new__(
+        cls,
+        n_points: int,
+        face: _Numbers,
+        barycentric: _Array,
+        weight: _Array,
+        frame: _Array,
+        start: _Numbers,
+        point: _Numbers,
+        value: _Array,
+    ) -> Sampling: ...
+    @property
+    def weights(self) -> _Array: ...
+    @property
+    def n_points(self) -> int: ...
+    def averaged(self, coefficients: _Array) -> _Array: ...
+    def arrays(self) -> dict[str, NDArray[Any]]: ...
+
+@final
+class TetraBody:
+    def __new__(
+        cls,
+        mesh: TetraMesh,
+        shear_modulus: float,
+        poisson_ratio: float,
+        supports: list[tuple[str, list[int], tuple[str, str, str]]],
+    ) -> TetraBody: ...
+    @property
+    def cases(self) -> list[tuple[int, int, bool]]: ...
+    def modes(self, point: tuple[float, float, float]) -> tuple[list[str], _Array]: ...
+    def condense(self, sampling: Sampling) -> dict[str, Any]: ...
+    def solve(self, force: _Array, case_value: _Array, modes: _Array, amplitude: _Array) -> _Array: ...
+    def surface_force(
+        self, face: _Numbers, barycentric: _Array, weight: _Array, traction: _Array
+    ) -> _Array: ...
+    def contact_force(self, sampling: Sampling, traction: _Array) -> _Array: ...
+    def observe(self, sampling: Sampling, displacement: _Array) -> _Array: ...
+    def displacement_at(
+        self, displacement: _Array, points: _Array, faces: _Numbers, reach: float
+    ) -> _Array: ...
+    def reactions(
+        self, displacement: _Array, force: _Array, point: tuple[float, float, float]
+    ) -> tuple[_Array, _Array, float]: ...
+    def stress(self, displacement: _Array) -> tuple[_Array, _Array]: ...
+
+def flexibility(weights: _Array, blocks: _Array) -> Compliance: ...
+def solve_normal(
+    gap: _Array,
+    spacing: tuple[float, float],
+    bodies: list[tuple[float, float]],
+    force: float | None,
+    approach: float | None,
+    moments: tuple[float | None, float | None],
+    tolerance: float | None,
+    is_periodic: bool,
+    method: str,
+) -> dict[str, Any]: ...

@@ -1,0 +1,355 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Case files: TOML with the words of the ready scenes' arguments, checked at the door.
+
+The keys of a case are the arguments of the scene it names, with the same defaults; they are read off
+the scene's signature, so that nothing is said twice. ``[upper]`` and ``[lower]`` are the materials,
+``[solve]`` holds the arguments of :meth:`mtb_rs.Scene.solve`.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import inspect
+import json
+import math
+import re
+import tomllib
+import typing
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    PrivateAttr,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
+from pydantic_core import ErrorDetails
+
+from . import scenes
+from .bodies import Rigid
+from .errors import CaseError
+from .friction import InterfaceLayer
+from .loads import GaussianPressure, VelocityTable
+from .material import Material
+from .result import Result
+from .scene import Scene
+
+SCENES: tuple[str, ...] = tuple(scenes.__all__)
+
+
+class Case(BaseModel):
+    """A scene with its arguments and how to solve it, as a case file states them. Never changes.
+
+    The arguments of the scene are attributes under their own names.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+
+    scene_name: StrictStr = Field(alias="scene")
+    _words: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _source: str = PrivateAttr(default="case")
+
+    def scene(self) -> Scene:
+        """The scene.
+
+        Raises
+        ------
+        CaseError
+            If the arguments do not make one.
+        """
+        own = {"scene_name", "solve_options"}
+        arguments = {name: getattr(self, name) for name in type(self).model_fields if name not in own}
+        try:
+            scene: Scene = getattr(scenes, self.scene_name)(**arguments)
+        except ValueError as error:
+            raise CaseError(f"{self._source}: {error}") from error
+        return scene
+
+    def solve(self) -> Result:
+        """Solves the scene with the options of ``[solve]``; errors as :meth:`mtb_rs.Scene.solve`."""
+        scene = self.scene()
+        options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
+        try:
+            return scene.solve(**dict(options))
+        except ValueError as error:
+            if isinstance(error, RuntimeError):
+                raise
+            raise CaseError(f"{self._source}: {error}") from error
+
+    def to_toml(self) -> str:
+        """The case as TOML: what was given, in its own words."""
+        return _toml(self._words)
+
+
+def load_case(path: str | Path) -> Case:
+    """Reads a case file.
+
+    Raises
+    ------
+    CaseError
+        Names the file, and every wrong key with its value and what would be accepted.
+    """
+    path = Path(path)
+    try:
+        words = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise CaseError(f"{path}: is not UTF-8 text: byte {error.start} is no character") from error
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{path}: is not TOML: {error}") from error
+    return case_from_words(words, source=str(path), directory=path.parent)
+
+
+def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory: Path | None = None) -> Case:
+    """A case from the mapping that a case file holds; files it names are sought in `directory`.
+
+    Raises
+    ------
+    CaseError
+        As :func:`load_case`.
+    """
+    name = words.get("scene")
+    if name not in SCENES:
+        given = "is missing" if name is None else f"is {name!r}"
+        raise CaseError(f"{source}: scene {given}: one of {', '.join(map(repr, SCENES))} is needed")
+    model = _case_model(str(name))
+    try:
+        case = model.model_validate(words, context={"directory": directory or Path()})
+    except ValidationError as error:
+        lines = [_sentence(item, model) for item in error.errors()]
+        raise CaseError("\n".join(f"{source}: {line}" for line in dict.fromkeys(lines))) from error
+    case._words = dict(words)
+    case._source = source
+    return case
+
+
+# --- words of the values -------------------------------------------------------------------------
+
+
+class MaterialWords(BaseModel):
+    """An elastic material: Poisson's ratio and one of the two moduli [Pa]."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    poisson_ratio: StrictFloat
+    young_modulus: StrictFloat | None = None
+    shear_modulus: StrictFloat | None = None
+
+    @model_validator(mode="after")
+    def _is_a_material(self) -> MaterialWords:
+        self.material()
+        return self
+
+    def material(self) -> Material:
+        """The material meant."""
+        if self.young_modulus is not None and self.shear_modulus is None:
+            return Material(self.young_modulus, self.poisson_ratio)
+        if self.shear_modulus is not None and self.young_modulus is None:
+            return Material.from_shear_modulus(self.shear_modulus, self.poisson_ratio)
+        raise ValueError("one of young_modulus and shear_modulus [Pa] is needed, not both")
+
+
+def _body(given: Any, check: Any) -> Material | Rigid:
+    if isinstance(given, (Material, Rigid)):
+        return given
+    if given == "rigid":
+        return Rigid()
+    if not isinstance(given, Mapping):
+        raise ValueError('a table with a modulus and poisson_ratio, or "rigid", is needed')
+    words: MaterialWords = check(given)
+    return words.material()
+
+
+def _field(given: Any, info: ValidationInfo) -> Any:
+    """Friction or magnetic pressure: a number, one entry per pole, a table over velocity, a hill."""
+    if isinstance(given, (bool, str)):
+        raise ValueError("a number, a list with one entry per pole, or a table is needed")
+    if isinstance(given, (int, float)):
+        if not math.isfinite(given):
+            raise ValueError("a finite number is needed")
+        return float(given)
+    if isinstance(given, (list, tuple)):
+        return [_field(part, info) for part in given]
+    if isinstance(given, (VelocityTable, GaussianPressure)):
+        return given
+    if isinstance(given, Mapping):
+        keys = set(given)
+        if keys == {"velocity", "value"}:
+            return VelocityTable(_numbers("velocity", given["velocity"]), _field(_list(given["value"]), info))
+        if keys == {"file"}:
+            return _table_file((info.context or {}).get("directory", Path()) / str(given["file"]))
+        if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
+            return GaussianPressure(
+                _numbers("peak", [given["peak"]])[0],
+                _pair(given["center"]),
+                _pair(given["sigma"]),
+                _numbers("floor", [given.get("floor", GaussianPressure.floor)])[0],
+            )
+        raise ValueError(
+            f"the keys {', '.join(sorted(keys)) or '(none)'} do not go together: velocity and value, or "
+            "file (a CSV with these two columns), or peak, center, sigma and floor (a hill) are needed"
+        )
+    raise ValueError("a number, a list with one entry per pole, or a table is needed")
+
+
+def _list(given: Any) -> list[Any]:
+    if not isinstance(given, (list, tuple)):
+        raise ValueError("value is no list: one entry for each velocity is needed")
+    return list(given)
+
+
+def _numbers(name: str, given: Any) -> list[float]:
+    if not isinstance(given, (list, tuple)) or not all(
+        isinstance(v, (int, float)) and not isinstance(v, bool) and math.isfinite(v) for v in given
+    ):
+        raise ValueError(f"{name} is {given!r}: a list of finite numbers is needed")
+    return [float(v) for v in given]
+
+
+def _table_file(path: Path) -> VelocityTable:
+    """A CSV with two columns, velocity [m/s] and value; a first line without numbers is a heading."""
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = [row for row in csv.reader(stream) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    numbers = []
+    for line, row in enumerate(rows, start=1):
+        try:
+            velocity, value = (float(cell) for cell in row)
+        except ValueError:
+            if line == 1:
+                continue
+            raise ValueError(f"{path}, line {line}: {','.join(row)!r} is not two numbers") from None
+        numbers.append((velocity, value))
+    return VelocityTable([v for v, _ in numbers], [value for _, value in numbers])
+
+
+def _layer(given: Any) -> InterfaceLayer:
+    if isinstance(given, InterfaceLayer):
+        return given
+    if not isinstance(given, dict) or set(given) != {"thickness", "shear_modulus"}:
+        raise ValueError("a table with thickness [m] and shear_modulus [Pa] is needed")
+    thickness, modulus = _numbers("the layer", list(given[k] for k in ("thickness", "shear_modulus")))
+    return InterfaceLayer(thickness=thickness, shear_modulus=modulus)
+
+
+def _pair(given: Any) -> tuple[float, float]:
+    numbers = _numbers("the pair", given)
+    if len(numbers) != 2:
+        raise ValueError("two numbers are needed")
+    return numbers[0], numbers[1]
+
+
+def _number_or_pair(given: Any) -> float | tuple[float, float]:
+    return _pair(given) if isinstance(given, (list, tuple)) else _numbers("the number", [given])[0]
+
+
+# --- models, read off the signatures -----------------------------------------------------------------
+
+_BY_NAME: dict[str, Any] = {
+    "upper": Annotated[Any, PlainValidator(lambda given: _body(given, MaterialWords.model_validate))],
+    "lower": Annotated[Any, PlainValidator(lambda given: _body(given, MaterialWords.model_validate))],
+    "friction": Annotated[Any, PlainValidator(_field)],
+    "magnetic_pressure": Annotated[Any, PlainValidator(_field)],
+    "sliding_direction": Annotated[Any, PlainValidator(_pair)],
+    "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
+    "layer": Annotated[Any, PlainValidator(_layer)],
+    "rail": StrictStr,
+    "wheel": StrictStr,
+}
+_BY_TYPE: dict[Any, Any] = {
+    float: StrictFloat,
+    int: StrictInt,
+    str: StrictStr,
+    float | None: StrictFloat | None,
+}
+
+
+def _words_of(function: Any) -> dict[str, Any]:
+    """Fields of a model from the arguments of `function`: their types, as TOML has them, and defaults."""
+    hints = typing.get_type_hints(function)
+    fields: dict[str, Any] = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name == "self" or parameter.kind is inspect.Parameter.VAR_KEYWORD:
+            continue
+        kind = _BY_NAME.get(name) or _BY_TYPE[hints[name]]
+        fields[name] = (kind, parameter.default)
+    return fields
+
+
+@cache
+def _case_model(scene: str) -> type[Case]:
+    solve = create_model(
+        "SolveWords",
+        # options of the methods are passed on as they are
+        __config__=ConfigDict(extra="allow", frozen=True, allow_inf_nan=False, protected_namespaces=()),
+        **_words_of(Scene.solve),
+    )
+    fields = _words_of(getattr(scenes, scene))
+    fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
+    return create_model(f"{scene}_case", __base__=Case, **fields)
+
+
+# --- what is wrong, in one line ----------------------------------------------------------------------
+
+
+def _sentence(item: ErrorDetails, model: type[Case]) -> str:
+    place = [str(part) for part in item["loc"]]
+    key = ".".join(place)
+    given = item["input"]
+    if item["type"] == "missing":
+        return f"{key}: is missing"
+    if item["type"] == "extra_forbidden":
+        inner = MaterialWords if len(place) > 1 else model
+        known = [field.alias or name for name, field in inner.model_fields.items()]
+        near = difflib.get_close_matches(place[-1], known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+        return f"{key} = {_short(given)}: unknown key; {hint}"
+    message = item["msg"].removeprefix("Value error, ")
+    message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
+    return f"{key} = {_short(given)}: {message}"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+# --- back to TOML --------------------------------------------------------------------------------------
+
+
+def _toml(words: Mapping[str, Any], table: str = "") -> str:
+    lines = []
+    for key, value in words.items():
+        if not isinstance(value, Mapping):
+            lines.append(f"{key} = {_toml_value(value)}")
+    for key, value in words.items():
+        if isinstance(value, Mapping):
+            name = f"{table}.{key}" if table else key
+            lines += ["", f"[{name}]", _toml(value, name).rstrip("\n")]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(part) for part in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml_value(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, str):
+        return json.dumps(value)
+    return repr(value)

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The chart as a picture (matplotlib)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from .chart import Chart
+from .plot import INK, LINE_COLOURS
+
+#: Told apart without colour as well.
+MARKERS = "osD^vP*Xh<"
+
+
+def draw(chart: Chart) -> Figure:
+    """Processor time against error, both logarithmic; efficient points joined.
+
+    Raises
+    ------
+    ValueError
+        If no point has an error to show.
+    """
+    if not chart.drawn():
+        raise ValueError(f"the chart has no point with an error in {chart.quantity}: nothing to draw")
+    figure = Figure(figsize=(8.4, 5.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    efficient = chart.efficient()
+    axes.plot(
+        [p.time for p in efficient],
+        [100.0 * p.errors[chart.quantity] for p in efficient],
+        color="0.72",
+        lw=6,
+        solid_capstyle="round",
+        solid_joinstyle="round",
+        zorder=1,
+        label="efficient",
+    )
+    for k, series in enumerate(s for s in chart.series if chart.drawn(s)):
+        points = sorted(chart.drawn(series), key=lambda p: p.unknowns)
+        growth = chart.growth(series)
+        axes.plot(
+            [p.time for p in points],
+            [100.0 * p.errors[chart.quantity] for p in points],
+            MARKERS[k % len(MARKERS)] + "-",
+            color=LINE_COLOURS[k % len(LINE_COLOURS)],
+            ms=6.5,
+            lw=0.9,
+            mec="white",
+            mew=0.6,
+            label=series + ("" if growth is None else f"   time ~ n$^{{{growth:.1f}}}$"),
+            zorder=3,
+        )
+    for point in efficient:
+        axes.annotate(
+            f"{point.unknowns}",
+            (point.time, 100.0 * point.errors[chart.quantity]),
+            xytext=(5, 5),
+            textcoords="offset points",
+            fontsize=7,
+            color="0.35",
+        )
+    span = [p.time for p in chart.drawn()] + [f.time for f in chart.figures]
+    middle = np.sqrt(min(span) * max(span))
+    for known in chart.figures:
+        if known.error is None:
+            axes.axvline(known.time, color="0.55", lw=0.9, ls=(0, (4, 3)), zorder=0)
+            axes.annotate(
+                known.label,
+                (known.time, 0.985),
+                xycoords=("data", "axes fraction"),
+                xytext=(-3, 0),
+                textcoords="offset points",
+                rotation=90,
+                ha="right",
+                va="top",
+                fontsize=7,
+                color="0.35",
+            )
+        else:
+            axes.plot(known.time, 100.0 * known.error, "*", ms=13, color=INK, zorder=4)
+            axes.annotate(
+                known.label,
+                (known.time, 100.0 * known.error),
+                xytext=(9, -3) if known.time < middle else (-9, -3),
+                textcoords="offset points",
+                ha="left" if known.time < middle else "right",
+                fontsize=7.5,
+                color=INK,
+            )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _limits(chart, axes)
+    if chart.reference_error:
+        axes.axhspan(axes.get_ylim()[0], 100.0 * chart.reference_error, color="0.93", zorder=0)
+        axes.annotate(
+            "error of the reference",
+            (0.01, 100.0 * chart.reference_error),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, -3),
+            textcoords="offset points",
+            va="top",
+            fontsize=7,
+            color="0.35",
+        )
+    plain = FuncFormatter(lambda v, _: f"{v:g}")
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        axis.set_major_locator(LogLocator(subs=(1.0,) if high > 50.0 * low else (1.0, 2.0, 5.0), numticks=40))
+        axis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=40))
+        axis.set_major_formatter(plain)
+        axis.set_minor_formatter(NullFormatter())
+    axes.grid(which="major", color="0.87", lw=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("processor time, median [s]")
+    axes.set_ylabel(f"error of the {chart.quantity} [%]")
+    axes.set_title(chart.title, loc="left", fontsize=12, fontweight="bold", color=INK)
+    axes.set_title(f"against: {chart.reference}", loc="right", fontsize=8, color="0.35")
+    axes.legend(fontsize=7.5, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _limits(chart: Chart, axes: Axes) -> None:
+    times = [p.time for p in chart.drawn()] + [f.time for f in chart.figures]
+    errors = [100.0 * p.errors[chart.quantity] for p in chart.drawn()]
+    errors += [100.0 * f.error for f in chart.figures if f.error]
+    if chart.reference_error:
+        errors.append(100.0 * chart.reference_error)
+    room = 1.6
+    axes.set_xlim(min(times) / room, max(times) * room)
+    axes.set_ylim(np.min(errors) / room, np.max(errors) * room)

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Fast approximations of creep forces: FASTSIM, Polach, Kalker's linear theory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _mtb_rs
+from .friction import Coulomb, Friction, StaticKinetic, native_law
+from .patch import PressureField, pressure_field
+
+Array = NDArray[np.float64]
+Bound = Literal["parabolic", "elliptic"]
+
+
+class KalkerCoefficients(NamedTuple):
+    """Linear creep coefficients; see :func:`kalker_coefficients`."""
+
+    C11: float
+    C22: float
+    C23: float
+    C33: float
+
+
+def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficients:
+    """Kalker's linear creep coefficients of an ellipse, interpolated in the published table [Kalker1990].
+
+    ``Fx = a b G C11 xi``, ``Fy = a b G (C22 eta + sqrt(a b) C23 phi)``,
+    ``Mz = a b G (-sqrt(a b) C23 eta + a b C33 phi)`` on the lower body, both bodies alike.
+
+    Parameters
+    ----------
+    ratio : float [-]
+        Semi-axis along the rolling direction over the one across it, 0.1 to 10.
+    poisson_ratio : float [-]
+        0 to 0.5.
+    """
+    return KalkerCoefficients(*_mtb_rs.kalker_coefficients(float(ratio), float(poisson_ratio)))
+
+
+@dataclass(frozen=True)
+class FoundationResult:
+    """Fields of the simplified theory; vectors act on the lower body.
+
+    Attributes
+    ----------
+    traction : (3, ny, nx) [Pa]
+    slip : (2, ny, nx) [-]
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    force : (3,) [N]
+        Friction (x, y) and minus the normal force (z).
+    spin_moment : float [N m]
+    """
+
+    traction: Array
+    slip: Array
+    status: NDArray[np.int8]
+    force: Array
+    spin_moment: float
+
+
+def _bound(field: PressureField, bound: Bound) -> Array:
+    if bound == "elliptic":
+        return field.pressure
+    if bound == "parabolic":
+        # the square of an ellipse is a parabola; scaled to the same force, on any patch
+        square = field.pressure**2
+        return np.ascontiguousarray(square * (field.pressure.sum() / square.sum()))
+    raise ValueError(f'bound is {bound!r}: "parabolic" or "elliptic" is needed')
+
+
+def _rows(creepages: ArrayLike) -> Array:
+    rows = np.ascontiguousarray(np.atleast_2d(np.asarray(creepages, dtype=float)))
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    return rows
+
+
+def _fastsim(
+    normal: Any,
+    rows: Array,
+    friction: Friction,
+    bound: Bound,
+    flexibilities: int,
+    order: int,
+    speed: float,
+    semi_axes: tuple[float, float] | None,
+) -> tuple[PressureField, dict[str, Any]]:
+    if flexibilities not in (1, 3):
+        raise ValueError(f"flexibilities is {flexibilities!r}: 1 or 3 is needed")
+    if order not in (1, 2):
+        raise ValueError(f"order is {order!r}: 1 (FASTSIM) or 2 (second order) is needed")
+    field = pressure_field(normal)
+    shape = field.pressure.shape
+    modulus, ratio = field.pair_modulus()
+    law = native_law(friction, shape, (slice(0, shape[0]), slice(0, shape[1])))
+    found = _mtb_rs.fastsim_curve(
+        _bound(field, bound),
+        field.spacing,
+        field.start,
+        semi_axes or field.semi_axes(),
+        modulus,
+        ratio,
+        rows,
+        float(speed),
+        law,
+        flexibilities == 1,
+        order == 2,
+    )
+    return field, found
+
+
+def fastsim(
+    normal: Any,
+    creepage: tuple[float, float, float],
+    friction: Friction,
+    bound: Bound = "parabolic",
+    flexibilities: int = 3,
+    order: int = 1,
+    speed: float = 10.0,
+    semi_axes: tuple[float, float] | None = None,
+) -> FoundationResult:
+    """FASTSIM: the simplified theory of rolling contact [Kalker1982].
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+        Any patch; rolling towards +x.
+    creepage : (xi, eta, phi)
+        Phi in [1/m].
+    friction : Friction
+        Without memory.
+    bound : {"parabolic", "elliptic"}
+        Traction bound: mu times the pressure ("elliptic"), or times the square of it scaled to the same
+        force ("parabolic", Kalker's choice, for its better stick area).
+    flexibilities : {1, 3}
+        One for each creepage, or their weighted mean.
+    order : {1, 2}
+        Of the integration along the rolling direction; 2 as in FASTSIM2.
+    speed : float [m/s]
+    semi_axes : (a, b) or None [m]
+        Ellipse whose linear theory sets the flexibilities; None takes the one of equal second moments.
+    """
+    field, found = _fastsim(normal, _rows(creepage), friction, bound, flexibilities, order, speed, semi_axes)
+    status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
+    fx, fy, moment = found["forces"][0]
+    return FoundationResult(
+        traction=np.concatenate([found["traction"], np.zeros((1, *field.pressure.shape))]),
+        slip=found["slip"],
+        status=status,
+        force=np.array([fx, fy, -field.normal_force]),
+        spin_moment=float(moment),
+    )
+
+
+def fastsim_curve(
+    normal: Any,
+    creepages: ArrayLike,
+    friction: Friction,
+    bound: Bound = "parabolic",
+    flexibilities: int = 3,
+    order: int = 1,
+    speed: float = 10.0,
+    semi_axes: tuple[float, float] | None = None,
+) -> Array:
+    """Forces (n, 3) of :func:`fastsim` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
+    _, found = _fastsim(normal, _rows(creepages), friction, bound, flexibilities, order, speed, semi_axes)
+    forces: Array = found["forces"]
+    return forces
+
+
+def polach(
+    normal: Any,
+    creepage: ArrayLike,
+    friction: Friction,
+    reduction: tuple[float, float] = (1.0, 1.0),
+    speed: float = 10.0,
+    semi_axes: tuple[float, float] | None = None,
+) -> Array:
+    """Polach's closed-form creep force [Polach1999], with reduction factors [Polach2005].
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+    creepage : (3,) or (n, 3)
+        (xi, eta, phi) [-, -, 1/m].
+    friction : Friction
+        Taken at the slip speed of the rigid bodies, `speed` times the size of (xi, eta).
+    reduction : (k_A, k_S)
+        Of the stiffness where the surfaces stick and where they slip.
+    speed : float [m/s]
+    semi_axes : (a, b) or None [m]
+        None takes the ellipse with the second moments of the pressure.
+
+    Returns
+    -------
+    (2,) or (n, 2) float [N]
+        Fx, Fy on the lower body.
+    """
+    field = pressure_field(normal)
+    rows = _rows(creepage)
+    if isinstance(friction, Coulomb):
+        mu = np.full(len(rows), float(np.mean(np.asarray(friction.coefficient, dtype=float))))
+    elif isinstance(friction, StaticKinetic):
+        mu = np.full(len(rows), friction.kinetic)
+    else:
+        mu = friction.sliding(speed * np.hypot(rows[:, 0], rows[:, 1]))
+    modulus, ratio = field.pair_modulus()
+    axes = semi_axes or field.semi_axes()
+    forces = _mtb_rs.polach_curve(
+        axes, modulus, ratio, field.normal_force, rows, np.ascontiguousarray(mu), reduction
+    )
+    return forces if np.ndim(creepage) == 2 else forces[0]

@@ -1,0 +1,459 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes with elastic bodies: which bodies stand where, how they are held and pulled."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mtb_rs
+from .bodies import HalfSpace, Rigid
+from .elastic_body import BodyState, Condensed, ElasticBody
+from .geometry import ContactSheet, PoleShoe, SheetPoints
+from .layout import BlockLayout, Layout, ShoeLayout, cells_along
+from .material import Material
+from .mesh import TetraMesh, block_mesh, rail_mesh, shoe_mesh
+from .result import Patch
+from .solve import Side, to_global
+from .supports import Guide, Support
+
+Array = NDArray[np.float64]
+
+SUPPORTS = ("driven-top", "clamped-top", "points", "fixed-points")
+
+
+#: Share of its area by which a patch may miss the face of its elastic body.
+COVERAGE = 0.01
+
+
+@dataclass(frozen=True)
+class ElasticPart:
+    """One elastic body of a side and the contact points it carries.
+
+    Attributes
+    ----------
+    patches : tuple of Patch
+        Its grids, counted from its own first point.
+    points : SheetPoints
+        Its contact points.
+    first : int
+        Number of its first point in the scene.
+    spacing : (dx, dy) [m]
+    upper : bool
+    pull : (n,) [Pa]
+        Magnetic pressure on it.
+    modes : (m, 9)
+        Rigid motions its supports leave free.
+    kept : (n,) int or None
+        Its contact points as nodes of the grids, where not all of these lie on the body.
+    """
+
+    body: ElasticBody
+    patches: tuple[Patch, ...]
+    points: SheetPoints
+    first: int
+    spacing: tuple[float, float]
+    upper: bool
+    pull: Array
+    modes: Array
+    kept: NDArray[np.intp] | None = None
+
+    def state(self, coefficients: Array, motion: Array) -> BodyState:
+        """The whole body under the unknowns (3, n) [Pa] of a solution and its own rigid motions (m,)."""
+        n = self.pull.size
+        own = coefficients[:, self.first : self.first + n]
+        sign = -1.0 if self.upper else 1.0
+        load = np.concatenate([sign * own[:2], (own[2] - self.pull)[None]])
+        return self.body.recover(self.sampling(), self.modes, load, motion)
+
+    def own_points(self) -> SheetPoints:
+        """Its contact points."""
+        return self.points if self.kept is None else _part(self.points, self.kept)
+
+    def sampling(self) -> _mtb_rs.Sampling:
+        """Its basis on the contact face."""
+        whole = self.body.sample(self.points, self.patches, self.spacing, upper=self.upper)
+        return whole if self.kept is None else restricted_sampling(whole, self.kept)
+
+
+def can_be_elastic(layout: Layout, model: str) -> bool:
+    """Whether the bodies of a layout have the geometry a model needs."""
+    if model == "elastic-upper":
+        return isinstance(layout, (BlockLayout, ShoeLayout))
+    return isinstance(layout, ShoeLayout)
+
+
+def upper_side(
+    layout: Layout,
+    sheet: ContactSheet,
+    body: HalfSpace,
+    supports: Any,
+    pull: Array,
+    time_s: dict[str, float],
+    element_size: float | None = None,
+) -> tuple[Side, Array]:
+    """The upper bodies, one a patch, and the area of each contact point (n,) [m2]."""
+    points, patches = sheet.nodes, sheet.node_patches
+    parts: list[ElasticPart] = []
+    compliances: list[_mtb_rs.Compliance] = []
+    condensed: list[Condensed] = []
+    for patch in patches:
+        cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+        if parts and _is_twin(layout, supports):
+            part, flexible, compliance = _twin(parts[0], condensed[0], patch, _part(points, cut), pull[cut])
+        else:
+            solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size)
+            own, places = (replace(patch, start=0),), _part(points, cut)
+            # the sheet lies on the lower body, the upper one a gap away from it
+            places = replace(places, points=places.points + places.gap * places.normal)
+            part = ElasticPart(
+                solid, own, places, patch.start, sheet.spacing, True, pull[cut], np.zeros((0, 9))
+            )
+            flexible = condensed_part(part, time_s)
+            covered = flexible.weights.sum() / (np.prod(sheet.spacing) * (patch.nx - 1) * (patch.ny - 1))
+            if abs(covered - 1.0) > COVERAGE:
+                raise ValueError(
+                    f"patch {patch.name!r} meets only {100 * covered:.0f} % of its area on the {solid.name}: "
+                    "the sole leaves the surface below too steeply (lateral, yaw)"
+                )
+            part, compliance = replace(part, modes=flexible.modes), flexible.compliance
+        parts.append(part)
+        condensed.append(flexible)
+        compliances.append(compliance)
+    side = elastic_side(parts, condensed, compliances, points)
+    return side, np.concatenate([c.weights for c in condensed])
+
+
+def _is_twin(layout: Layout, supports: Any) -> bool:
+    """Whether the second pole is the mirror image of the first."""
+    centred = isinstance(layout, ShoeLayout) and layout.shoe.lateral == 0.0 and layout.shoe.yaw == 0.0
+    return centred and isinstance(supports, str)
+
+
+def _twin(
+    left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints, pull: Array
+) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
+    """The right pole, known from the left one."""
+    # rows are numbered with y rising on both sides, so the mirror turns their order round
+    original = np.arange(pull.size).reshape(patch.ny, patch.nx)[::-1].ravel()
+    supports = [
+        s if isinstance(s.where, str) else replace(s, where=np.asarray(s.where) * [1.0, -1.0, 1.0])
+        for s in left.body.supports
+    ]
+    body = ElasticBody(left.body.mesh.mirrored(), left.body.material, "contact", supports, "right pole")
+    flip = np.array([[1.0], [-1.0], [1.0]])
+    # translations and points are vectors, rotations are not: the mirror keeps what it flips in the others
+    modes = flexible.modes * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    mirrored = replace(
+        flexible,
+        weights=flexible.weights[original],
+        modes=modes,
+        mode_displacement=np.ascontiguousarray(flexible.mode_displacement[..., original] * flip),
+        case_displacement=np.ascontiguousarray(flexible.case_displacement[..., original] * flip),
+    )
+    part = ElasticPart(
+        body,
+        (replace(patch, start=0),),
+        points,
+        patch.start,
+        left.spacing,
+        True,
+        pull,
+        np.ascontiguousarray(modes),
+    )
+    return part, mirrored, flexible.compliance.reflected(original.tolist())
+
+
+def lower_side(
+    layout: Layout,
+    sheet: ContactSheet,
+    body: HalfSpace,
+    pull: Array,
+    image: NDArray[np.intp] | None,
+    time_s: dict[str, float],
+) -> Side:
+    """The rail as one elastic body under all patches.
+
+    With the mirror `image` (n,) of each point the scene is symmetric, and half of the rail is enough.
+    """
+    points, patches = sheet.nodes, sheet.node_patches
+    assert isinstance(layout, ShoeLayout)
+    clock = time.perf_counter()
+    x, y = _grid_lines(sheet, patches[0])
+    x = _thinned(x)
+    half = image is not None
+    mesh = rail_mesh(layout.shoe.profile, x, np.sort(np.abs(y)), layout.rail_length, half=half)
+    supports = [Support("base", x=0, y=0, z=0)]
+    if half:
+        supports.append(Support("symmetry", y=0))
+        carried, where = patches[:1], "left"
+    else:
+        union = np.unique(np.concatenate([mesh.node_sets[k] for k in ("left", "right")]))
+        mesh = TetraMesh(mesh.nodes, mesh.cells, {**mesh.node_sets, "contact": union})
+        carried, where = patches, "contact"
+    solid = ElasticBody(mesh, body.material, where, supports, "rail")
+    time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
+    n = sum(p.nx * p.ny for p in carried)
+    own = _part(points, slice(0, n))
+    part = ElasticPart(solid, tuple(carried), own, 0, sheet.spacing, False, pull[:n], np.zeros((0, 9)))
+    flexible = condensed_part(part, time_s)
+    side = elastic_side([part], [flexible], [flexible.compliance], own)
+    if image is None or side.compliance is None:
+        return side
+    mirrored = side.displacement[:, image[n:]] * np.array([[1.0], [-1.0], [1.0]])
+    return replace(
+        side,
+        compliance=side.compliance.unfolded(image.tolist()),
+        displacement=np.concatenate([side.displacement, mirrored], axis=1),
+        motions=np.zeros((0, 3, image.size)),
+    )
+
+
+@dataclass(frozen=True)
+class Averages:
+    """What is known of the contact surface beyond its nodes.
+
+    Attributes
+    ----------
+    frames : (3, 3, n)
+        Means of (tangent x, tangent y, normal) over each contact point: frame, component, point. On a
+        curved surface they are a little shorter than one; with them resultants are exact.
+    overlap : (n, n)
+        Share of the hat of point j in the area of point i; rows add up to one. It turns the coefficients
+        of the hats into mean tractions over each contact point.
+    """
+
+    frames: Array
+    overlap: Array
+
+
+def averages(side: Side) -> Averages:
+    """Averages over the contact points of a side of elastic bodies."""
+    means = []
+    n = side.displacement.shape[1]
+    overlap = np.zeros((n, n))
+    for part in side.state:
+        sampling = part.sampling()
+        arrays, own = sampling.arrays(), sampling.n_points
+        start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
+        counts = np.diff(start)
+        owner = np.repeat(np.arange(counts.size), counts)
+        weighted = arrays["value"] * arrays["weight"][owner]
+        mean = np.zeros((own, 3, 3))
+        np.add.at(mean, point, weighted[:, None, None] * arrays["frame"][owner])
+        if not part.upper:
+            mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
+        means.append(mean / sampling.weights[:, None, None])
+        pairs = np.zeros(own * own)
+        for other in range(int(counts.max())):
+            # the pair of each basis value with the `other`-th one at the same place
+            there = counts[owner] > other
+            partner = start[owner[there]] + other
+            index = point[there] * own + point[partner]
+            pairs += np.bincount(index, weighted[there] * arrays["value"][partner], own * own)
+        cut = slice(part.first, part.first + own)
+        overlap[cut, cut] = pairs.reshape(own, own) / sampling.weights[:, None]
+    return Averages(np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0)), overlap)
+
+
+def half_space_on_nodes(
+    body: HalfSpace | Rigid, sheet: ContactSheet, pull: Array, *, interact: bool = True
+) -> Side:
+    """A lower half-space under the hats of elastic bodies, or a rigid one; pulled up by `pull` (n,) [Pa].
+
+    Without `interact` each patch lies on a half-space of its own, as upper bodies do.
+    """
+    points, n = sheet.nodes, pull.size
+    displacement = np.zeros((3, n))
+    compliance = None
+    if isinstance(body, HalfSpace):
+        origins = [
+            (float(points.points[0, p.start]), float(points.arc_length[p.start])) for p in sheet.node_patches
+        ]
+        compliance, _ = _mtb_rs.half_space_hats(
+            body.material.shear_modulus,
+            body.material.poisson_ratio,
+            [(x0, y0, p.nx, p.ny) for p, (x0, y0) in zip(sheet.node_patches, origins, strict=True)],
+            sheet.spacing,
+            interact,
+        )
+        if pull.any():
+            displacement = moved_by(compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), points, -1.0)
+    return Side(compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
+
+
+def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
+    clock = time.perf_counter()
+    flexible = part.body.condense(part.sampling())
+    time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
+    return flexible
+
+
+def elastic_side(
+    parts: Sequence[ElasticPart],
+    condensed: Sequence[Condensed],
+    compliances: Sequence[_mtb_rs.Compliance],
+    points: SheetPoints,
+) -> Side:
+    """Elastic bodies side by side: their compliance, what is given to them, their free motions."""
+    n = points.points.shape[1]
+    displacement = np.zeros((3, n))
+    motions: list[Array] = []
+    work: list[float] = []
+    for part, flexible, compliance in zip(parts, condensed, compliances, strict=True):
+        into = 1.0 if part.upper else -1.0
+        cut = slice(part.first, part.first + part.pull.size)
+        load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
+        given = part.body.given_displacement(flexible)
+        given[2] *= into
+        own = part.own_points()
+        displacement[:, cut] = to_global(given, own)
+        if part.pull.any():
+            displacement[:, cut] += moved_by(compliance, load, own, into)
+        works = flexible.mode_work(load) + part.body.given_work(flexible)
+        for mode, amount in zip(flexible.mode_displacement, works, strict=True):
+            local = mode * np.array([[1.0], [1.0], [into]])
+            whole = np.zeros((3, n))
+            whole[:, cut] = to_global(local, own)
+            motions.append(whole)
+            work.append(float(amount))
+    compliance = compliances[0] if len(compliances) == 1 else _mtb_rs.Compliance.separate(list(compliances))
+    return Side(
+        compliance,
+        displacement,
+        np.array(motions).reshape(-1, 3, n),
+        np.array(work),
+        includes_motion=True,
+        state=tuple(parts),
+    )
+
+
+def moved_by(compliance: _mtb_rs.Compliance, load: Array, points: SheetPoints, into: float) -> Array:
+    """Displacement (3, n), common frame, by a load in the body's own frame."""
+    local = compliance.displacement(np.ascontiguousarray(load))
+    local[2] *= into
+    return to_global(local, points)
+
+
+def _upper_body(
+    layout: Layout,
+    sheet: ContactSheet,
+    patch: Patch,
+    material: Material,
+    supports: Any,
+    time_s: dict[str, float],
+    element_size: float | None,
+) -> ElasticBody:
+    clock = time.perf_counter()
+    x, y = _grid_lines(sheet, patch)
+    nx, ny = x.size, y.size
+    if element_size is not None:
+        sides = (patch.nx - 1) * sheet.spacing[0], (patch.ny - 1) * sheet.spacing[1]
+        nx, ny = (cells_along(side, element_size) + 1 for side in sides)
+    if isinstance(layout, BlockLayout):
+        x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
+        mesh, name = block_mesh(x, y, layout.height), "block"
+        held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
+    else:
+        assert isinstance(layout, ShoeLayout)
+        shoe, side = layout.shoe, patch.name
+        # the strip in the shoe's own frame: evenly spaced along the arc of its sole
+        first, last = (float(shoe.profile.arc_length(e)) for e in (shoe.inner_edge, shoe.conforming_to))
+        arc = np.linspace(first, last, ny)
+        own_y = shoe.profile.position(arc)
+        own_y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
+        own_x = np.linspace(-0.5, 0.5, nx) * shoe.length
+        mesh = shoe_mesh(shoe, own_x, own_y, side=side)
+        middle = np.array(
+            [0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * (1 if side == "left" else -1), 0.0]
+        )
+        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        aside = np.array([0.0, shoe.lateral, 0.0])
+        aside[2] = _lift(shoe, sheet, patch, turn, aside)
+        mesh = mesh.moved(turn, aside)
+        size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
+        held = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
+        name = f"{side} pole"
+    body = ElasticBody(mesh, material, "contact", held, name)
+    time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
+    return body
+
+
+def restricted_sampling(whole: _mtb_rs.Sampling, kept: NDArray[np.intp]) -> _mtb_rs.Sampling:
+    """The basis without the functions of the points that are not kept."""
+    arrays = whole.arrays()
+    number = np.full(whole.n_points, -1)
+    number[kept] = np.arange(kept.size)
+    renamed = number[arrays["point"].astype(np.int64)]
+    there = renamed >= 0
+    begin = arrays["start"].astype(np.int64)
+    counts = begin[1:] - begin[:-1]
+    owner = np.repeat(np.arange(counts.size, dtype=np.int64), counts)[there]
+    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=counts.size))])
+    return _mtb_rs.Sampling(
+        int(kept.size),
+        arrays["face"],
+        arrays["barycentric"],
+        arrays["weight"],
+        arrays["frame"],
+        start.astype(np.uintp),
+        renamed[there].astype(np.uintp),
+        np.ascontiguousarray(arrays["value"][there]),
+    )
+
+
+def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:
+    """How far a pole off its place was raised [m] until it just touches, as the gaps of the sheet have it."""
+    if shoe.lateral == 0.0 and shoe.yaw == 0.0:
+        return 0.0
+    nodes = _part(sheet.nodes, slice(patch.start, patch.start + patch.nx * patch.ny))
+    own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
+    return float(np.mean(own[2] - shoe.sole(np.abs(own[1]))))
+
+
+def _supports(
+    supports: Any, middle: Array, size: tuple[float, float], height: float, turn: Array
+) -> tuple[Support, ...]:
+    """The named ways to hold the top of a block or a pole."""
+    if not isinstance(supports, str):
+        return tuple(supports)
+    if supports == "driven-top":
+        return (Support("top", x=0.0, y=0.0),)
+    if supports == "clamped-top":
+        return (Support("top", x=0.0, y=0.0, z=0.0),)
+    # thesis Fig. 4.4: five points along the middle of the top, four across the back at half height
+    along = np.linspace(-0.4, 0.4, 5) * size[0]
+    top = np.stack([along, np.zeros(5), np.full(5, height)], axis=1) @ turn.T + middle
+    across = np.linspace(-0.375, 0.375, 4) * size[1]
+    back = np.stack([np.full(4, -0.5 * size[0]), across, np.full(4, 0.5 * height)], axis=1) @ turn.T + middle
+    vertical: float | Guide = Guide(0.0) if supports == "points" else 0.0
+    return (
+        Support(top, y=0.0, z=vertical, name="top points"),
+        Support(back, x=0.0, name="back points"),
+    )
+
+
+def _grid_lines(sheet: ContactSheet, patch: Patch) -> tuple[Array, Array]:
+    """x of the columns and y of the rows of a patch of nodes [m]."""
+    x, y = patch.view(sheet.nodes.points[0]), patch.view(sheet.nodes.points[1])
+    return np.ascontiguousarray(x[0]), np.ascontiguousarray(y[:, 0])
+
+
+def _thinned(lines: Array) -> Array:
+    """Every second grid line, but all of them near the ends, where a sharp edge presses.
+
+    Quadratic elements twice as long as the contact cells still have nodes at the contact points.
+    """
+    last = lines.size - 1
+    kept = {0, 1, 2, last - 2, last - 1, last} | set(range(2, last - 2, 2))
+    return np.asarray(lines[sorted(k for k in kept if 0 <= k <= last)])
+
+
+def _part(points: SheetPoints, cut: slice | NDArray[np.intp]) -> SheetPoints:
+    return SheetPoints(**{k: np.ascontiguousarray(v[..., cut]) for k, v in vars(points).items()})

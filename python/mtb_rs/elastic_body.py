@@ -1,0 +1,458 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Elastic bodies of finite elements: supports, condensation onto the contact, recovery of the inside."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mtb_rs, cache
+from .geometry import SheetPoints
+from .material import Material
+from .mesh import TetraMesh
+from .result import Patch, Surface
+from .supports import Guide, Support, Where, select
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Bodies larger than this are suspected to be in millimetres [m].
+SUSPICIOUS_SIZE = 10.0
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """A body condensed onto contact points, in the frame (tangential 1, tangential 2, into) of each.
+
+    Attributes
+    ----------
+    weights : (n,) [m2]
+        Area of each contact point, the integral of its basis function.
+    flexibility : (6, n, n) [m3/Pa]
+        Blocks 11, 22, nn, 12, 1n, 2n; the compliance is a block over the weight of the observed point.
+    mode_names : tuple of str
+        Rigid motions that the supports leave free and contact must hold.
+    modes : (m, 9)
+        Translation, rotation and reference point of each.
+    mode_displacement : (m, 3, n)
+        Of the contact points by a unit of each mode; a traction t does the work
+        sum of weights * mode_displacement * t on it.
+    case_displacement : (k, 3, n)
+        Of the contact points by a unit of each support component: displacement [m], or force on a guide [N].
+    case_work : (k, m)
+        Work of a unit of each support component on each mode; zero unless guided.
+    cost : Mapping
+        Unknowns, entries and operations of the factorisation, seconds by stage.
+    origin : "built", "disk" or "memory"
+    """
+
+    weights: Array
+    flexibility: Array
+    mode_names: tuple[str, ...]
+    modes: Array
+    mode_displacement: Array
+    case_displacement: Array
+    case_work: Array
+    cost: Mapping[str, float]
+    origin: str
+
+    @cached_property
+    def compliance(self) -> _mtb_rs.Compliance:
+        """Traction in, displacement out."""
+        return _mtb_rs.flexibility(self.weights, self.flexibility)
+
+    def mode_work(self, traction: Array) -> Array:
+        """Work (m,) of a traction (3, n) [Pa] at the contact points on a unit of each mode."""
+        return np.asarray(np.einsum("mcn,cn,n->m", self.mode_displacement, traction, self.weights))
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """The whole of a loaded body.
+
+    Attributes
+    ----------
+    displacement : (3, N) [m]
+        Of the nodes.
+    reactions : Mapping of names to (3,) [N]
+        Force of each support on the body.
+    moments : Mapping of names to (3,) [N m]
+        Moment of each support on the body about the origin.
+    left_over : float [N]
+        Largest force left unbalanced on a free node.
+    """
+
+    body: ElasticBody
+    displacement: Array
+    reactions: Mapping[str, Array]
+    moments: Mapping[str, Array]
+    left_over: float
+
+    @cached_property
+    def _stress(self) -> tuple[Array, Array]:
+        return self.body.core.stress(self.displacement)
+
+    @property
+    def stress(self) -> Array:
+        """Stress (6, N) [Pa] at the nodes: xx, yy, zz, yz, xz, xy."""
+        return self._stress[0]
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises' equivalent stress (N,) [Pa] at the nodes."""
+        return self._stress[1]
+
+    def at(self, points: Array) -> Array:
+        """Displacement (3, n) [m] at `points` (3, n) [m] of the contact face.
+
+        Values at the points themselves, where a condensed body knows means over the hats around them:
+        the two differ at the edges of the face.
+        """
+        body = self.body
+        reach = 0.02 * float(np.ptp(body.mesh.nodes, axis=0).max())
+        places = np.ascontiguousarray(np.asarray(points, dtype=float).reshape(3, -1).T)
+        return body.core.displacement_at(self.displacement, places, body.contact_faces, reach)
+
+    @property
+    def surface(self) -> Surface:
+        """The deformed boundary, for pictures."""
+        return self.body.surface(self.displacement)
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticBody:
+    """An elastic body of finite elements, its contact face and its supports.
+
+    Parameters
+    ----------
+    mesh : TetraMesh
+    material : Material
+    contact
+        Where it may touch: boundary triangles with all corners there.
+    supports : sequence of Support
+        What is left free must be held by the contact; what contact cannot hold is an error.
+    name : str
+    """
+
+    mesh: TetraMesh
+    material: Material
+    contact: Where = "contact"
+    supports: Sequence[Support] = ()
+    name: str = "body"
+    _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mesh, TetraMesh):
+            raise ValueError(f"mesh is {self.mesh!r}: a TetraMesh is needed, or ElasticBody.from_mesh")
+        if not isinstance(self.material, Material):
+            raise ValueError(f"material is {self.material!r}: a Material is needed")
+        object.__setattr__(self, "supports", tuple(self.supports))
+        for support in self.supports:
+            if not isinstance(support, Support):
+                raise ValueError(f"supports contain {support!r}: Support objects are needed")
+        size = float(np.ptp(self.mesh.nodes, axis=0).max())
+        if size > SUSPICIOUS_SIZE:
+            warnings.warn(
+                f'{self.name} is {size:g} m large: is its mesh in millimetres? Then say unit="mm"',
+                stacklevel=3,
+            )
+        self._check_values()
+        _ = self.core
+        _ = self.contact_faces
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The body without what can be made again from it."""
+        names = [f.name for f in fields(self) if f.init]
+        return {**{name: getattr(self, name) for name in names}, "_nodes": {}}
+
+    @classmethod
+    def from_mesh(
+        cls,
+        path_or_mesh: Any,
+        material: Material,
+        unit: str = "m",
+        contact: Where = "bottom",
+        supports: Sequence[Support] = (),
+        size: float | None = None,
+        name: str = "body",
+    ) -> ElasticBody:
+        """Body from a file or a mesh.
+
+        Parameters
+        ----------
+        path_or_mesh
+            Closed surface (any file trimesh reads, or a trimesh object), which gmsh fills with
+            tetrahedra; ready tetrahedra (any file meshio reads, or a meshio object); or a TetraMesh.
+        unit : "m", "mm", "um" or "in"
+            Of the file's numbers; STL files do not say.
+        contact, supports
+            In metres.
+        size : float [m]
+            Size of the tetrahedra at the contact face, for closed surfaces; they grow away from it.
+        """
+        from .mesh_files import read_mesh  # brings trimesh
+
+        mesh = read_mesh(
+            path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
+        )
+        return cls(mesh, material, contact, supports, name)
+
+    @cached_property
+    def core_mesh(self) -> _mtb_rs.TetraMesh:
+        """The checked mesh in the compiled core."""
+        return self.mesh.checked()
+
+    @cached_property
+    def core(self) -> _mtb_rs.TetraBody:
+        """The body in the compiled core; factorised when first needed."""
+        words = [
+            (s.name, self.support_nodes(k).tolist(), tuple(_word(v) for v in s.values))
+            for k, s in enumerate(self.supports)
+        ]
+        return _mtb_rs.TetraBody(
+            self.core_mesh,
+            self.material.shear_modulus,
+            self.material.poisson_ratio,
+            words,  # type: ignore[arg-type]
+        )
+
+    @cached_property
+    def faces(self) -> NDArray[np.uintp]:
+        """Triangles (f, 3) or (f, 6) of the boundary, counter-clockwise seen from outside."""
+        return self.core_mesh.faces()
+
+    @cached_property
+    def contact_faces(self) -> NDArray[np.uintp]:
+        """Numbers of the boundary triangles of the contact face."""
+        chosen = self.nodes_at("contact", self.contact)
+        inside = np.zeros(len(self.mesh.nodes), dtype=bool)
+        inside[chosen] = True
+        found = np.flatnonzero(inside[self.faces[:, :3]].all(axis=1))
+        if found.size == 0:
+            raise ValueError(
+                f"the contact face of {self.name} has no triangle on its boundary: contact is "
+                f"{_in_words(self.contact)}, with {chosen.size} nodes"
+            )
+        return found.astype(np.uintp)
+
+    @property
+    def case_values(self) -> Array:
+        """What the support components are given (k,): displacement [m], or force on a guide [N]."""
+        values = [self.supports[support].values[component] for support, component, _ in self.core.cases]
+        return np.array([v.force if isinstance(v, Guide) else v for v in values], dtype=float)
+
+    def support_nodes(self, support: int) -> Index:
+        """Nodes of one of the supports."""
+        if support not in self._nodes:
+            what = f"support {self.supports[support].name!r}"
+            self._nodes[support] = self.nodes_at(what, self.supports[support].where)
+        return self._nodes[support]
+
+    def nodes_at(self, what: str, where: Where) -> Index:
+        """Numbers of the nodes at a place; `what` is for the message if there are none."""
+        try:
+            found = np.flatnonzero(select(self.mesh.nodes, self.mesh.node_sets, where))
+        except ValueError as error:
+            raise ValueError(f"{what} of {self.name}: {error}") from None
+        if found.size == 0:
+            raise ValueError(f"{what} of {self.name} has no node: {_in_words(where)}")
+        return found.astype(np.int64)
+
+    def _check_values(self) -> None:
+        """Two supports that prescribe the same component of a node must agree."""
+        for component in range(3):
+            seen = np.full(len(self.mesh.nodes), np.nan)
+            for k, support in enumerate(self.supports):
+                value = support.values[component]
+                if value is None or isinstance(value, Guide):
+                    continue
+                nodes = self.support_nodes(k)
+                clash = nodes[~np.isnan(seen[nodes]) & (seen[nodes] != value)]
+                if clash.size:
+                    raise ValueError(
+                        f"support {support.name!r} gives {'xyz'[component]} = {value:g} m at node "
+                        f"{clash[0]}, where another gives {seen[clash[0]]:g} m"
+                    )
+                seen[nodes] = value
+
+    def sample(
+        self, points: SheetPoints, patches: Sequence[Patch], spacing: tuple[float, float], *, upper: bool
+    ) -> _mtb_rs.Sampling:
+        """Hats on the grids of a contact sheet, sampled on the contact face.
+
+        Parameters
+        ----------
+        points : SheetPoints
+            Places of the hats, the nodes of the grids.
+        patches : sequence of Patch
+            The grids.
+        spacing : (dx, dy) [m]
+            On the sheet.
+        upper : bool
+            Whether this is the upper body: into it is along the sheet's normal, otherwise against it.
+        """
+        into = points.normal if upper else -points.normal
+        frames = np.stack([points.tangent_x, points.tangent_y, into]).transpose(2, 0, 1)
+        parts = []
+        for patch in patches:
+            cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+            parts.append(
+                self.core_mesh.sample(
+                    (patch.nx, patch.ny),
+                    spacing,
+                    np.ascontiguousarray(points.points[:, cut].T),
+                    np.ascontiguousarray(frames[cut]),
+                    self.contact_faces,
+                )
+            )
+        return parts[0] if len(parts) == 1 else _joined(parts)
+
+    def condense(
+        self, sampling: _mtb_rs.Sampling, *, keep: bool = True, directory: str | Path | None = None
+    ) -> Condensed:
+        """The body as its contact points see it, from the cache if it is there.
+
+        Parameters
+        ----------
+        sampling : Sampling
+            Traction basis on the contact face; see :meth:`sample`.
+        keep : bool
+            False: neither look into the cache nor add to it.
+        directory : path
+            Folder of the cache; see :func:`mtb_rs.cache.folder`.
+
+        Raises
+        ------
+        ValueError
+            If neither the supports nor the contact hold the body, if a contact point has no area, or if
+            the mesh is too large.
+        """
+        arrays, origin = (
+            cache.fetch(self._key(sampling), lambda: self._build(sampling), cache.folder(directory))
+            if keep
+            else (self._build(sampling), "built")
+        )
+        cost = dict(zip(arrays["cost_names"].tolist(), arrays["cost"].tolist(), strict=True))
+        fields = {k: v for k, v in arrays.items() if k not in ("cost", "cost_names", "mode_names")}
+        return Condensed(**fields, mode_names=tuple(arrays["mode_names"].tolist()), cost=cost, origin=origin)
+
+    def _build(self, sampling: _mtb_rs.Sampling) -> cache.Arrays:
+        out = self.core.condense(sampling)
+        cost = out.pop("cost")
+        out["cost_names"] = np.array(list(cost))
+        out["cost"] = np.array(list(cost.values()), dtype=float)
+        out["mode_names"] = np.array(out["mode_names"], dtype=np.str_)
+        return out
+
+    def _key(self, sampling: _mtb_rs.Sampling) -> str:
+        parts: dict[str, Any] = {
+            "version": _mtb_rs.__version__,
+            "nodes": np.asarray(self.mesh.nodes, dtype=np.float64),
+            "cells": np.asarray(self.mesh.cells, dtype=np.int64),
+            "material": (self.material.young_modulus, self.material.poisson_ratio),
+            "points": sampling.n_points,
+        }
+        parts.update({f"sampling {name}": value for name, value in sampling.arrays().items()})
+        for k, support in enumerate(self.supports):
+            parts[f"support {k}"] = tuple(_word(v) for v in support.values)
+            parts[f"support {k} nodes"] = self.support_nodes(k)
+        return cache.content_key(parts)
+
+    def given_displacement(self, condensed: Condensed) -> Array:
+        """Displacement (3, n) of the contact points by what the supports are given, their own frame."""
+        return np.asarray(np.einsum("k,kcn->cn", self.case_values, condensed.case_displacement))
+
+    def given_work(self, condensed: Condensed) -> Array:
+        """Work (m,) of the forces on the guides on a unit of each free motion."""
+        return np.asarray(self.case_values @ condensed.case_work)
+
+    def respond(self, sampling: _mtb_rs.Sampling, force: Array) -> Array:
+        """Displacement (3, n) [m] of the contact points, their frame, by forces on the nodes (3, N) [N]."""
+        none = np.zeros((0, 9))
+        u = self.core.solve(force, np.zeros(self.case_values.size), none, np.zeros(0))
+        return self.core.observe(sampling, u)
+
+    def recover(
+        self,
+        sampling: _mtb_rs.Sampling,
+        modes: Array,
+        traction: Array,
+        motion: Array,
+        force: Array | None = None,
+    ) -> BodyState:
+        """The whole body under its contact tractions, its supports and its rigid motion.
+
+        Parameters
+        ----------
+        modes : (m, 9)
+            The rigid motions the supports leave free; see :attr:`Condensed.modes`.
+        traction : (3, n) [Pa]
+            All tractions on the contact points, frame of the sampling.
+        motion : (m,)
+            Amplitudes of the free motions.
+        force : (3, N) [N]
+            Other forces on the nodes.
+        """
+        load = self.core.contact_force(sampling, np.ascontiguousarray(traction, dtype=float))
+        if force is not None:
+            load = load + force
+        u = self.core.solve(load, self.case_values, modes, np.ascontiguousarray(motion, dtype=float))
+        forces, moments, left_over = self.core.reactions(u, load, (0.0, 0.0, 0.0))
+        names = [
+            f"{k + 1} {s.name}" if len(self.supports) > 1 else s.name for k, s in enumerate(self.supports)
+        ]
+        return BodyState(
+            body=self,
+            displacement=u,
+            reactions=dict(zip(names, forces, strict=True)),
+            moments=dict(zip(names, moments, strict=True)),
+            left_over=left_over,
+        )
+
+    def surface(self, displacement: Array | None = None) -> Surface:
+        """The boundary, for pictures, with a displacement (3, N) [m] of the nodes."""
+        used, triangles = np.unique(self.faces[:, :3], return_inverse=True)
+        moved = None if displacement is None else np.ascontiguousarray(displacement[:, used])
+        return Surface(
+            self.name,
+            np.ascontiguousarray(self.mesh.nodes[used].T),
+            triangles.reshape(-1, 3).astype(np.int64),
+            moved,
+        )
+
+
+def _word(value: float | Guide | None) -> str:
+    if value is None:
+        return "free"
+    return "guided" if isinstance(value, Guide) else "prescribed"
+
+
+def _in_words(where: Where) -> str:
+    return repr(where) if isinstance(where, str) else f"given as {type(where).__name__}"
+
+
+def _joined(parts: Sequence[_mtb_rs.Sampling]) -> _mtb_rs.Sampling:
+    """Samplings of several grids, contact points one after the other."""
+    arrays = [part.arrays() for part in parts]
+    offsets = np.cumsum([0, *(part.n_points for part in parts)])
+    starts = np.cumsum([0, *(a["point"].size for a in arrays)])
+    joined = {
+        k: np.concatenate([a[k] for a in arrays]) for k in ("face", "barycentric", "weight", "frame", "value")
+    }
+    return _mtb_rs.Sampling(
+        int(offsets[-1]),
+        start=np.concatenate(
+            [arrays[0]["start"], *(a["start"][1:] + s for a, s in zip(arrays[1:], starts[1:-1], strict=True))]
+        ).astype(np.uintp),
+        point=np.concatenate([a["point"] + o for a, o in zip(arrays, offsets[:-1], strict=True)]).astype(
+            np.uintp
+        ),
+        **joined,
+    )

@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Where two bodies may touch: each layout lays a contact sheet at any spacing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import ContactSheet, PoleShoe, SheetPoints, WheelRailGap, wheel_on_rail_gap
+from .result import Patch, Surface
+
+Array = NDArray[np.float64]
+Spacing = tuple[float, float]
+
+
+class Layout(Protocol):
+    """Geometry of a scene, as far as its contact sheet and its pictures need it."""
+
+    @property
+    def is_body_edge(self) -> bool:
+        """Whether the border of the sheet is the edge of a body, so that contact may reach it."""
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether results have the shape (ny, nx) of one grid."""
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The potential contact at `spacing` (dx, dy) [m]."""
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The undeformed bodies, for pictures."""
+
+
+def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing: Spacing) -> ContactSheet:
+    """Sheet of one flat grid of nx by ny cells."""
+    return ContactSheet(
+        cells=cells,
+        nodes=nodes,
+        area=np.full(nx * ny, spacing[0] * spacing[1]),
+        spacing=spacing,
+        patches=(Patch("contact", 0, nx, ny),),
+        node_patches=(Patch("contact", 0, nx + 1, ny + 1),),
+    )
+
+
+def flat_points(x: Array, y: Array, gap: Array) -> SheetPoints:
+    """Points of the plane z = 0 on the grid of `x` and `y`, with `gap` (ny, nx) above them."""
+    grid_x, grid_y = (a.ravel() for a in np.meshgrid(x, y))
+    zero, one = np.zeros(grid_x.size), np.ones(grid_x.size)
+    return SheetPoints(
+        points=np.array([grid_x, grid_y, zero]),
+        normal=np.array([zero, zero, one]),
+        tangent_x=np.array([one, zero, zero]),
+        tangent_y=np.array([zero, one, zero]),
+        arc_length=grid_y.copy(),
+        gap=np.ascontiguousarray(gap, dtype=float).ravel(),
+    )
+
+
+def centred(n: int, step: float) -> Array:
+    """`n` numbers `step` apart, symmetric about zero."""
+    return np.asarray((np.arange(n) - 0.5 * (n - 1)) * step, dtype=float)
+
+
+def cells_along(length: float, step: float) -> int:
+    """Cells of about `step` that fill `length` exactly."""
+    return max(1, round(length / step))
+
+
+@dataclass(frozen=True)
+class FieldLayout:
+    """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
+
+    gap: Array
+    step: Spacing
+    is_body_edge: bool = False
+    is_grid: bool = True
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The field's own grid, or that grid thinned by the whole number nearest to `spacing`."""
+        thin = [max(1, round(s / d)) for s, d in zip(spacing, self.step, strict=True)]
+        ny, nx = self.gap.shape
+        if min(nx // thin[0], ny // thin[1]) < 1:
+            raise ValueError(f"spacing is {spacing} m: wider than the whole field")
+        nx, ny = nx // thin[0], ny // thin[1]
+        # the middle of each group of cells, by the mean of its cells
+        gap = self.gap[: ny * thin[1], : nx * thin[0]].reshape(ny, thin[1], nx, thin[0]).mean(axis=(1, 3))
+        dx, dy = self.step[0] * thin[0], self.step[1] * thin[1]
+        cells = flat_points(centred(nx, dx), centred(ny, dy), gap)
+        corner = np.pad(gap, 1, mode="edge")
+        corner = 0.25 * (corner[1:, 1:] + corner[:-1, 1:] + corner[1:, :-1] + corner[:-1, :-1])
+        nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), corner)
+        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane z = 0 and the field above it."""
+        ny, nx = self.gap.shape
+        x, y = centred(nx, self.step[0]), centred(ny, self.step[1])
+        return (height_surface("lower", x, y, np.zeros((ny, nx))), height_surface("upper", x, y, self.gap))
+
+
+@dataclass(frozen=True)
+class ParaboloidLayout:
+    """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
+
+    radius: float
+    width: float
+    is_body_edge: bool = False
+    is_grid: bool = True
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """Points `spacing` apart; each is the centre of a cell."""
+        count = [max(2, round(self.width / s) + 1) for s in spacing]
+        dx, dy = (self.width / (n - 1) for n in count)
+        fields = []
+        for extra in (0, 1):
+            x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
+            fields.append(flat_points(x, y, self._height(x[None, :], y[:, None])))
+        return flat_sheet(fields[0], fields[1], count[0], count[1], (dx, dy))
+
+    def _height(self, x: Array, y: Array) -> Array:
+        return np.asarray((x**2 + y**2) / (2.0 * self.radius))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane and the paraboloid."""
+        x = centred(41, self.width / 40)
+        height = self._height(x[None, :], x[:, None])
+        return (height_surface("lower", x, x, 0.0 * height), height_surface("upper", x, x, height))
+
+
+@dataclass(frozen=True)
+class BlockLayout:
+    """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
+
+    width: float
+    length: float
+    height: float
+    is_body_edge: bool = True
+    is_grid: bool = True
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """Equal cells that fill the foot of the block."""
+        nx, ny = cells_along(self.width, spacing[0]), cells_along(self.length, spacing[1])
+        dx, dy = self.width / nx, self.length / ny
+        cells = flat_points(centred(nx, dx), centred(ny, dy), np.zeros((ny, nx)))
+        nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
+        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane around the block, and the block."""
+        x = np.linspace(-self.width, self.width, 11)
+        y = np.linspace(-self.length, self.length, 11)
+        section = np.array([[-0.5, 0.5, 0.5, -0.5], [0.0, 0.0, 1.0, 1.0]])
+        section = section * np.array([[self.length], [self.height]])
+        return (
+            height_surface("lower", x, y, np.zeros((11, 11))),
+            prism_surface("upper", section, np.linspace(-0.5, 0.5, 2) * self.width),
+        )
+
+
+@dataclass(frozen=True)
+class ShoeLayout:
+    """A pole shoe on the head of a rail of `rail_length` [m]."""
+
+    shoe: PoleShoe
+    rail_length: float
+    is_body_edge: bool = True
+    is_grid: bool = False
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """One grid per pole over the conforming strip."""
+        return self.shoe.sheet(spacing)
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The head of the rail and the poles."""
+        profile = self.shoe.profile
+        half = min(-profile.range[0], profile.range[1])
+        y = np.linspace(-half, half, 81)
+        x = np.linspace(-0.5, 0.5, 25) * self.rail_length
+        head = height_surface("lower", x, y, np.repeat(profile.height(y)[:, None], x.size, axis=1))
+        shoe = self.shoe
+        stations = np.linspace(shoe.inner_edge, shoe.outer_edge, 41)
+        section = np.array(
+            [
+                np.concatenate([stations, stations[[-1, 0]]]),
+                np.concatenate([shoe.sole(stations), [shoe.height, shoe.height]]),
+            ]
+        )
+        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        out = [head]
+        for name, side in (("left", 1.0), ("right", -1.0))[: shoe.poles]:
+            pole = prism_surface(
+                f"upper {name}",
+                section * np.array([[side], [1.0]]),
+                np.linspace(-0.5, 0.5, 25) * shoe.length,
+            )
+            vertices = turn @ pole.vertices + np.array([[0.0], [shoe.lateral], [0.0]])
+            out.append(Surface(pole.name, vertices, pole.triangles))
+        return tuple(out)
+
+
+@dataclass(frozen=True)
+class WheelLayout:
+    """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
+
+    Attributes
+    ----------
+    placement : WheelRailGap
+        Gap at the scene's own spacing, contact angle and position.
+    arguments : tuple of (name, value)
+        What :func:`mtb_rs.geometry.wheel_on_rail_gap` made it from.
+    """
+
+    placement: WheelRailGap
+    arguments: tuple[tuple[str, Any], ...]
+    is_body_edge: bool = False
+    is_grid: bool = True
+
+    @classmethod
+    def placed(cls, **arguments: Any) -> WheelLayout:
+        """The layout of the arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`."""
+        return cls(wheel_on_rail_gap(**arguments), tuple(arguments.items()))
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The contact plane's grid at `spacing`."""
+        place = self.placement
+        if spacing != place.spacing:
+            place = wheel_on_rail_gap(**{**dict(self.arguments), "spacing": spacing})
+        ny, nx = place.gap.shape
+        dx, dy = place.spacing
+        cells = flat_points(place.x, place.y, place.gap)
+        # corners by averages; a half-space scene has no use for more
+        around = np.pad(place.gap, 1, mode="edge")
+        corner = 0.25 * (around[1:, 1:] + around[:-1, 1:] + around[1:, :-1] + around[:-1, :-1])
+        x = np.append(place.x - 0.5 * dx, place.x[-1] + 0.5 * dx)
+        y = np.append(place.y - 0.5 * dy, place.y[-1] + 0.5 * dy)
+        return flat_sheet(cells, flat_points(x, y, corner), nx, ny, place.spacing)
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Rail and wheel around the contact, both as they stand apart from the contact plane."""
+        place = self.placement
+        flat = np.zeros_like(place.gap)
+        return (
+            height_surface("lower", place.x, place.y, flat),
+            height_surface("upper", place.x, place.y, place.gap),
+        )
+
+
+def height_surface(name: str, x: Array, y: Array, z: Array) -> Surface:
+    """Triangles over the grid of `x` and `y` with heights `z` (ny, nx)."""
+    grid_x, grid_y = np.meshgrid(x, y)
+    ny, nx = z.shape
+    corner = (np.arange(ny - 1)[:, None] * nx + np.arange(nx - 1)[None, :]).ravel()
+    triangles = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + nx + 1], axis=1),
+            np.stack([corner, corner + nx + 1, corner + nx], axis=1),
+        ]
+    )
+    return Surface(name, np.stack([grid_x.ravel(), grid_y.ravel(), z.ravel()]), triangles)
+
+
+def prism_surface(name: str, section: Array, x: Array) -> Surface:
+    """Closed surface of a `section` (2, k) in y and z (a ring around its interior), drawn out over `x`."""
+    k, nx = section.shape[1], x.size
+    vertices = np.stack([np.repeat(x, k), np.tile(section[0], nx), np.tile(section[1], nx)])
+    i, j = np.meshgrid(np.arange(nx - 1), np.arange(k), indexing="ij")
+    a = (i * k + j).ravel()
+    b = (i * k + (j + 1) % k).ravel()
+    sides = np.concatenate([np.stack([a, b, b + k], axis=1), np.stack([a, b + k, a + k], axis=1)])
+    # ends as strips between the sole and the top: sections are worn soles under flat tops
+    caps = []
+    for start in (0, (nx - 1) * k):
+        for low in range(k // 2):
+            high = k - 1 - low
+            if low + 1 < high:
+                caps.append([start + low, start + low + 1, start + high])
+            if low + 1 < high - 1:
+                caps.append([start + low + 1, start + high - 1, start + high])
+    return Surface(name, vertices, np.concatenate([sides, np.array(caps, dtype=np.int64).reshape(-1, 3)]))

@@ -1,0 +1,465 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Tetrahedral meshes: built-in bodies by extrusion, closed surfaces through gmsh, files through meshio.
+
+Built-in bodies are grids of hexahedra, each cut into six tetrahedra; their contact face follows the
+contact grid it is given. Lengths in metres, z up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _mtb_rs
+from .check import choice, positive
+from .geometry import PoleShoe, Profile
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Growth of a layer over the one before it, away from the contact.
+GROWTH = 1.7
+
+#: Ends of the edges that carry the mid-side nodes 4 to 9.
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+
+
+@dataclass(frozen=True)
+class TetraMesh:
+    """Tetrahedra with named sets of nodes.
+
+    Attributes
+    ----------
+    nodes : (n, 3) [m]
+    cells : (m, 4) or (m, 10)
+        Node numbers: corners, then the middles of edges 01, 12, 02, 03, 13, 23.
+    node_sets : Mapping of names to (k,)
+        For contact faces and supports.
+    """
+
+    nodes: Array
+    cells: Index
+    node_sets: Mapping[str, Index] = field(default_factory=dict)
+
+    @property
+    def is_quadratic(self) -> bool:
+        """Whether the tetrahedra have 10 nodes."""
+        return bool(self.cells.shape[1] == 10)
+
+    def moved(
+        self, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: ArrayLike = (0, 0, 0)
+    ) -> TetraMesh:
+        """The mesh rotated by a matrix (3, 3) and then shifted by a vector (3,) [m]."""
+        nodes = self.nodes @ np.asarray(rotation, dtype=float).T + np.asarray(shift, dtype=float)
+        return TetraMesh(nodes, self.cells, self.node_sets)
+
+    def mirrored(self) -> TetraMesh:
+        """The mesh seen in the mirror y = 0, its tetrahedra turned right side out again."""
+        order = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9][: self.cells.shape[1]]
+        return TetraMesh(self.nodes * [1.0, -1.0, 1.0], self.cells[:, order], self.node_sets)
+
+    def checked(self) -> _mtb_rs.TetraMesh:
+        """The mesh in the compiled core, which checks it.
+
+        Raises
+        ------
+        ValueError
+            On indices out of range, inverted or flat tetrahedra, loose nodes, several pieces.
+        """
+        cells = np.asarray(self.cells)
+        if cells.ndim != 2 or np.asarray(self.nodes).ndim != 2:
+            raise ValueError(
+                f"nodes and cells have shapes {np.shape(self.nodes)} and {cells.shape}: (n, 3) and (m, 4) or "
+                "(m, 10) are needed"
+            )
+        if cells.size and cells.min() < 0:
+            raise ValueError(f"cells contain the node number {cells.min()}: numbers start at 0")
+        return _mtb_rs.TetraMesh(
+            np.ascontiguousarray(self.nodes, dtype=np.float64), np.ascontiguousarray(cells, dtype=np.uintp)
+        )
+
+
+def graded(first: float, length: float, growth: float = GROWTH, least: int = 2) -> Array:
+    """Places from 0 to `length` [m]; steps start near `first` and grow by at most `growth` each."""
+    n = least
+    while _sum(first, growth, n) < length:
+        n += 1
+    # the growth that fills the length exactly with n steps; below 1 where even equal steps are too many
+    low, high = 1e-3, growth
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _sum(first, middle, n) < length else (low, middle)
+    steps = first * low ** np.arange(n) if low > 1.0 else np.full(n, length / n)
+    places = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.asarray(places * (length / places[-1]))
+
+
+def _sum(first: float, growth: float, n: int) -> float:
+    return float(first * (growth ** np.arange(n)).sum())
+
+
+def tetrahedra(
+    corners: Array,
+    keep: NDArray[np.bool_] | None = None,
+    curved: tuple[tuple[Any, Any, Any], Array] | None = None,
+    *,
+    quadratic: bool = True,
+) -> tuple[Array, Index, Index]:
+    """Tetrahedra of a curvilinear grid of hexahedra.
+
+    Parameters
+    ----------
+    corners : (nx, ny, nz, 3) [m]
+        Right-handed.
+    keep : (nx - 1, ny - 1, nz - 1)
+        Hexahedra that exist; all by default.
+    curved : indices into the doubled grid, and positions (..., 3) [m]
+        Where nodes, mid-side ones included, have true places; elsewhere they lie on straight edges.
+
+    Returns
+    -------
+    nodes : (n, 3)
+    cells : (m, 10) or (m, 4)
+    number : (2 nx - 1, 2 ny - 1, 2 nz - 1)
+        Node number at each place of the doubled grid, -1 where there is none.
+    """
+    nx, ny, nz = corners.shape[:3]
+    fine = np.empty((2 * nx - 1, 2 * ny - 1, 2 * nz - 1, 3))
+    fine[::2, ::2, ::2] = corners
+    for px in (0, 1):
+        for py in (0, 1):
+            for pz in (0, 1):
+                # every middle belongs to one edge of the six tetrahedra: from corner 000 towards 111
+                low = corners[: nx - px, : ny - py, : nz - pz]
+                high = corners[px:, py:, pz:]
+                fine[px::2, py::2, pz::2] = 0.5 * (low + high)
+    if curved is not None:
+        fine[curved[0]] = curved[1]
+    hexes = np.ones((nx - 1, ny - 1, nz - 1), dtype=bool) if keep is None else keep
+    i, j, k = (2 * c for c in np.nonzero(hexes))
+    shape = fine.shape[:3]
+    tets = []
+    for p, q, even in ((0, 1, 1), (1, 2, 1), (2, 0, 1), (1, 0, 0), (2, 1, 0), (0, 2, 0)):
+        steps = np.zeros((4, 3), dtype=np.int64)
+        steps[1:, p] = 2
+        steps[2:, q] = 2
+        steps[3] = 2
+        if not even:
+            steps[[1, 2]] = steps[[2, 1]]
+        places = list(steps)
+        if quadratic:
+            places += [(steps[a] + steps[b]) // 2 for a, b in EDGES]
+        tets.append(
+            np.stack([np.ravel_multi_index((i + s[0], j + s[1], k + s[2]), shape) for s in places], axis=1)
+        )
+    cells = np.stack(tets, axis=1).reshape(-1, tets[0].shape[1])
+    used, cells = np.unique(cells, return_inverse=True)
+    number = np.full(shape, -1, dtype=np.int64)
+    number.ravel()[used] = np.arange(used.size)
+    return fine.reshape(-1, 3)[used], cells.reshape(-1, tets[0].shape[1]).astype(np.int64), number
+
+
+def _set(number: Index) -> Index:
+    found = np.unique(number)
+    return np.asarray(found[found >= 0], dtype=np.int64)
+
+
+def _stations(name: str, values: ArrayLike) -> Array:
+    places = np.asarray(values, dtype=float)
+    if places.ndim != 1 or places.size < 2 or not np.isfinite(places).all() or (np.diff(places) <= 0.0).any():
+        raise ValueError(f"{name}: at least two rising numbers [m] are needed")
+    return places
+
+
+def block_mesh(
+    x: ArrayLike, y: ArrayLike, height: float, *, growth: float = GROWTH, quadratic: bool = True
+) -> TetraMesh:
+    """Block standing on the plane z = 0.
+
+    Parameters
+    ----------
+    x, y : (nx,), (ny,) [m]
+        Rising coordinates of the nodes of its foot, those of the contact grid.
+    height : float [m]
+
+    Node sets "contact" (z = 0), "top", "rear" (least x), "front", "right" (least y), "left".
+    """
+    x, y = _stations("x", x), _stations("y", y)
+    z = graded(float(min(np.diff(x).min(), np.diff(y).min())), positive("height", height, "m"), growth)
+    corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
+    nodes, cells, number = tetrahedra(corners, quadratic=quadratic)
+    return TetraMesh(nodes, cells, _box_sets(number))
+
+
+def _box_sets(number: Index) -> dict[str, Index]:
+    return {
+        "contact": _set(number[:, :, 0]),
+        "top": _set(number[:, :, -1]),
+        "rear": _set(number[0]),
+        "front": _set(number[-1]),
+        "right": _set(number[:, 0]),
+        "left": _set(number[:, -1]),
+    }
+
+
+def shoe_mesh(
+    shoe: PoleShoe,
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    side: str = "left",
+    growth: float = GROWTH,
+    quadratic: bool = True,
+) -> TetraMesh:
+    """One pole of a shoe in the shoe's own frame: sole on the profile, flat top.
+
+    Parameters
+    ----------
+    shoe : PoleShoe
+    x : (nx,) [m]
+        Rising coordinates of the nodes along the pole.
+    y : (ny,) [m]
+        Rising |y| of the nodes over the conforming strip, from `inner_edge` to `conforming_to`.
+    side : "left" (y > 0) or "right"
+
+    Node sets "contact" (the conforming strip), "sole" (all of the underside), "top", "rear", "front",
+    "inner", "outer".
+    """
+    x, y = _stations("x", x), _stations("y", y)
+    if abs(y[0] - shoe.inner_edge) > 1e-9 or abs(y[-1] - shoe.conforming_to) > 1e-9:
+        raise ValueError(
+            f"y runs from {y[0]:g} to {y[-1]:g} m: the conforming strip is {shoe.inner_edge:g} to "
+            f"{shoe.conforming_to:g} m"
+        )
+    n_strip = y.size
+    relief = shoe.outer_edge - shoe.conforming_to
+    if relief > 1e-9:
+        y = np.concatenate([y, y[-1] + graded(float(np.diff(y)[-1]), relief, growth, least=1)[1:]])
+    step = min(np.diff(x).min(), np.diff(y[:n_strip]).min())
+    thinnest = shoe.height - float(shoe.sole(y).max())
+    rise = graded(float(min(step, thinnest)), shoe.height - float(shoe.sole(y).min()), growth) / (
+        shoe.height - float(shoe.sole(y).min())
+    )
+
+    def place(x: Array, y: Array, rise: Array) -> Array:
+        xs, ys, rises = np.meshgrid(x, y, rise, indexing="ij")
+        sole = shoe.sole(y)[None, :, None]
+        return np.stack([xs, ys, sole + rises * (shoe.height - sole)], axis=-1)
+
+    sole = (slice(None), slice(None), 0)
+    fine_sole = place(_doubled(x), _doubled(y), np.zeros(1))[:, :, 0]
+    corners = place(x, y, rise)
+    if choice("side", side, ("left", "right")) == "right":
+        corners = corners[:, ::-1] * [1.0, -1.0, 1.0]
+        fine_sole = fine_sole[:, ::-1] * [1.0, -1.0, 1.0]
+    nodes, cells, number = tetrahedra(
+        corners, curved=(sole, fine_sole) if quadratic else None, quadratic=quadratic
+    )
+    if side == "right":
+        number = number[:, ::-1]
+    sets = _box_sets(number)
+    sets = {"sole": sets["contact"], "inner": sets.pop("right"), "outer": sets.pop("left"), **sets}
+    sets["contact"] = _set(number[:, : 2 * n_strip - 1, 0])
+    return TetraMesh(nodes, cells, sets)
+
+
+def _doubled(places: Array) -> Array:
+    fine = np.empty(2 * places.size - 1)
+    fine[::2] = places
+    fine[1::2] = 0.5 * (places[1:] + places[:-1])
+    return fine
+
+
+@dataclass(frozen=True)
+class RailSection:
+    """Section of a rail below the running surface of its head, simplified.
+
+    Parameters
+    ----------
+    web_half_width : float [m]
+    web_top, web_bottom : float [m]
+        Heights z where the lower head and the foot meet the web.
+    head_edge : (y, z) [m]
+        Lower corner of the head.
+    foot_half_width, foot_toe, bottom : float [m]
+        Half width of the foot, its thickness at the toe, and the height z of its base.
+    """
+
+    web_half_width: float = 8.25e-3
+    web_top: float = -51e-3
+    web_bottom: float = -142e-3
+    head_edge: tuple[float, float] = (37.33e-3, -40.425e-3)
+    foot_half_width: float = 75e-3
+    foot_toe: float = 11.5e-3
+    bottom: float = -172e-3
+
+
+def rail_mesh(
+    profile: Profile,
+    x: ArrayLike,
+    y: ArrayLike,
+    length: float,
+    *,
+    half: bool = False,
+    section: RailSection | None = None,
+    growth: float = GROWTH,
+    quadratic: bool = True,
+) -> TetraMesh:
+    """Rail of finite length with its web and foot; its head follows `profile`.
+
+    Parameters
+    ----------
+    profile : Profile
+        Running surface, z = 0 at the crown.
+    x : (nx,) [m]
+        Rising coordinates of the nodes along the contact; the mesh grows coarser towards the ends.
+    y : (ny,) [m]
+        Rising |y| of the nodes over the contact strip.
+    length : float [m]
+        Of the rail, centred at x = 0.
+    half : bool
+        Only y >= 0, for scenes that are symmetric.
+
+    Node sets "left", "right" (contact strips at y > 0 and y < 0), "head" (the running surface, also
+    "contact"), "base" (underside of the foot), "rear", "front" (ends), and "symmetry" (y = 0) if `half`.
+    """
+    x, y = _stations("x", x), _stations("y", y)
+    cut = section or RailSection()
+    half_length = 0.5 * positive("length", length, "m")
+    if x[0] <= -half_length or x[-1] >= half_length:
+        raise ValueError(f"length is {length:g} m: the contact from {x[0]:g} to {x[-1]:g} m is longer")
+    ahead = x[-1] + graded(float(x[-1] - x[-2]), half_length - float(x[-1]), growth, least=1)[1:]
+    behind = x[0] - graded(float(x[1] - x[0]), half_length + float(x[0]), growth, least=1)[:0:-1]
+    x = np.concatenate([behind, x, ahead])
+    grid = _rail_columns(profile, y, cut, growth)
+    number_of_strip = grid.strip
+    if half:
+        plane, keep, offset = grid.plane, grid.keep, 0
+    else:
+        mirrored = grid.plane[:0:-1] * [-1.0, 1.0]
+        plane = np.concatenate([mirrored, grid.plane])
+        keep = np.concatenate([grid.keep[::-1], grid.keep])
+        offset = grid.plane.shape[0] - 1
+    corners = np.empty((x.size, *plane.shape[:2], 3))
+    corners[..., 0] = x[:, None, None]
+    corners[..., 1:] = plane
+    head = plane.shape[1] - 1
+    fine = _running_surface(profile, grid.surface)
+    if not half:
+        fine = np.concatenate([fine[:0:-1] * [-1.0, 1.0], fine])
+    surface = np.empty((2 * x.size - 1, fine.shape[0], 3))
+    surface[..., 0] = _doubled(x)[:, None]
+    surface[..., 1:] = fine
+    first = 2 * (offset - (grid.surface.size - 1)) if not half else 0
+    span = slice(first, first + fine.shape[0])
+    curved = ((slice(None), span, 2 * head), surface)
+    nodes, cells, number = tetrahedra(
+        corners,
+        np.broadcast_to(keep, (x.size - 1, *keep.shape)),
+        curved if quadratic else None,
+        quadratic=quadratic,
+    )
+    start, stop = (2 * (offset + n) for n in number_of_strip)
+    sets = {
+        "left": _set(number[:, start : stop + 1, -1]),
+        "head": _set(number[:, span, -1]),
+        "contact": _set(number[:, span, -1]),
+        "base": _set(number[:, :, 0]),
+        "rear": _set(number[0]),
+        "front": _set(number[-1]),
+    }
+    if half:
+        sets["symmetry"] = _set(number[:, 0])
+    else:
+        mirror = 2 * offset
+        sets["right"] = _set(number[:, 2 * mirror - stop : 2 * mirror - start + 1, -1])
+    return TetraMesh(nodes, cells, sets)
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Half a rail section as a grid of columns (outwards) and layers (upwards)."""
+
+    plane: Array  # (columns, layers, 2): y and z
+    keep: NDArray[np.bool_]  # cells that exist
+    surface: Array  # |y| of the nodes on the running surface, column by column
+    strip: tuple[int, int]  # first and last column of the contact strip
+
+
+def _rail_columns(profile: Profile, y: Array, cut: RailSection, growth: float) -> _Columns:
+    """Head between its running surface and its underside, web below its inner columns, foot below all."""
+    step = float(np.diff(y).min())
+    corner = _gauge_corner(profile)
+    inner = np.linspace(0.0, y[0], max(2, round(y[0] / np.diff(y)[0])) + 1) if y[0] > 0.0 else np.zeros(1)
+    outer = np.linspace(y[-1], corner, max(2, round((corner - y[-1]) / (1.3 * np.diff(y)[-1]))) + 1)
+    surface = np.concatenate([inner[:-1], y, outer[1:]])
+    n_web = max(2, int(np.searchsorted(surface, cut.web_half_width)))
+    n_columns = surface.size
+    # underside of the head: the web, then the slope to its lower edge
+    under = np.empty((n_columns, 2))
+    under[: n_web + 1, 0] = np.linspace(0.0, cut.web_half_width, n_web + 1)
+    under[: n_web + 1, 1] = cut.web_top
+    share = np.linspace(0.0, 1.0, n_columns - n_web)
+    under[n_web:, 0] = cut.web_half_width + share * (cut.head_edge[0] - cut.web_half_width)
+    under[n_web:, 1] = cut.web_top + share * (cut.head_edge[1] - cut.web_top)
+    top = np.stack([surface, profile.height(surface)], axis=1)
+    depth = graded(step, -cut.web_top, growth)[::-1] / -cut.web_top  # 1 at the underside, 0 on top
+    down = depth[None, :, None]
+    straight = (1.0 - down) * top[:, None] + down * under[:, None]
+    flank = _flank(profile, corner, cut, depth)
+    # what the outermost column adds to the straight line is shared out over the columns
+    bulge = flank - straight[-1]
+    weight = (surface / surface[-1])[:, None, None]
+    head = straight + weight**2 * bulge[None]
+    web_z = np.linspace(cut.web_bottom, cut.web_top, 6)
+    foot_z = np.linspace(cut.bottom, cut.web_bottom, 4)
+    n_foot = 6
+    total = max(n_columns, n_web + n_foot + 1)
+    layers = foot_z.size - 1 + web_z.size - 1 + head.shape[1]
+    plane = np.zeros((total, layers, 2))
+    keep = np.zeros((total - 1, layers - 1), dtype=bool)
+    base = foot_z.size - 1
+    neck = base + web_z.size - 1
+    plane[:n_columns, neck:] = head
+    keep[: n_columns - 1, neck:] = True
+    columns = under[: n_web + 1, 0]
+    plane[: n_web + 1, base : neck + 1] = np.stack(np.meshgrid(columns, web_z, indexing="ij"), axis=-1)
+    keep[:n_web, base:neck] = True
+    feet = np.concatenate([columns, np.linspace(cut.web_half_width, cut.foot_half_width, n_foot + 1)[1:]])
+    toe = cut.bottom + cut.foot_toe
+    share = np.clip((feet - cut.web_half_width) / (cut.foot_half_width - cut.web_half_width), 0.0, 1.0)
+    upper = cut.web_bottom + share * (toe - cut.web_bottom)
+    up = np.linspace(0.0, 1.0, foot_z.size)
+    plane[: feet.size, : base + 1, 0] = feet[:, None]
+    plane[: feet.size, : base + 1, 1] = cut.bottom + up[None] * (upper - cut.bottom)[:, None]
+    keep[: feet.size - 1, :base] = True
+    first = inner.size - 1
+    return _Columns(plane, keep, surface, (first, first + y.size - 1))
+
+
+def _gauge_corner(profile: Profile) -> float:
+    """|y| [m] on the gauge corner where the profile falls as steeply as it runs."""
+    end = profile.range[1]
+    places = np.linspace(0.5 * end, end, 2001)
+    steep = profile.slope(places) < -1.0
+    return float(places[int(np.argmax(steep))] if steep.any() else end)
+
+
+def _flank(profile: Profile, corner: float, cut: RailSection, depth: Array) -> Array:
+    """Points (layers, 2) from the lower head edge up the flank and round the gauge corner to `corner`."""
+    edge = profile.range[1]
+    around = np.linspace(corner, edge, 60)
+    ring = np.stack([around, profile.height(around)], axis=1)
+    ring = np.concatenate([ring, np.array([cut.head_edge])])
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1))])
+    at = depth * run[-1]
+    return np.stack([np.interp(at, run, ring[:, c]) for c in range(2)], axis=1)
+
+
+def _running_surface(profile: Profile, y: Array) -> Array:
+    fine = _doubled(y)
+    return np.stack([fine, profile.height(fine)], axis=1)

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Meshes from elsewhere: closed surfaces filled with tetrahedra by gmsh, ready meshes through meshio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from .check import choice, positive
+from .mesh import EDGES, TetraMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+#: Which points (n, 3) [m] are on the contact face of a body with these vertices (k, 3) [m].
+Near = Callable[[Array, Array], NDArray[np.bool_]]
+
+#: Metres per unit.
+UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 25.4e-3}
+
+#: Files of closed surfaces; all others are taken for ready meshes.
+SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
+
+#: Tetrahedra far from the contact are this many times as large as at it.
+FAR = 2.5
+
+#: Edges of a surface that turn by more than this angle stay edges [rad]: the end of a worn sole is a
+#: kink of 11 degrees.
+FEATURE_ANGLE = np.radians(8.0)
+
+
+def read_mesh(
+    source: Any, unit: str = "m", *, size: float | None = None, near: Near | None = None
+) -> TetraMesh:
+    """Tetrahedra from a file or a mesh object.
+
+    Parameters
+    ----------
+    source
+        Path, trimesh object, meshio object or TetraMesh (taken as it is).
+    unit : "m", "mm", "um" or "in"
+    size : float [m]
+        Size of the tetrahedra near the contact; for closed surfaces only.
+    near : function of points (n, 3) and the surface's vertices (k, 3) [m]
+        Which points are on the contact face.
+    """
+    scale = UNITS[choice("unit", unit, tuple(UNITS))]
+    if isinstance(source, TetraMesh):
+        return TetraMesh(source.nodes * scale, source.cells, source.node_sets)
+    if isinstance(source, trimesh.Trimesh):
+        return filled(np.asarray(source.vertices) * scale, np.asarray(source.faces), size, near)
+    if isinstance(source, (str, Path)):
+        path = Path(source)
+        if not path.is_file():
+            raise ValueError(f"{path} is no file")
+        if path.suffix.lower() in SURFACE_FILES:
+            surface = trimesh.load_mesh(path)
+            if not isinstance(surface, trimesh.Trimesh):
+                raise ValueError(f"{path} holds {type(surface).__name__}, one closed surface is needed")
+            return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
+        import meshio
+
+        try:
+            source = meshio.read(path)
+        except (meshio.ReadError, SystemExit) as error:
+            raise ValueError(f"{path} cannot be read: {error}") from None
+    if hasattr(source, "cells_dict") and hasattr(source, "points"):
+        return _from_meshio(source, scale)
+    raise ValueError(f"{source!r} is no mesh: a path, a trimesh, meshio or TetraMesh object is needed")
+
+
+def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
+    blocks = mesh.cells_dict
+    kinds = [kind for kind in ("tetra10", "tetra") if kind in blocks]
+    if len(kinds) != 1:
+        raise ValueError(
+            f"the mesh has cells {', '.join(sorted(blocks))}: either 4-node or 10-node tetrahedra are needed"
+        )
+    cells = np.asarray(blocks[kinds[0]], dtype=np.int64)
+    used, cells = np.unique(cells, return_inverse=True)
+    nodes = np.asarray(mesh.points, dtype=float)[used, :3] * scale
+    return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64)))
+
+
+def upright(mesh: TetraMesh) -> TetraMesh:
+    """The mesh with its tetrahedra numbered the right way round, if all are the wrong way."""
+    corners = mesh.nodes[mesh.cells[:, :4]]
+    a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
+    if (np.einsum("ij,ij->i", np.cross(a, b), c) > 0.0).any():
+        return mesh
+    swap = [1, 0, 2, 3] if mesh.cells.shape[1] == 4 else [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
+    return TetraMesh(mesh.nodes, mesh.cells[:, swap], mesh.node_sets)
+
+
+def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
+    """A closed surface without degenerate triangles, its vertices merged.
+
+    Raises
+    ------
+    ValueError
+        Naming the first triangle or edge that is wrong.
+    """
+    if not np.isfinite(vertices).all():
+        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
+        raise ValueError(
+            f"vertex {bad} of the surface is {vertices[bad].tolist()}: finite numbers are needed"
+        )
+    surface = trimesh.Trimesh(vertices, triangles, process=True)
+    length = float(np.ptp(vertices, axis=0).max())
+    area = surface.area_faces
+    if (area <= 1e-14 * length**2).any():
+        bad = int(np.argmin(area))
+        raise ValueError(f"triangle {bad} of the surface is degenerate: its area is {area[bad]:.3g} m2")
+    if not surface.is_watertight:
+        edges, counts = np.unique(surface.edges_sorted, axis=0, return_counts=True)
+        bad_edges = edges[counts != 2]
+        place = surface.vertices[bad_edges[0]].mean(axis=0)
+        raise ValueError(
+            f"the surface is not closed: {len(bad_edges)} edges do not have two triangles, the first near "
+            f"{np.round(place, 6).tolist()} m"
+        )
+    if not surface.is_winding_consistent or surface.volume < 0.0:
+        surface.fix_normals()
+    return surface
+
+
+def filled(
+    vertices: Array, triangles: Index, size: float | None = None, near: Near | None = None
+) -> TetraMesh:
+    """Quadratic tetrahedra inside a closed surface, by gmsh.
+
+    Parameters
+    ----------
+    vertices, triangles : (n, 3) [m], (m, 3)
+    size : float [m]
+        Size near the contact; by default a fifteenth of the largest extent. Elsewhere up to 2.5 times that.
+    near : function of points (n, 3) and the surface's vertices (k, 3) [m]
+        Which points are on the contact face; by default all of the surface is meshed at `size`.
+    """
+    surface = check_surface(np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=np.int64))
+    extent = float(np.ptp(surface.vertices, axis=0).max())
+    size = extent / 15.0 if size is None else positive("size", size, "m")
+    if size > extent:
+        raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise ValueError(
+            f"filling a closed surface with tetrahedra needs gmsh (pip install mtb-rs[mesh]): {error}"
+        ) from None
+    if near is not None and not near(surface.vertices, surface.vertices).any():
+        raise ValueError("the contact face has no vertex of the surface on it")
+    gmsh.initialize(interruptible=False)
+    try:
+        nodes, cells = _gmsh_tetrahedra(
+            gmsh, surface, None if near is None else near(surface.vertices, surface.vertices), size
+        )
+    except Exception as error:
+        raise ValueError(f"gmsh cannot mesh the surface: {error}") from None
+    finally:
+        gmsh.finalize()
+    return quadratic(upright(TetraMesh(nodes, cells)))
+
+
+def _gmsh_tetrahedra(
+    gmsh: Any, surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float
+) -> tuple[Array, Index]:
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh every time
+    tag = gmsh.model.addDiscreteEntity(2)
+    # in sizes of the contact mesh: gmsh's tolerances are absolute
+    numbers = np.arange(1, len(surface.vertices) + 1)
+    gmsh.model.mesh.addNodes(2, tag, numbers, (surface.vertices / size).ravel())
+    gmsh.model.mesh.addElementsByType(tag, 2, [], (surface.faces + 1).ravel())
+    gmsh.model.mesh.classifySurfaces(FEATURE_ANGLE, True, True, np.pi)
+    gmsh.model.mesh.createGeometry()
+    surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
+    gmsh.model.geo.addVolume([gmsh.model.geo.addSurfaceLoop(surfaces)])
+    gmsh.model.geo.synchronize()
+    at_contact = []
+    for tag in surfaces:
+        # parts of the surface with a whole triangle on the contact face
+        corners = gmsh.model.mesh.getElementsByType(2, tag)[1].reshape(-1, 3).astype(np.int64) - 1
+        if is_contact is None or is_contact[corners].all(axis=1).any():
+            at_contact.append(tag)
+    if not at_contact:
+        raise ValueError("no triangle of the surface lies on the contact face")
+    distance = gmsh.model.mesh.field.add("Distance")
+    gmsh.model.mesh.field.setNumbers(distance, "SurfacesList", at_contact)
+    gmsh.model.mesh.field.setNumber(distance, "Sampling", 60)
+    grown = gmsh.model.mesh.field.add("MathEval")
+    gmsh.model.mesh.field.setString(grown, "F", f"1 + Min({FAR - 1.0}, 0.2 * F{distance})")
+    gmsh.model.mesh.field.setAsBackgroundMesh(grown)
+    for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+        gmsh.option.setNumber(f"Mesh.{option}", 0)
+    gmsh.option.setNumber("Mesh.Algorithm3D", 1)
+    gmsh.option.setNumber("Mesh.Optimize", 1)
+    gmsh.model.mesh.generate(3)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, corner_tags = gmsh.model.mesh.getElementsByType(4)
+    if corner_tags.size == 0:
+        raise ValueError("no tetrahedron was made")
+    used, cells = np.unique(corner_tags, return_inverse=True)
+    order = np.argsort(tags)
+    rows = order[np.searchsorted(tags[order], used)]
+    return coordinates.reshape(-1, 3)[rows] * size, cells.reshape(-1, 4).astype(np.int64)
+
+
+def quadratic(mesh: TetraMesh) -> TetraMesh:
+    """Linear tetrahedra with mid-side nodes on their straight edges."""
+    pairs = np.sort(mesh.cells[:, np.array(EDGES)], axis=2).reshape(-1, 2)
+    edges, which = np.unique(pairs, axis=0, return_inverse=True)
+    middles = mesh.nodes[edges].mean(axis=1)
+    cells = np.concatenate([mesh.cells, len(mesh.nodes) + which.reshape(-1, len(EDGES))], axis=1)
+    return TetraMesh(np.concatenate([mesh.nodes, middles]), cells.astype(np.int64))

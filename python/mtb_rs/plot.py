@@ -1,0 +1,492 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pictures of a result: maps over the patches and cuts along x (matplotlib), and the way to the 3-D view.
+
+Nothing here touches pyplot: a picture is a figure of its own, or is drawn into axes handed in.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch as Swatch
+from matplotlib.transforms import Affine2D, ScaledTranslation
+from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
+from PIL import Image
+
+from .grids import corners, flat, patches, row_borders
+from .result import Array, Patch, Result
+
+Limits = tuple[float, float]
+Body = Literal["upper", "lower"]
+
+#: Okabe and Ito's colours: told apart by everybody, and in grey.
+LINE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STATUS_NAMES = ("open", "stick", "slip")
+STATUS_COLOURS = ("#E4E4E4", "#0072B2", "#E69F00")
+OPEN_COLOUR = "#EDEDED"
+INK = "#333333"
+MILLIMETRE = 1e-3
+
+_PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
+    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A field that can be drawn: how it is called, where it comes from, and its SI unit."""
+
+    label: str
+    unit: str
+    values: Callable[[Result, Body], Array]
+    contact_only: bool = False
+    by_body: bool = False
+    colours: str | None = None
+
+
+def _displacement(component: int) -> Callable[[Result, Body], Array]:
+    return lambda result, body: np.asarray(getattr(result.displacement, body)[component])
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "pressure": Quantity("pressure", "Pa", lambda r, _: r.pressure, contact_only=True),
+    "traction": Quantity(
+        "|traction|", "Pa", lambda r, _: np.linalg.norm(r.traction, axis=0), contact_only=True
+    ),
+    "longitudinal_traction": Quantity("longitudinal traction", "Pa", lambda r, _: r.traction[0], True),
+    "lateral_traction": Quantity("lateral traction", "Pa", lambda r, _: r.traction[1], True),
+    "gap": Quantity("gap", "m", lambda r, _: r.gap, colours="viridis_r"),
+    "initial_gap": Quantity("initial gap", "m", lambda r, _: r.initial_gap, colours="viridis_r"),
+    "status": Quantity("status", "", lambda r, _: r.status.astype(float)),
+    "vertical_displacement": Quantity("vertical displacement", "m", _displacement(2), by_body=True),
+    "longitudinal_displacement": Quantity("longitudinal displacement", "m", _displacement(0), by_body=True),
+    "lateral_displacement": Quantity("lateral displacement", "m", _displacement(1), by_body=True),
+}
+
+
+class ResultFigure(Figure):
+    """A matplotlib figure that shows itself in a notebook and belongs to nobody else."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png")
+        return buffer.getvalue()
+
+
+def plot(
+    result: Result,
+    quantity: str = "pressure",
+    kind: str | None = None,
+    *,
+    y: float | Iterable[float] | None = None,
+    body: Body = "lower",
+    limits: Limits | None = None,
+    ax: Axes | None = None,
+    **options: Any,
+) -> Any:
+    """Draws one quantity of a result.
+
+    Parameters
+    ----------
+    quantity : str
+        One of `QUANTITIES`: "pressure", "traction" (its magnitude), "longitudinal_traction",
+        "lateral_traction", "gap", "initial_gap", "status", "vertical_displacement",
+        "longitudinal_displacement", "lateral_displacement".
+    kind : "map", "line" or "3d"
+        A map over the patches (default), cuts along x (default where `y` is given), or the bodies in
+        space with the quantity on the contact patch.
+    y : float or floats [m]
+        Where to cut. The row of cells nearest to each `y` is drawn, with its own y in the legend:
+        pressure and traction are constant by cell. By default the row of the peak pressure.
+    body : "lower" or "upper"
+        Whose displacement a map shows; lines show both.
+    limits : (low, high) [SI unit of the quantity]
+        Ends of the scale, to compare pictures; by default those of the values.
+    ax : matplotlib.axes.Axes
+        Draw there, not into a figure of its own (not for "3d").
+    **options
+        For "3d": see :func:`mtb_rs.view.view`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+    """
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(QUANTITIES)} is needed")
+    if body not in ("lower", "upper"):
+        raise ValueError(f'body is {body!r}: "lower" or "upper" is needed')
+    if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
+        raise ValueError(f"limits is {limits!r}: two finite numbers that rise are needed")
+    if kind is None:
+        kind = "map" if y is None else "line"
+    if kind == "3d":
+        if y is not None or ax is not None:
+            raise ValueError('y and ax have no meaning for kind="3d"')
+        from .view import view
+
+        return view(result, quantity, body=body, limits=limits, **options)
+    if options:
+        raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')
+    if kind == "map":
+        if y is not None:
+            raise ValueError('y has no meaning for kind="map"; cuts are kind="line"')
+        return draw_map(result, quantity, body, limits, ax)
+    if kind == "line":
+        return draw_lines(result, quantity, y, body, limits, ax)
+    raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
+
+
+def animate(
+    history: Sequence[Result],
+    path: str | Path,
+    quantity: str = "pressure",
+    *,
+    frames_per_second: float = 10.0,
+    **options: Any,
+) -> Path:
+    """A moving picture (.gif, .webp or .png) of one quantity over a history of results.
+
+    All frames share their scale: the colours of maps and 3-D views, the axes of lines.
+
+    Parameters
+    ----------
+    history : sequence of Result
+        At least one, in order.
+    path : str or Path
+    frames_per_second : float [1/s]
+    **options
+        As for :func:`plot`, `kind` and `y` included; not `ax`.
+    """
+    target = Path(path)
+    if target.suffix not in (".gif", ".webp", ".png"):
+        raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(QUANTITIES)} is needed")
+    if not history:
+        raise ValueError("history is empty: at least one result is needed")
+    if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
+        raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
+    plot_options = {"limits": _shared_limits(history, quantity, options), **options}
+    first, *others = [Image.fromarray(_frame(result, quantity, plot_options)) for result in history]
+    pause = round(1000.0 / frames_per_second)
+    first.save(target, save_all=True, append_images=others, duration=pause, loop=0)
+    return target
+
+
+def _frame(result: Result, quantity: str, options: dict[str, Any]) -> NDArray[np.uint8]:
+    picture = plot(result, quantity, **options)
+    if isinstance(picture, Figure):
+        canvas: Any = FigureCanvasAgg(picture)
+        canvas.draw()
+        return np.array(canvas.buffer_rgba())[..., :3]
+    image = np.array(picture.screenshot(return_img=True))
+    picture.close()
+    return image
+
+
+def _shared_limits(history: Sequence[Result], quantity: str, options: dict[str, Any]) -> Limits | None:
+    """Ends of one scale for all results; None for the status, which has no scale."""
+    if quantity == "status":
+        return None
+    asked, body = QUANTITIES[quantity], options.get("body", "lower")
+    kept = []
+    for result in history:
+        values = np.asarray(asked.values(result, body), dtype=float)
+        kept.append(values[result.status > 0] if asked.contact_only else values.ravel())
+    everything = np.concatenate(kept)
+    if options.get("kind") == "line" or "y" in options:
+        low, high = float(everything.min(initial=0.0)), float(everything.max(initial=0.0))
+        return (low, 1.05 * high) if low < high else (0.0, 1.0)
+    scale = colour_scale(everything, asked)
+    low, high = (float(v) * scale.factor for v in (scale.norm.vmin, scale.norm.vmax))  # type: ignore[arg-type]
+    return (low, high) if low < high else None
+
+
+def draw_map(result: Result, quantity: str, body: Body, limits: Limits | None, ax: Axes | None) -> Figure:
+    """The quantity over all patches, seen from above, on one colour scale."""
+    asked = QUANTITIES[quantity]
+    grids = patches(result)
+    x, y, _ = flat(result, result.points)
+    values = flat(result, asked.values(result, body)).astype(float)
+    closed = flat(result, result.status) > 0
+    shown = closed if asked.contact_only else np.ones_like(closed)
+    ratio = float(np.clip(np.ptp(y) / max(np.ptp(x), 1e-12), 0.25, 1.1))
+    figure, ax = _canvas(ax, (7.2, 5.7 * ratio + 1.15))
+
+    factor, unit, extend = 1.0, "", "neither"
+    if quantity == "status":
+        style: dict[str, Any] = {
+            "cmap": ListedColormap(STATUS_COLOURS),
+            "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
+        }
+    else:
+        scale = colour_scale(values[shown], asked, limits)
+        factor, unit, extend = scale.factor, scale.unit, scale.extend
+        style = {"cmap": scale.colours, "norm": scale.norm}
+    style["rasterized"] = True
+    drawn = None
+    for patch in grids:
+        field = np.ma.masked_where(~patch.view(shown), patch.view(values) / factor)
+        edges = [corners(result, patch, c) / MILLIMETRE for c in (x, y)]
+        ax.pcolormesh(*edges, np.ones(field.shape), cmap=ListedColormap([OPEN_COLOUR]), rasterized=True)
+        drawn = ax.pcolormesh(*edges, field, **style)
+        if quantity != "status":
+            _outline(ax, edges, patch.view(closed))
+        ax.plot(*_border(edges), color="#9A9A9A", linewidth=0.8)
+    if not grids:
+        drawn = _scattered(
+            ax, x / MILLIMETRE, y / MILLIMETRE, np.ma.masked_where(~shown, values / factor), style
+        )
+
+    ax.set_aspect("equal")
+    ax.set_xlabel("x [mm]")
+    ax.set_ylabel("y [mm]")
+    _style(ax)
+    if quantity == "status":
+        present = [code for code in (0, 1, 2) if np.any(values == code)]
+        handles = [
+            Swatch(facecolor=STATUS_COLOURS[c], edgecolor=INK, lw=0.5, label=STATUS_NAMES[c]) for c in present
+        ]
+        ax.legend(
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, fontsize=9
+        )
+    elif drawn is not None:
+        bar = figure.colorbar(drawn, ax=ax, extend=extend, shrink=0.9, aspect=28, pad=0.02)
+        bar.set_label(f"{asked.label} [{unit}]", color=INK)
+        bar.outline.set_visible(False)
+        bar.ax.tick_params(labelsize=8.5, colors=INK)
+    ax.set_title(
+        _title(_label(asked, body), values[shown] / factor, unit), loc="left", fontsize=10.5, color=INK
+    )
+    _friction_arrow(figure, ax, result)
+    return figure
+
+
+def draw_lines(
+    result: Result,
+    quantity: str,
+    y: float | Iterable[float] | None,
+    body: Body,
+    limits: Limits | None,
+    ax: Axes | None,
+) -> Figure:
+    """The quantity along x on the rows nearest to `y`; what is constant by cell is drawn as steps."""
+    asked = QUANTITIES[quantity]
+    grids = patches(result)
+    if not grids:
+        raise ValueError('kind="line" needs a regular grid of contact points; this result has scattered ones')
+    x, height, _ = flat(result, result.points)
+    rows = [_Row(patch, j) for patch in grids for j in range(patch.ny)]
+    row_y = np.array([row.of(height).mean() for row in rows])
+    if y is None:
+        peak = np.array([row.of(flat(result, result.pressure)).max() for row in rows])
+        chosen = [rows[int(peak.argmax())]]
+    else:
+        wanted = np.atleast_1d(np.asarray(y, dtype=float))
+        if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
+            raise ValueError(f"y is {y!r}: finite numbers [m] are needed")
+        # rounding must not decide between two rows equally far: the first wins
+        distance = np.round(np.abs(row_y - wanted[:, None]), 9)
+        chosen = [rows[j] for j in dict.fromkeys(distance.argmin(axis=1).tolist())]
+
+    values = flat(result, asked.values(result, body)).astype(float)
+    factor, unit = (
+        (1.0, "")
+        if quantity == "status"
+        else unit_of(
+            np.concatenate([row.of(values) for row in chosen]) if limits is None else np.array(limits),
+            asked.unit,
+        )
+    )
+    figure, ax = _canvas(ax, (7.2, 3.9))
+    for row, colour in zip(chosen, cycle(LINE_COLOURS), strict=False):
+        centres = row.of(x) / MILLIMETRE
+        field = row.of(values) / factor
+        label = f"y = {row.of(height).mean() / MILLIMETRE:.3g} mm".replace("-", "\N{MINUS SIGN}")
+        if asked.unit == "m":
+            ax.plot(centres, field, color=colour, linewidth=1.6, label=label)
+        else:
+            edges = row_borders(result, row.patch, x)[row.index] / MILLIMETRE
+            ax.stairs(field, edges, baseline=None, color=colour, linewidth=1.6, label=label)
+        if centres.size <= 80:
+            ax.plot(centres, field, ".", color=colour, markersize=4)
+    if quantity == "status":
+        ax.set_yticks(range(3), STATUS_NAMES)
+        ax.set_ylim(-0.3, 2.3)
+    elif limits is not None:
+        ax.set_ylim(limits[0] / factor, limits[1] / factor)
+    elif not asked.by_body and "traction" not in quantity:
+        ax.set_ylim(bottom=0.0)
+    ax.margins(x=0.02)
+    ax.set_xlabel("x [mm]")
+    ax.set_ylabel(f"{asked.label} [{unit}]" if unit else asked.label)
+    ax.set_title(_label(asked, body), loc="left", fontsize=10.5, color=INK)
+    ax.legend(
+        frameon=False, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2
+    )
+    _style(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+@dataclass(frozen=True)
+class _Row:
+    patch: Patch
+    index: int
+
+    def of(self, values: Array) -> Array:
+        return np.asarray(self.patch.view(values)[self.index])
+
+
+def _canvas(ax: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:
+    if ax is None:
+        figure = ResultFigure(figsize=size, dpi=150, layout="constrained")
+        return figure, figure.add_subplot()
+    owner = ax.get_figure(root=True)
+    if owner is None:
+        raise ValueError("ax belongs to no figure")
+    return owner, ax
+
+
+def _label(asked: Quantity, body: Body) -> str:
+    return asked.label + (f" of the {body} body" if asked.by_body else "")
+
+
+def _style(ax: Axes) -> None:
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set_color("#888888")
+    ax.tick_params(labelsize=8.5, color="#888888", labelcolor=INK)
+    ax.xaxis.label.set(color=INK, fontsize=9.5)
+    ax.yaxis.label.set(color=INK, fontsize=9.5)
+    ax.set_axisbelow(True)
+
+
+def unit_of(values: Array, unit: str) -> tuple[float, str]:
+    """The prefix that suits the largest value: 0.3 to 300 of it."""
+    largest = float(np.abs(values).max(initial=0.0))
+    for factor, name in _PREFIXES[unit]:
+        if largest >= 0.3 * factor:
+            return factor, name
+    return _PREFIXES[unit][-2 if largest == 0.0 else -1]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Unit and colours of a picture: drawn is value / factor, in `unit`."""
+
+    factor: float
+    unit: str
+    colours: str
+    norm: Normalize
+    extend: str
+
+
+def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -> Scale:
+    """Unit and colours for `values` [SI], or for given `limits` [SI].
+
+    Values on both sides of zero get a scale that is white there. Peaks at sharp edges, singular in
+    theory, do not flatten the rest: the scale then ends below them, and says so by its open end.
+    """
+    spanned = values if limits is None else np.array(limits)
+    factor, unit = unit_of(spanned, asked.unit)
+    spanned = spanned / factor
+    low, high = (float(spanned.min()), float(spanned.max())) if spanned.size else (0.0, 1.0)
+    if limits is not None:
+        below = bool(values.size and values.min() < limits[0])
+        above = bool(values.size and values.max() > limits[1])
+        extend = "both" if below and above else "min" if below else "max" if above else "neither"
+        mixed, falling = low < 0.0 < high, low < 0.0
+        colours = "RdBu_r" if mixed else asked.colours or ("viridis_r" if falling else "viridis")
+        return Scale(factor, unit, colours, Normalize(low, high), extend)
+    if min(-low, high) > 0.02 * max(-low, high):
+        bound = max(-low, high)
+        return Scale(factor, unit, "RdBu_r", Normalize(-bound, bound), "neither")
+    if low < 0.0:
+        return Scale(factor, unit, asked.colours or "viridis_r", Normalize(low, high), "neither")
+    robust = float(np.percentile(spanned, 97.0)) if spanned.size else high
+    peaked = high > 1.4 * robust > 0.0
+    norm = Normalize(0.0, robust if peaked else high or 1.0)
+    return Scale(factor, unit, asked.colours or "viridis", norm, "max" if peaked else "neither")
+
+
+def _title(label: str, values: Array, unit: str) -> str:
+    if not unit or not values.size:
+        return label
+    low, high = float(values.min()), float(values.max())
+    if low < 0.0:
+        return f"{label}, {low:.3g} to {high:.3g} {unit}".replace("-", "\N{MINUS SIGN}")
+    return f"{label}, largest {high:.3g} {unit}"
+
+
+def _border(edges: list[Array]) -> tuple[Array, Array]:
+    """The outline of a whole patch, for `ax.plot`."""
+    x, y = (np.concatenate([e[0], e[1:, -1], e[-1, -2::-1], e[-2::-1, 0]]) for e in edges)
+    return x, y
+
+
+def _outline(ax: Axes, edges: list[Array], closed: NDArray[np.bool_]) -> None:
+    """The border of the region in contact, along cell edges; none where everything or nothing is."""
+    x, y = edges
+    if closed.all() or not closed.any():
+        return
+    ring = np.pad(closed, 1)
+    segments = []
+    for j, i in np.argwhere(ring[1:, 1:-1] != ring[:-1, 1:-1]):
+        segments.append([(x[j, i], y[j, i]), (x[j, i + 1], y[j, i + 1])])
+    for j, i in np.argwhere(ring[1:-1, 1:] != ring[1:-1, :-1]):
+        segments.append([(x[j, i], y[j, i]), (x[j + 1, i], y[j + 1, i])])
+    ax.add_collection(LineCollection(segments, colors=INK, linewidths=0.9, capstyle="round"))
+
+
+def _scattered(ax: Axes, x: Array, y: Array, field: Any, style: dict[str, Any]) -> Any:
+    """Scattered points as triangles between neighbours; long ones, across gaps, are left out."""
+    net = Triangulation(x, y)
+    corner = np.stack([x[net.triangles], y[net.triangles]])
+    longest = np.sqrt(((corner - np.roll(corner, 1, axis=2)) ** 2).sum(axis=0)).max(axis=1)
+    away = longest > 3.0 * np.median(longest)
+    net.set_mask(away)
+    ax.tripcolor(net, np.ones(x.size), cmap=ListedColormap([OPEN_COLOUR]), rasterized=True)
+    net.set_mask(away | np.ma.getmaskarray(field)[net.triangles].any(axis=1))
+    return ax.tripcolor(net, np.ma.getdata(field), shading="flat", **style)
+
+
+def _friction_arrow(figure: Figure, ax: Axes, result: Result) -> None:
+    """The direction in which friction drags the lower body, as an arrow below the picture."""
+    pull = (flat(result, result.traction) * flat(result, result.area)).sum(axis=1)[:2]
+    size = float(np.hypot(*pull))
+    if size <= 1e-3 * result.normal_force:
+        return
+    # in points from the lower right corner of the axes, on the line of the x label
+    place: Any = Affine2D().scale(1 / 72) + figure.dpi_scale_trans + ScaledTranslation(1.0, 0.0, ax.transAxes)  # type: ignore[arg-type]
+    middle, half = np.array([-9.0, -27.0]), 9.0 * pull / size
+    ax.annotate(
+        "",
+        xy=tuple(middle + half),
+        xytext=tuple(middle - half),
+        xycoords=place,
+        arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0},
+        annotation_clip=False,
+    )
+    ax.text(
+        -23.0,
+        -27.0,
+        "friction on the lower body",
+        transform=place,
+        ha="right",
+        va="center_baseline",
+        fontsize=8.5,
+        color=INK,
+    )

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a solved scene returns: plain arrays and a report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .report import Report
+
+if TYPE_CHECKING:
+    from .elastic import ElasticPart
+    from .elastic_body import BodyState
+
+Array = NDArray[np.float64]
+
+
+class Displacement(NamedTuple):
+    """Displacement of both bodies at the contact points, each (3, ...) [m], common frame.
+
+    Elastic plus prescribed and rigid motion for finite-element bodies; elastic only for
+    half-spaces, whose rigid part is the approach.
+    """
+
+    upper: Array
+    lower: Array
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A regular grid of contact points inside the flat arrays of a result.
+
+    ``points[:, start:start + nx * ny].reshape(3, ny, nx)`` is the patch's grid, x fastest.
+    """
+
+    name: str
+    start: int
+    nx: int
+    ny: int
+
+    def view(self, values: NDArray[Any]) -> NDArray[Any]:
+        """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""
+        part = values[..., self.start : self.start + self.nx * self.ny]
+        return part.reshape(*values.shape[:-1], self.ny, self.nx)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A triangulated body for pictures: vertices (3, n) [m], triangles (m, 3), displacement (3, n) [m]."""
+
+    name: str
+    vertices: Array
+    triangles: NDArray[np.int64]
+    displacement: Array | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class Result:
+    """The solved contact.
+
+    Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, (n,) where
+    poles are concatenated, left (y > 0) first; vectors have a leading 3. SI units; pressure >= 0
+    pushes apart, traction acts on the lower body, gap > 0 is open.
+
+    Attributes
+    ----------
+    points : (3, ...) [m]
+        Undeformed contact points, common frame.
+    area : (...) [m2]
+        Area that belongs to each point.
+    normal : (3, ...) [-]
+        Unit normal of the lower body at each point, pointing to the upper one.
+    pressure : (...) [Pa]
+    traction : (3, ...) [Pa]
+        Friction only, on the lower body.
+    gap : (...) [m]
+        Deformed gap, >= 0.
+    initial_gap : (...) [m]
+    status : (...) int
+        0 open, 1 stick (and frictionless contact), 2 slip.
+    displacement : Displacement
+    force, moment : (3,) [N], [N m]
+        Contact load (pressure and friction) on the lower body; moment about `reference_point`.
+    normal_force : float [N]
+        Sum of pressure times area, > 0.
+    approach : float or (poles,) [m]
+        > 0: the bodies moved together.
+    error_estimate : float or None
+        Relative, L2 of pressure over the contact away from border points.
+    patches : tuple of Patch
+    surfaces : tuple of Surface
+        The bodies, for pictures.
+    lower, upper : HalfSpace, Rigid or ElasticBody
+        The bodies of the scene.
+    parts : tuple of ElasticPart
+        The elastic bodies; their insides are recovered by :meth:`states`.
+    coefficients : (3, n) [Pa]
+        Unknowns of the solution: traction along both tangents on the lower body, and pressure.
+    motion : (m,)
+        Amplitudes of the rigid motions that only contact holds.
+    summary : Mapping
+        Inputs of the scene worth repeating in `summary.json`.
+    """
+
+    points: Array
+    area: Array
+    normal: Array
+    pressure: Array
+    traction: Array
+    gap: Array
+    initial_gap: Array
+    status: NDArray[np.int8]
+    displacement: Displacement
+    force: Array
+    moment: Array
+    reference_point: Array
+    normal_force: float
+    approach: float | Array
+    model: str
+    error_estimate: float | None
+    report: Report
+    patches: tuple[Patch, ...] = ()
+    surfaces: tuple[Surface, ...] = ()
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    lower: Any = None
+    upper: Any = None
+    parts: tuple[ElasticPart, ...] = ()
+    coefficients: Array | None = None
+    motion: Array | None = None
+
+    def states(self) -> dict[str, BodyState]:
+        """The whole elastic bodies, by name: displacements, reactions and stresses inside.
+
+        Costs one back-substitution for each body, and its factorisation if that is not in memory.
+        """
+        assert self.coefficients is not None or not self.parts
+        states = {}
+        first = 0
+        for part in self.parts:
+            motion = np.asarray(self.motion)[first : first + len(part.modes)]
+            first += len(part.modes)
+            states[part.body.name] = part.state(np.asarray(self.coefficients), motion)
+        return states
+
+    def __str__(self) -> str:
+        """What was modelled, what was left out, how good it is."""
+        lines = [repr(self)[1:-1]]
+        lines.append(f"modelled: {self.model}, {self.report.solver}")
+        for effect, size in self.report.omitted.items():
+            amount = f"about {100.0 * size:.2g} %" if isinstance(size, float) else str(size)
+            lines.append(f"left out: {effect} ({amount})")
+        if self.error_estimate is not None:
+            lines.append(f"estimated total error: {100.0 * self.error_estimate:.2g} % of the pressure")
+        if self.report.wedging_margin:
+            lines.append(f"friction is {self.report.wedging_margin:.2f} of the wedging limit")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        closed = int(np.count_nonzero(self.status))
+        outcome = "converged" if self.report.converged else "NOT converged"
+        return (
+            f"<Result: {self.model}, {self.status.size} points, {closed} in contact, normal force "
+            f"{self.normal_force:.6g} N, peak pressure {self.report.peak_pressure:.4g} Pa, {outcome}>"
+        )
+
+    def _repr_png_(self) -> bytes:
+        """The pressure map, for notebooks."""
+        picture: bytes = self.plot("pressure")._repr_png_()
+        return picture
+
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
+        from .plot import plot
+
+        return plot(self, quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
+        from .export import save
+
+        return save(self, Path(directory))

@@ -1,0 +1,791 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes: two bodies, their gap, their load, their friction."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _mtb_rs
+from .auto import EFFECTS, Choice, Coarse, choose, coarse_copy, discretisation_error, rungs
+from .bodies import HalfSpace, Rigid, Simple, as_body
+from .chart import QUANTITIES, Chart, silent
+from .check import choice, number, pair, positive
+from .elastic import SUPPORTS, averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
+from .elastic_body import ElasticBody
+from .errors import ConvergenceError
+from .estimate import coarsened
+from .friction import InterfaceLayer
+from .geometry import ContactSheet, SheetPoints, spacing_pair
+from .incremental import IncrementalOptions, finish_incremental, solve_incremental
+from .layout import FieldLayout, Layout
+from .loads import PressureDependentFriction
+from .loads import field as load_field
+from .material import Material
+from .normal import solve_normal
+from .result import Patch, Result
+from .solids import BodyLayout, body_contact, on_grid
+from .solve import (
+    ContactProblem,
+    Side,
+    Solution,
+    finish,
+    half_space_side,
+    magnetic_field,
+    sliding_direction,
+    solve_direct,
+    with_loads,
+)
+from .staggered import staggered
+from .start_of_sliding import StartOfSliding, start_of_sliding
+from .symmetry import folded
+
+if TYPE_CHECKING:
+    from .stepping import PreparedContact
+
+Array = NDArray[np.float64]
+
+MODELS = ("auto", "half-space", "elastic-upper", "elastic-both")
+METHODS = ("direct", "incremental", "staggered")
+#: Points up to which a dense factorisation is faster than convolutions.
+DENSE_POINTS = 2000
+#: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
+CONVOLUTION_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Two bodies pressed together, the upper one sliding over the lower one.
+
+    Exactly one of `force`, `approach` and `magnetic_pressure` presses them together.
+
+    Parameters
+    ----------
+    upper, lower : Material, HalfSpace, Rigid, ElasticBody
+        A material stands for its half-space. With an elastic body the grid covers its contact face.
+    gap : (ny, nx) [m]
+        Undeformed gap on a regular grid, x fastest; > 0 open. With an elastic body at the nodes of the grid,
+        by default the distance of its face from the plane through its end.
+    spacing : float or (dx, dy) [m]
+    friction : float, (ny, nx), callable or table [-]
+        Friction coefficient; see :mod:`mtb_rs.loads`.
+    sliding_direction : (x, y) or None
+        Motion of the upper body over the lower one; None: nothing slides, no friction.
+    force : float [N]
+        Presses the bodies together along z, > 0.
+    approach : float [m]
+        Moves the bodies together, > 0.
+    moments : (mx, my) [N m]
+        Moments of the load about the x and y axis through the middle of each patch; the tilts they turn
+        are then free. None: tilts are locked.
+    magnetic_pressure : float [Pa], (ny, nx), callable, table
+        Pull of the upper body towards the lower one, along the local normal.
+    attraction : "upper" or "both"
+        Which bodies the magnetic pressure pulls.
+    velocity : float [m/s]
+        For quantities tabulated over the velocity.
+    layer : InterfaceLayer
+        A third body that shears between the two. It changes nothing once everything slides; it softens
+        the start, see :meth:`start_of_sliding`.
+    supports : str or sequence of Support
+        How elastic bodies of ready scenes are held.
+    element_size : float [m]
+        Of the finite elements of the upper body at the contact; None: that of the contact grid.
+    """
+
+    upper: Material | Simple | ElasticBody
+    lower: Material | Simple | ElasticBody
+    gap: ArrayLike | None = None
+    spacing: float | Sequence[float] = 1e-3
+    friction: Any = 0.0
+    sliding_direction: tuple[float, float] | None = (1.0, 0.0)
+    force: float | None = None
+    approach: float | None = None
+    moments: tuple[float, float] | None = None
+    magnetic_pressure: Any = None
+    attraction: str = "upper"
+    velocity: float | None = None
+    layer: InterfaceLayer | None = None
+    supports: Any = None
+    element_size: float | None = None
+    layout: Layout | None = None
+    name: str = "scene"
+    inputs: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        for side in ("upper", "lower"):
+            body = getattr(self, side)
+            put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
+        put(self, "spacing", spacing_pair(self.spacing))
+        if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
+            raise ValueError("upper and lower are both Rigid: one of them must deform")
+        solid = self._solid()
+        if self.layout is None and solid is not None:
+            gap = None if self.gap is None else gap_field(self.gap)
+            put(self, "layout", BodyLayout(solid, solid is self.upper, gap))
+        if self.layout is None:
+            put(self, "layout", FieldLayout(gap_field(self.gap), spacing_pair(self.spacing)))
+        given = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
+        if len(given) != 1 and (given or solid is None):
+            what = f"{' and '.join(given)} press" if given else "nothing presses"
+            raise ValueError(
+                f"{what} the bodies together: give exactly one of force [N], approach [m] and "
+                "magnetic_pressure [Pa]"
+            )
+        if isinstance(self.upper, ElasticBody) and (self.force is not None or self.moments is not None):
+            raise ValueError(
+                "force and moments press a half-space or a rigid body; an elastic upper body is pressed by "
+                "magnetic_pressure, approach, or what its supports are given (mtb_rs.Guide takes a force)"
+            )
+        for name in ("force", "approach"):
+            value = getattr(self, name)
+            if value is not None:
+                put(self, name, positive(name, value, "N" if name == "force" else "m"))
+        if isinstance(self.supports, str):
+            choice("supports", self.supports, SUPPORTS)
+        choice("attraction", self.attraction, ("upper", "both"))
+        if self.sliding_direction is not None:
+            put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
+        if self.moments is not None:
+            put(self, "moments", pair("moments", self.moments, "N m"))
+            if self.approach is not None:
+                raise ValueError("moments are given beside approach: only a force can have them")
+        if self.element_size is not None:
+            put(self, "element_size", positive("element_size", self.element_size, "m"))
+        if self.velocity is not None:
+            put(self, "velocity", number("velocity", self.velocity, "m/s"))
+
+    def _solid(self) -> ElasticBody | None:
+        """The elastic body whose contact face carries the grid."""
+        return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
+
+    def solve(
+        self,
+        model: str = "auto",
+        method: str = "direct",
+        tolerance: float = 0.05,
+        quantity: str = "pressure",
+        **options: Any,
+    ) -> Result:
+        """Solves the contact.
+
+        Parameters
+        ----------
+        model : "auto", "half-space", "elastic-upper" or "elastic-both"
+            What is modelled.
+        method : "direct", "incremental" or "staggered"
+            The algorithm; the latter two are the thesis' and take its parameters as `options`.
+        tolerance : float [-]
+            Total relative error aimed at in `quantity`.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as stated.
+        ConvergenceError
+            If no solution exists or none was found; the last state is its `result`.
+        """
+        choice("model", model, MODELS)
+        choice("method", method, METHODS)
+        choice("quantity", quantity, QUANTITIES)
+        if positive("tolerance", tolerance) >= 1.0:
+            raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+        assert self.layout is not None
+        if self._solid() is not None:
+            if model != "auto" or method != "direct" or options:
+                raise ValueError(
+                    "a scene with an ElasticBody has its model in its bodies and is solved directly: "
+                    "model, method and options cannot be chosen"
+                )
+            return self._solve_bodies()
+        chosen = None
+        if model == "auto":
+            if method == "direct":
+                chosen = self._choose(tolerance, quantity)
+                model = chosen.model
+            else:
+                model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
+        if model != "half-space":
+            self._check_elastic(model)
+        if method == "incremental":
+            return self._solve_incremental(model, options)
+        if method == "staggered":
+            return self._solve_staggered(model, options)
+        if options:
+            raise ValueError(f"unknown option {next(iter(options))!r} of the direct method")
+        return self._solve_direct(model, chosen)
+
+    def _solve_bodies(self) -> Result:
+        """Bodies of any geometry, on the nodes of the grid that lie on them."""
+        layout = self.layout
+        assert isinstance(layout, BodyLayout)
+        time_s: dict[str, float] = {}
+        spacing = spacing_pair(self.spacing)
+        whole = layout.sheet(spacing)
+        patch = whole.node_patches[0]
+
+        def pulls(points: SheetPoints, upper: bool) -> Array:
+            n = points.gap.size
+            if self.magnetic_pressure is None or not (upper or self.attraction == "both"):
+                return np.zeros(n)
+            spec = self.magnetic_pressure
+            if isinstance(spec, np.ndarray) and spec.size == patch.nx * patch.ny:
+                spec = spec.reshape(-1)[contact_nodes(points)]
+            return magnetic_field(spec, points, (replace(patch, nx=n, ny=1),), self.velocity)
+
+        def contact_nodes(points: SheetPoints) -> NDArray[np.intp]:
+            order = {tuple(p): k for k, p in enumerate(whole.nodes.points.T.tolist())}
+            return np.array([order[tuple(p)] for p in points.points.T.tolist()], dtype=np.intp)
+
+        bodies = (self.upper, self.lower)
+        contact = body_contact(layout, bodies, spacing, pulls, time_s)  # type: ignore[arg-type]
+        points, n = contact.points, contact.kept.size
+        friction = self.friction
+        if isinstance(friction, np.ndarray) and friction.size == patch.nx * patch.ny:
+            friction = friction.reshape(-1)[contact.kept]
+        if not isinstance(friction, PressureDependentFriction):
+            line = (replace(patch, nx=n, ny=1),)
+            friction = load_field("friction", friction, points.points, line, self.velocity, 0.0)
+        upper = contact.upper
+        loads: dict[str, Any] = {}
+        if self.moments is not None:
+            raise ValueError("moments are given: tilts are locked in a scene with an ElasticBody")
+        side = contact.upper if contact.upper.state else contact.lower
+        known = averages(side)
+        if self.magnetic_pressure is not None:
+            loads["magnetic"] = -(pulls(points, True) * contact.area * known.frames[2]).sum(axis=1)
+        if not isinstance(self.upper, ElasticBody) and self.approach is None:
+            # a half-space or rigid body above has no supports: it is pressed by its load and free to approach
+            pressed = self.force if self.force is not None else -float(loads.pop("magnetic")[2])
+            motion = np.zeros((1, 3, n))
+            motion[0, 2] = 1.0
+            upper = with_loads(
+                replace(upper, displacement=0.0 * upper.displacement), motion, np.array([-pressed])
+            )
+            loads["pull"] = np.array([0.0, 0.0, -pressed])
+        names = [
+            k for k, body in zip(("upper", "lower"), bodies, strict=True) if isinstance(body, ElasticBody)
+        ]
+        problem = ContactProblem(
+            points=points,
+            area=contact.area,
+            patches=(),
+            friction=friction,
+            direction=sliding_direction(self.sliding_direction, points),
+            gap=points.gap - (self.approach or 0.0),
+            upper=upper,
+            lower=contact.lower,
+            model="elastic-both" if len(names) == 2 else f"elastic-{names[0]}",
+            approach=self.approach,
+            loads=loads,
+            shape=(n,),
+            averages=known,
+            time_s=time_s,
+        )
+        solution = solve_direct(problem)
+        try:
+            result = self._finish(problem, solution, "direct")
+        except ConvergenceError as error:
+            raise type(error)(str(error), on_grid(error.result, contact.kept, whole)) from None
+        if result.report.contact_area == 0.0:
+            raise ValueError("the bodies never touch: nothing brings them together")
+        return on_grid(result, contact.kept, whole)
+
+    def start_of_sliding(
+        self, displacements: ArrayLike, model: str = "auto", tolerance: float = 1e-8
+    ) -> StartOfSliding:
+        """From rest to full sliding: which points stick and which slip as the upper body starts to move.
+
+        The pressure is that of the bodies at rest, without friction, and is held; so the start is right where
+        friction changes the pressure little (see the wedging margin of :meth:`solve`).
+
+        Parameters
+        ----------
+        displacements : (m, 2) [m]
+            Of the upper body over the lower one along x and y at the end of each step, from rest.
+        model : "auto", "half-space", "elastic-upper" or "elastic-both"
+            "auto" takes the elastic upper body where there is one.
+        tolerance : float [-]
+            Relative residual of each step.
+        """
+        assert self.layout is not None
+        choice("model", model, MODELS)
+        if self._solid() is not None:
+            raise ValueError("start_of_sliding is for the ready scenes and half-spaces, not an ElasticBody")
+        if model == "auto":
+            model = "elastic-upper" if can_be_elastic(self.layout, "elastic-upper") else "half-space"
+        if model != "half-space":
+            self._check_elastic(model)
+        problem = self.problem(model)
+        problem = replace(problem, direction=np.zeros((2, problem.n)))
+        solution = solve_direct(problem, with_margin=False)
+        if solution.status != "solved":
+            raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
+        pair = _mtb_rs.SlidingPair(
+            problem.lower.compliance, problem.upper.compliance, problem.direction, False
+        )
+        friction = problem.friction_at(solution.pressure)
+        return start_of_sliding(
+            pair.compliance,
+            solution.pressure,
+            problem.area,
+            friction,
+            displacements,
+            self.layer,
+            tolerance,
+        )
+
+    def _choose(self, tolerance: float, quantity: str) -> Choice:
+        """The cheapest model that leaves out less than the tolerance, by coarse copies of this scene."""
+        assert self.layout is not None
+        clock = time.perf_counter()
+        models = rungs(self.layout, isinstance(self.upper, HalfSpace), isinstance(self.lower, HalfSpace))
+        if len(models) == 1 or self.magnetic_pressure is None:
+            return Choice(models[0], {}, None, 0.0)
+        spacing = spacing_pair(self.spacing)
+        sheet = self.layout.sheet(spacing)
+        wider = coarsened(spacing, sheet.patches) or spacing
+        solved = {}
+        for model in models:
+            try:
+                solved[model] = coarse_copy(self.problem(model, wider), wider)
+            except ValueError:
+                # bad input is for the fine problem to name
+                return Choice(models[-1], {}, None, time.perf_counter() - clock)
+        return choose(solved, tolerance, quantity, time.perf_counter() - clock)
+
+    def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
+        known = [f.name for f in fields(IncrementalOptions)]
+        for name in options:
+            if name not in known:
+                raise ValueError(
+                    f"unknown option {name!r} of the incremental method: it has {', '.join(known)}"
+                )
+        chosen = IncrementalOptions(**options)
+        problem = self.problem(model)
+        solution, accumulated = solve_incremental(problem, self.sliding_direction, chosen)
+        result = finish_incremental(accumulated, lambda: self._finish(problem, solution, "incremental"))
+        self._check_reach(problem, result)
+        return result
+
+    def _solve_staggered(self, model: str, options: dict[str, Any]) -> Result:
+        if model != "elastic-upper":
+            raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
+        problem = self.problem(model)
+        body = _simple(self.upper)
+        assert self.layout is not None
+        sheet = self.layout.sheet(spacing_pair(self.spacing))
+        twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
+        known = [k for k, p in inspect.signature(staggered).parameters.items() if p.kind is p.KEYWORD_ONLY]
+        for name in options:
+            if name not in known:
+                raise ValueError(
+                    f"unknown option {name!r} of the staggered method: it has {', '.join(known)}"
+                )
+        solution, _ = staggered(problem, twin, **options)
+        return self._finish(problem, solution, "staggered")
+
+    def _finish(
+        self,
+        problem: ContactProblem,
+        solution: Solution,
+        method: str,
+        estimate: float | None = None,
+        omitted: dict[str, Any] | None = None,
+    ) -> Result:
+        assert self.layout is not None
+        return finish(
+            problem,
+            solution,
+            method=method,
+            surfaces=self.layout.surfaces(),
+            summary=self._summary(),
+            error_estimate=estimate,
+            omitted=omitted,
+            bodies=(self.lower, self.upper),
+        )
+
+    def prepare(
+        self,
+        model: str = "auto",
+        *,
+        reference_point: ArrayLike = (0.0, 0.0, 0.0),
+        standstill_speed: float | None = None,
+        tolerance: float = 0.05,
+        quantity: str = "force",
+    ) -> PreparedContact:
+        """The contact made ready for a simulation: compliances condensed once, solved once a step.
+
+        Parameters
+        ----------
+        model : "auto", "half-space", "elastic-upper" or "elastic-both"
+        reference_point : (x, y, z) [m]
+            What moments and rotations of the steps are about.
+        standstill_speed : float [m/s]
+            At rest friction has no direction. With this, friction coefficients fall to zero in proportion to
+            the speed below it; without, a step at rest is an error. It is a regularisation, not physics:
+            a real brake sticks.
+        tolerance, quantity
+            What ``model="auto"`` aims at, as in :meth:`solve`.
+        """
+        from .stepping import at_some_speed, prepare
+
+        choice("model", model, MODELS)
+        choice("quantity", quantity, QUANTITIES)
+        if model == "auto":
+            model = at_some_speed(self)._choose(tolerance, quantity).model
+        if model != "half-space":
+            self._check_elastic(model)
+        return prepare(self, model, reference_point, standstill_speed)
+
+    def _solve_direct(self, model: str, chosen: Choice | None) -> Result:
+        clock = time.perf_counter()
+        problem = self.problem(model)
+        problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
+        assert self.layout is not None
+        estimate: float | None = None
+        solution, estimate = self._solution(problem)
+        clock = time.perf_counter()
+        omitted: dict[str, Any] = dict(chosen.omitted) if chosen is not None else {}
+        if solution.status == "solved":
+            if estimate is None and not can_be_elastic(self.layout, "elastic-upper"):
+                estimate = self._discretisation_error(problem, solution, None)
+            elif chosen is not None:
+                estimate = self._discretisation_error(problem, solution, chosen.coarse)
+                if estimate is not None:
+                    estimate += chosen.model_error
+            if chosen is None and can_be_elastic(self.layout, "elastic-upper"):
+                models = rungs(self.layout, True, isinstance(self.lower, HalfSpace))
+                omitted = {
+                    EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]
+                }
+        if chosen is not None:
+            problem.time_s["choice of the model"] = chosen.time_s
+        result = self._finish(problem, solution, "direct", estimate, omitted)
+        self._check_reach(problem, result)
+        result.report.time_s["fields and estimate"] = time.perf_counter() - clock  # type: ignore[index]
+        return result
+
+    def _solution(
+        self, problem: ContactProblem, *, with_margin: bool = True
+    ) -> tuple[Solution, float | None]:
+        """The solution by convolutions or dense, whichever suits; with its error estimate if there is one."""
+        if self._is_convolution(problem):
+            return self._solve_convolution(problem)
+        return solve_direct(problem, with_margin=with_margin), None
+
+    def _is_convolution(self, problem: ContactProblem) -> bool:
+        """Whether this is one large flat grid of cells whose friction leaves the gap alone."""
+        flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
+        if problem.model != "half-space" or not flat or self.moments is not None:
+            return False
+        if problem.n <= DENSE_POINTS:
+            return False
+        rests = not problem.direction.any() or (
+            isinstance(problem.friction, np.ndarray) and not problem.friction.any()
+        )
+        mixed = [
+            (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus if m is not None else 0.0
+            for m in (_material(self.upper), _material(self.lower))
+        ]
+        return rests or abs(mixed[0] - mixed[1]) <= 1e-12 * max(map(abs, mixed))
+
+    def _solve_convolution(self, problem: ContactProblem) -> tuple[Solution, float | None]:
+        clock = time.perf_counter()
+        assert self.layout is not None
+        grid, x, y = problem.axes()[0]
+        normal = solve_normal(
+            problem.points.gap.reshape(grid.ny, grid.nx),
+            (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
+            lower=_simple(self.lower),
+            upper=_simple(self.upper),
+            force=None if self.approach is not None else -float(problem.upper.work.sum()),
+            approach=self.approach,
+            tolerance=CONVOLUTION_TOLERANCE,
+            edge="sharp" if self.layout.is_body_edge else "error",
+        )
+        problem.time_s["convolutions"] = time.perf_counter() - clock
+        pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
+        solution = Solution(
+            pressure=pressure,
+            gap=np.ascontiguousarray(normal.gap.reshape(-1)),
+            motion=np.full(problem.upper.work.size, -normal.approach),
+            friction=problem.friction_at(pressure),
+            status="solved",
+            solver=normal.report.solver,
+            iterations=normal.report.iterations,
+            residual=normal.report.residual,
+            wedging_margin=0.0 if problem.direction.any() else None,
+            convolutions=normal.report.convolutions,
+            preconditionings=normal.report.preconditionings,
+        )
+        return solution, normal.error_estimate
+
+    def _check_elastic(self, model: str) -> None:
+        assert self.layout is not None
+        if not can_be_elastic(self.layout, model):
+            raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
+        for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
+            if isinstance(getattr(self, name), Rigid):
+                raise ValueError(f"model is {model!r}: {name} is Rigid")
+        if self.magnetic_pressure is None:
+            raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
+
+    def chart(
+        self,
+        quantity: str = "pressure",
+        budget: float = 60.0,
+        repeats: int = 3,
+        progress: Callable[[float, str], None] = silent,
+    ) -> Chart:
+        """Speed against accuracy of every model and method that applies, at several resolutions.
+
+        Errors are measured against a closed form where the scene has one, otherwise against the finest
+        solve of the fullest model that 0.4 of the budget affords, whose own error is estimated.
+
+        Parameters
+        ----------
+        quantity : "pressure", "force" or "displacement"
+            Which error is drawn; all are kept.
+        budget : float [s]
+            Elapsed time to spend.
+        repeats : int
+            Solves of each point at most; the median of their times counts.
+        progress : callable
+            Told the share that is done and what is being done.
+
+        Raises
+        ------
+        ConvergenceError
+            If the fullest model has no solution: there is nothing to judge the others by.
+        """
+        from .chart_scene import chart
+
+        choice("quantity", quantity, QUANTITIES)
+        return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
+
+    def problem(self, model: str, spacing: tuple[float, float] | None = None) -> ContactProblem:
+        """The contact problem of a model, on cells of `spacing` (its own by default)."""
+        spacing = spacing_pair(self.spacing) if spacing is None else spacing
+        if model == "half-space":
+            return self._half_space_problem(spacing)
+        return self._elastic_problem(model, spacing)
+
+    def _elastic_problem(self, model: str, spacing: tuple[float, float]) -> ContactProblem:
+        """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
+        assert self.layout is not None
+        time_s: dict[str, float] = {}
+        sheet = self.layout.sheet(spacing)
+        points, patches = sheet.nodes, sheet.node_patches
+        n = points.gap.size
+        spec = self._on(points, patches, self.magnetic_pressure)
+        pull = magnetic_field(spec, points, patches, self.velocity)
+        for patch in patches:
+            total = float(pull[_cut(patch)].sum())
+            if total <= 0.0:
+                raise ValueError(
+                    f"magnetic_pressure on patch {patch.name!r} is {total / (patch.nx * patch.ny):.6g} Pa "
+                    "on average: it does not press the bodies together (it must be positive)"
+                )
+        lower_pull = pull if self.attraction == "both" else np.zeros(n)
+        upper_body, lower_body = _simple(self.upper), _simple(self.lower)
+        assert isinstance(upper_body, HalfSpace)
+        upper, area = upper_side(
+            self.layout, sheet, upper_body, self.supports, pull, time_s, self.element_size
+        )
+        known = averages(upper)
+        grid = patches[0]
+        problem = ContactProblem(
+            points=points,
+            area=area,
+            patches=patches,
+            friction=self._friction(points, patches),
+            direction=sliding_direction(self.sliding_direction, points),
+            gap=points.gap,
+            upper=upper,
+            lower=half_space_on_nodes(Rigid(), sheet, lower_pull),
+            model=model,
+            approach=None,
+            loads={"magnetic": -(pull * area * known.frames[2]).sum(axis=1)},
+            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
+            averages=known,
+            time_s=time_s,
+        )
+        if model == "elastic-both":
+            assert isinstance(lower_body, HalfSpace)
+            fold = folded(problem)
+            image = fold.image if fold is not None else None
+            lower = lower_side(self.layout, sheet, lower_body, lower_pull, image, time_s)
+        else:
+            lower = half_space_on_nodes(lower_body, sheet, lower_pull)
+        return replace(problem, lower=lower)
+
+    def _half_space_problem(self, spacing: tuple[float, float]) -> ContactProblem:
+        """The scene with both bodies as half-spaces: only the resultant of the load counts."""
+        assert self.layout is not None
+        sheet = self.layout.sheet(spacing)
+        points, n = sheet.cells, sheet.area.size
+        origins = [
+            (float(points.points[0, p.start]), float(points.arc_length[p.start])) for p in sheet.patches
+        ]
+        lower = half_space_side(
+            _simple(self.lower), sheet.patches, origins, sheet.spacing, interact=True, n=n
+        )
+        upper = half_space_side(
+            _simple(self.upper), sheet.patches, origins, sheet.spacing, interact=False, n=n
+        )
+        gap = points.gap
+        loads: dict[str, Any] = {}
+        if self.approach is not None:
+            gap = gap - self.approach * points.normal[2]
+        else:
+            upper = self._pressed(upper, sheet, loads)
+        grid = sheet.patches[0]
+        return ContactProblem(
+            points=points,
+            area=sheet.area,
+            patches=sheet.patches,
+            friction=self._friction(points, sheet.patches),
+            direction=sliding_direction(self.sliding_direction, points),
+            gap=gap,
+            upper=upper,
+            lower=lower,
+            model="half-space",
+            approach=self.approach,
+            loads=loads,
+            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
+        )
+
+    def _friction(self, points: SheetPoints, patches: tuple[Patch, ...]) -> Array | PressureDependentFriction:
+        if isinstance(self.friction, PressureDependentFriction):
+            return self.friction
+        spec = self._on(points, patches, self.friction)
+        return load_field("friction", spec, points.points, patches, self.velocity, 0.0)
+
+    def _on(self, points: SheetPoints, patches: tuple[Patch, ...], spec: Any) -> Any:
+        """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `points`."""
+        if not isinstance(spec, np.ndarray) or spec.size in (1, points.gap.size):
+            return spec
+        assert self.layout is not None
+        own = self.layout.sheet(spacing_pair(self.spacing))
+        for given in (own.patches, own.node_patches):
+            if spec.size == sum(p.nx * p.ny for p in given):
+                break
+        else:
+            return spec
+        values = np.empty(points.gap.size)
+        for to, patch in zip(patches, given, strict=True):
+            rows = np.minimum(((np.arange(to.ny) + 0.5) * patch.ny / to.ny).astype(int), patch.ny - 1)
+            columns = np.minimum(((np.arange(to.nx) + 0.5) * patch.nx / to.nx).astype(int), patch.nx - 1)
+            values[_cut(to)] = patch.view(spec.reshape(-1))[np.ix_(rows, columns)].ravel()
+        return values
+
+    def _pressed(self, upper: Side, sheet: ContactSheet, loads: dict[str, Any]) -> Side:
+        """The upper body free to approach, each patch on its own, under its share of the load."""
+        points, n = sheet.cells, sheet.area.size
+        if self.magnetic_pressure is not None:
+            spec = self._on(points, sheet.patches, self.magnetic_pressure)
+            pull = magnetic_field(spec, points, sheet.patches, self.velocity)
+            load = -pull * sheet.area * points.normal
+            shares = [load[2, _cut(p)].sum() for p in sheet.patches]
+        else:
+            assert self.force is not None
+            shares = [-self.force / len(sheet.patches)] * len(sheet.patches)
+        motions, work = [], []
+        for patch, share in zip(sheet.patches, shares, strict=True):
+            if share >= 0.0:
+                raise ValueError(
+                    f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
+                    "bodies together (it must be negative)"
+                )
+            here = np.zeros(n)
+            here[_cut(patch)] = 1.0
+            zero = np.zeros(n)
+            motions.append(np.stack([zero, zero, here]))
+            work.append(share)
+            if self.moments is not None:
+                arm = points.points - points.points[:, _cut(patch)].mean(axis=1, keepdims=True)
+                # unit rotations about x and y: u = omega x arm
+                motions.append(np.stack([zero, -arm[2], arm[1]]) * here)
+                motions.append(np.stack([arm[2], zero, -arm[0]]) * here)
+                work.extend(float(m) for m in self.moments)
+        loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
+        return with_loads(upper, np.array(motions), np.array(work))
+
+    def _discretisation_error(
+        self, problem: ContactProblem, solution: Solution, coarse: Coarse | None
+    ) -> float | None:
+        """Relative L2 error of the pressure away from the border, estimated from coarser cells."""
+        assert self.layout is not None
+        spacing = spacing_pair(self.spacing)
+        if coarse is None:
+            wider = coarsened(spacing, problem.patches)
+            if wider is None:
+                return None
+            rough = self.problem(problem.model, wider)
+            coarse = Coarse(rough, self._solution(rough, with_margin=False)[0], wider)
+        return discretisation_error(problem, solution, spacing, coarse, skip_border=self.layout.is_body_edge)
+
+    def _check_reach(self, problem: ContactProblem, result: Result) -> None:
+        """Contact must exist, and must not be cut off by the edge of the grid."""
+        assert self.layout is not None
+        contact = result.report.contact_area > 0.0
+        if not contact:
+            raise ValueError(
+                f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
+                f"{float(problem.points.gap.min()):.6g} m"
+            )
+        if self.layout.is_body_edge:
+            return
+        for patch in problem.patches:
+            p = patch.view(result.pressure.reshape(-1)) > 0.0
+            if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
+                raise ValueError(
+                    f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, where the "
+                    f"bodies go on: about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
+                )
+
+    def _summary(self) -> dict[str, Any]:
+        return {"scene": self.name, **self.inputs}
+
+    def with_(self, **changes: Any) -> Scene:
+        """The same scene with some arguments changed."""
+        inputs = {**self.inputs, **{name: value for name, value in changes.items() if name in self.inputs}}
+        return replace(self, **changes, inputs=inputs)
+
+
+def gap_field(gap: ArrayLike | None) -> Array:
+    """A gap (ny, nx) [m] as floats, checked."""
+    if gap is None:
+        raise ValueError("gap is missing: a height field (ny, nx) [m] is needed")
+    try:
+        values = np.array(gap, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"gap is {type(gap).__name__}: an array (ny, nx) of numbers is needed") from error
+    if values.ndim != 2 or min(values.shape) < 3:
+        raise ValueError(f"gap has shape {values.shape}: (ny, nx) with at least 3 points a side is needed")
+    bad = ~np.isfinite(values)
+    if bad.any():
+        iy, ix = np.argwhere(bad)[0]
+        raise ValueError(f"gap is {values[iy, ix]} at [{iy}, {ix}]: finite numbers are needed")
+    return values
+
+
+def _simple(body: Any) -> HalfSpace | Rigid:
+    assert isinstance(body, (HalfSpace, Rigid))
+    return body
+
+
+def _material(body: Any) -> Material | None:
+    return body.material if isinstance(body, HalfSpace) else None
+
+
+def _cut(patch: Patch) -> slice:
+    return slice(patch.start, patch.start + patch.nx * patch.ny)

@@ -1,0 +1,496 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""From a scene to its result, on one page.
+
+A scene becomes a :class:`ContactProblem` (points, gap, compliances, rigid motions with their
+balance); the compiled core solves it; :func:`finish` turns the pressure into everything a user asks for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mtb_rs
+from .bodies import HalfSpace, Rigid
+from .errors import ConvergenceError, ResultantError
+from .geometry import SheetPoints
+from .loads import PressureDependentFriction
+from .loads import field as load_field
+from .report import Report
+from .result import Displacement, Patch, Result, Surface
+from .symmetry import Fold, folded
+
+if TYPE_CHECKING:
+    from .elastic import Averages
+
+Array = NDArray[np.float64]
+
+#: Changes of a pressure-dependent friction coefficient below this count as none.
+FRICTION_TOLERANCE = 1e-10
+FRICTION_ROUNDS = 60
+
+
+@dataclass(frozen=True)
+class Side:
+    """One body of a contact problem.
+
+    Attributes
+    ----------
+    compliance : Compliance or None
+        None for a rigid body.
+    displacement : (3, n) [m]
+        Of the contact points by everything but the contact, common frame: prescribed motion, attraction.
+    motions : (m, 3, n)
+        Of the contact points by a unit of each rigid motion the supports leave free, common frame.
+    work : (m,) [J]
+        Of all loads but the contact's on a unit of each motion.
+    includes_motion : bool
+        Whether the reported displacement contains the rigid part.
+    state
+        What the body needs to recover its inside from a solution (finite elements).
+    """
+
+    compliance: _mtb_rs.Compliance | None
+    displacement: Array
+    motions: Array
+    work: Array
+    includes_motion: bool = False
+    state: Any = None
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """Everything the solver needs, at the contact points.
+
+    Attributes
+    ----------
+    points : SheetPoints
+    area : (n,) [m2]
+    friction
+        Number field (n,) or :class:`PressureDependentFriction`.
+    direction : (2, n) [-]
+        Sliding direction of the upper body in the tangent plane; zero where nothing slides.
+    gap : (n,) [m]
+        Undeformed gap, prescribed approach taken off.
+    averages : Averages or None
+        For unknowns that are coefficients of hats; None where they are pressures of cells.
+    """
+
+    points: SheetPoints
+    area: Array
+    patches: tuple[Patch, ...]
+    friction: Array | PressureDependentFriction
+    direction: Array
+    gap: Array
+    upper: Side
+    lower: Side
+    model: str
+    approach: float | None
+    loads: Mapping[str, Any]
+    shape: tuple[int, ...]
+    averages: Averages | None = None
+    time_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Number of contact points."""
+        return int(self.area.size)
+
+    def friction_at(self, pressure: Array) -> Array:
+        """Friction coefficient (n,)."""
+        if isinstance(self.friction, PressureDependentFriction):
+            return self.friction.at(pressure)
+        return self.friction
+
+    def relative_motions(self) -> tuple[Array, Array]:
+        """Motions as (m, 3, n) of lower minus upper along the tangents and of the opening; their work."""
+        parts = []
+        for side, sign in ((self.upper, 1.0), (self.lower, -1.0)):
+            local = to_local(side.motions, self.points)
+            parts.append(np.stack([-sign * local[:, 0], -sign * local[:, 1], sign * local[:, 2]], axis=1))
+        return (
+            np.ascontiguousarray(np.concatenate(parts)),
+            np.concatenate([self.upper.work, self.lower.work]),
+        )
+
+    def axes(self) -> list[tuple[Patch, Array, Array]]:
+        """Each patch with the coordinates [m] of its columns (x) and rows (arc length)."""
+        x, y = self.points.points[0], self.points.arc_length
+        return [(patch, patch.view(x)[0], patch.view(y)[:, 0]) for patch in self.patches]
+
+    def opening(self) -> Array:
+        """Gap (n,) [m] with the motions prescribed on both bodies, before contact."""
+        apart = self.upper.displacement - self.lower.displacement
+        return np.ascontiguousarray(self.gap + np.einsum("in,in->n", apart, self.points.normal))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Pressures and what is known about them."""
+
+    pressure: Array
+    gap: Array
+    motion: Array
+    friction: Array
+    status: str
+    solver: str
+    iterations: int
+    residual: float
+    wedging_margin: float | None
+    unstable: bool = False
+    convolutions: float = 0.0
+    preconditionings: float = 0.0
+
+    def coefficients(self, problem: ContactProblem) -> Array:
+        """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""
+        return np.concatenate([self.friction * self.pressure * problem.direction, self.pressure[None]])
+
+
+def to_local(vectors: Array, points: SheetPoints) -> Array:
+    """Vectors (..., 3, n) of the common frame in the frame (tangent x, tangent y, normal) of each point."""
+    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
+    return np.asarray(np.einsum("cin,...in->...cn", frame, vectors))
+
+
+def to_global(components: Array, points: SheetPoints) -> Array:
+    """The inverse of :func:`to_local`."""
+    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
+    return np.asarray(np.einsum("cin,...cn->...in", frame, components))
+
+
+def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints) -> Array:
+    """Unit sliding direction (2, n) in each tangent plane; zeros where nothing slides."""
+    n = points.points.shape[1]
+    if direction is None:
+        return np.zeros((2, n))
+    vector = np.array([direction[0], direction[1], 0.0])
+    if not np.isfinite(vector).all() or not vector.any():
+        raise ValueError(f"sliding_direction is {direction}: two finite numbers, not both zero, are needed")
+    local = np.stack([vector @ points.tangent_x, vector @ points.tangent_y])
+    length = np.linalg.norm(local, axis=0)
+    if length.min() < 1e-6 * np.linalg.norm(vector):
+        raise ValueError(f"sliding_direction is {direction}: at some points it is normal to the surface")
+    return np.ascontiguousarray(local / length)
+
+
+def solve_direct(
+    problem: ContactProblem, start: NDArray[np.bool_] | None = None, *, with_margin: bool = True
+) -> Solution:
+    """Solves the contact conditions as one complementarity problem.
+
+    Raises
+    ------
+    ResultantError
+        If the load lies outside what the contact can carry.
+    ConvergenceError
+        If no sliding equilibrium exists (wedging), or none was found.
+    """
+    fold = folded(problem)
+    if fold is not None:
+        return _unfolded(_solve_whole(fold.half, start, with_margin), fold, problem)
+    return _solve_whole(problem, start, with_margin)
+
+
+def _unfolded(solution: Solution, fold: Fold, problem: ContactProblem) -> Solution:
+    """The solution of the whole from that of its half."""
+    amplitudes = np.append(solution.motion, 0.0)
+    return replace(
+        solution,
+        pressure=np.ascontiguousarray(solution.pressure[fold.source]),
+        gap=np.ascontiguousarray(solution.gap[fold.source]),
+        motion=amplitudes[fold.motion_source],
+        friction=problem.friction_at(solution.pressure[fold.source]),
+        solver=f"{solution.solver}, mirror half",
+    )
+
+
+def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_margin: bool) -> Solution:
+    clock = time.perf_counter()
+    frictional = bool(problem.direction.any()) and not (
+        isinstance(problem.friction, np.ndarray) and not problem.friction.any()
+    )
+    pair = _mtb_rs.SlidingPair(
+        problem.lower.compliance, problem.upper.compliance, problem.direction, frictional
+    )
+    problem.time_s["influence matrix"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    motions, work = problem.relative_motions()
+    gap = problem.opening()
+    active = None if start is None else start.tolist()
+    friction = problem.friction_at(np.zeros(problem.n))
+    iterations = 0
+    for _ in range(FRICTION_ROUNDS):
+        effective = friction if frictional else np.zeros(problem.n)
+        out = pair.solve(gap, problem.area, effective, problem.direction, motions, work, active)
+        iterations += out["iterations"]
+        before, friction = friction, problem.friction_at(out["pressure"])
+        if np.abs(friction - before).max() <= FRICTION_TOLERANCE * max(1.0, float(friction.max())):
+            break
+        active = (out["pressure"] > 0.0).tolist() if out["status"] == "solved" else None
+    else:
+        out["status"] = "iteration limit"
+    problem.time_s["complementarity"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    margin: float | None = None
+    if frictional and with_margin:
+        factor = pair.wedging_factor(problem.area, friction, motions)
+        margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
+    problem.time_s["wedging margin"] = time.perf_counter() - clock
+    return Solution(
+        pressure=out["pressure"],
+        gap=out["gap"],
+        motion=out["motion"],
+        friction=friction,
+        status=out["status"],
+        solver="Lemke pivots" if out["by_lemke"] else "active set, dense factorisation",
+        iterations=iterations,
+        residual=out["residual"],
+        wedging_margin=margin,
+        unstable=out["unstable"],
+    )
+
+
+def finish(
+    problem: ContactProblem,
+    solution: Solution,
+    *,
+    method: str,
+    surfaces: tuple[Surface, ...],
+    summary: Mapping[str, Any],
+    error_estimate: float | None = None,
+    omitted: Mapping[str, Any] | None = None,
+    bodies: tuple[Any, Any] = (None, None),
+) -> Result:
+    """Tractions, displacements, forces and the report of a solution.
+
+    Raises
+    ------
+    ConvergenceError, ResultantError
+        If `solution` is none; the state is attached.
+    """
+    points, area, n = problem.points, problem.area, problem.n
+    coefficients = solution.coefficients(problem)
+    tangential, pressure = coefficients[:2], coefficients[2]
+    load = _resultants(problem, coefficients)
+    mean = mean_tractions(problem, coefficients)
+    traction = to_global(np.concatenate([mean[:2], np.zeros((1, n))]), points)
+    contact = pressure > 0.0
+    status = np.where(contact, np.where(np.any(tangential != 0.0, axis=0), 2, 1), 0).astype(np.int8)
+
+    m_upper = problem.upper.work.size
+    displacement = Displacement(
+        upper=_displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
+        lower=_displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
+    )
+    force = load.sum(axis=1)
+    reference_point = np.zeros(3)
+    moment = np.cross(points.points, load, axis=0).sum(axis=1)
+    balance = dict(problem.loads)
+    balance["contact"] = force
+    if "magnetic" in balance:
+        balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
+    balance["relative_error"] = _imbalance(problem, coefficients)
+    shape = problem.shape
+    converged = solution.status == "solved"
+    report = Report(
+        converged=converged,
+        status=_explain(problem, solution),
+        model=problem.model,
+        method=method,
+        solver=solution.solver,
+        iterations=solution.iterations,
+        residual=solution.residual,
+        contact_area=float(area[contact].sum()),
+        peak_pressure=float(mean[2].max(initial=0.0)),
+        convolutions=solution.convolutions,
+        preconditionings=solution.preconditionings,
+        force_balance=balance,
+        omitted=dict(omitted or {}),
+        wedging_margin=solution.wedging_margin,
+        time_s=dict(problem.time_s),
+    )
+    result = Result(
+        points=points.points.reshape(3, *shape),
+        area=area.reshape(shape),
+        normal=points.normal.reshape(3, *shape),
+        pressure=mean[2].reshape(shape),
+        traction=traction.reshape(3, *shape),
+        gap=solution.gap.reshape(shape),
+        initial_gap=points.gap.reshape(shape),
+        status=status.reshape(shape),
+        displacement=Displacement(*(u.reshape(3, *shape) for u in displacement)),
+        force=force,
+        moment=moment,
+        reference_point=reference_point,
+        normal_force=float(mean[2] @ area),
+        approach=_approach(problem, solution),
+        model=problem.model,
+        error_estimate=error_estimate,
+        report=report,
+        patches=problem.patches,
+        surfaces=surfaces,
+        summary=summary,
+        lower=bodies[0],
+        upper=bodies[1],
+        parts=(*(problem.upper.state or ()), *(problem.lower.state or ())),
+        coefficients=coefficients,
+        motion=solution.motion,
+    )
+    if not converged:
+        kind = ResultantError if solution.status == "unreachable" else ConvergenceError
+        raise kind(report.status, result)
+    return result
+
+
+def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
+    """Mean tractions (3, n) [Pa] over each contact point, from the coefficients of its basis.
+
+    Under hats the coefficients swing about a steep pressure; their means over the contact points do
+    not, and are what other programs give as nodal pressure. What a point in contact would give to an
+    open one it keeps, so the force stays and open points carry nothing.
+    """
+    if problem.averages is None:
+        return coefficients
+    overlap = problem.averages.overlap
+    open_ = coefficients[2] <= 0.0
+    area = problem.area
+    # what the points in contact do not share out among themselves they keep
+    lost = 1.0 - (area[~open_] @ overlap[~open_]) / area
+    mean: Array = coefficients @ overlap.T + coefficients * lost
+    mean[:, open_] = 0.0
+    return mean
+
+
+def _resultants(problem: ContactProblem, coefficients: Array) -> Array:
+    """Load (3, n) [N] of each contact point on the lower body."""
+    local = coefficients * np.array([[1.0], [1.0], [-1.0]])
+    if problem.averages is None:
+        return problem.area * to_global(local, problem.points)
+    return np.asarray(problem.area * np.einsum("cn,cin->in", local, problem.averages.frames))
+
+
+def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
+    """Largest relative work left over on a free rigid motion."""
+    worst = 0.0
+    for motion, work in zip(*problem.relative_motions(), strict=True):
+        parts = problem.area * (coefficients * motion).sum(axis=0)
+        scale = float(np.abs(parts).sum() + abs(work))
+        if scale > 0.0:
+            worst = max(worst, float(abs(parts.sum() + work)) / scale)
+    return worst
+
+
+def _displaced(
+    side: Side, tangential: Array, pressure: Array, motion: Array, points: SheetPoints, into: float
+) -> Array:
+    """Displacement (3, n) of a body's contact points; `into` is +1 where the normal points into it."""
+    total = side.displacement.copy()
+    if side.compliance is not None:
+        local = side.compliance.displacement(np.concatenate([tangential, pressure[None]]))
+        local[2] *= into
+        total += to_global(local, points)
+    if side.includes_motion:
+        total += np.einsum("m,min->in", motion, side.motions)
+    return total
+
+
+def _approach(problem: ContactProblem, solution: Solution) -> float | Array:
+    """How far the bodies moved together [m], one number a free patch."""
+    if problem.approach is not None:
+        return problem.approach
+    amplitudes = []
+    for k, motion in enumerate(problem.upper.motions):
+        vertical = motion[2]
+        # translations only: tilts have no one approach
+        if np.ptp(motion[:, vertical != 0.0], axis=1).max(initial=0.0) == 0.0 and vertical.any():
+            amplitudes.append(-float(solution.motion[k]) * float(vertical[vertical != 0.0][0]))
+    if not amplitudes:
+        return 0.0
+    return amplitudes[0] if len(amplitudes) == 1 else np.array(amplitudes)
+
+
+def _explain(problem: ContactProblem, solution: Solution) -> str:
+    """The status in words a user can act on."""
+    if solution.status == "solved":
+        if solution.unstable:
+            return "solved, but on an unstable branch: a little more load gives less contact"
+        return "solved"
+    mu = float(solution.friction.max(initial=0.0))
+    if solution.status == "unreachable":
+        return (
+            "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
+            f"{problem.n} contact points balances it ({_loads_in_words(problem)})"
+        )
+    margin = solution.wedging_margin
+    if solution.status == "no solution" or (margin is not None and margin > 1.0):
+        limit = f"{mu / margin:.3g}" if margin not in (None, 0.0) else "unknown"
+        return (
+            f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}, sliding is "
+            f"certain to exist only up to {limit} in this scene"
+        )
+    outcome = f"not converged after {solution.iterations} iterations (residual {solution.residual:.1e}"
+    if solution.solver.startswith(("load increments", "staggered")):
+        return (
+            f'{outcome}; {solution.solver}): method="direct" solves the scene without increments or factors'
+        )
+    return f"{outcome})"
+
+
+def _loads_in_words(problem: ContactProblem) -> str:
+    pull = problem.loads.get("pull", problem.loads.get("magnetic"))
+    return "no force" if pull is None else f"force {np.asarray(pull)[2]:.6g} N along z"
+
+
+def sided_influence(
+    compliance: _mtb_rs.Compliance | None, direction: Array, friction: Array, *, upper: bool
+) -> Array:
+    """Gap (n, n) [m/Pa] that a body opens under unit pressures and the friction they bring."""
+    n = friction.size
+    if compliance is None:
+        return np.zeros((n, n))
+    matrix = compliance.influence("n", "n")
+    sign = -1.0 if upper else 1.0
+    for component, along in zip("xy", direction, strict=True):
+        slip = friction * along
+        if slip.any():
+            matrix += sign * compliance.influence("n", component) * slip
+    return np.asarray(matrix)
+
+
+def half_space_side(
+    body: HalfSpace | Rigid,
+    patches: tuple[Patch, ...],
+    origins: list[tuple[float, float]],
+    spacing: tuple[float, float],
+    *,
+    interact: bool,
+    n: int,
+) -> Side:
+    """A half-space or rigid body under one or several patches of cells."""
+    compliance = None
+    if isinstance(body, HalfSpace):
+        compliance = _mtb_rs.half_space(
+            body.material.shear_modulus,
+            body.material.poisson_ratio,
+            [(x0, y0, p.nx, p.ny) for p, (x0, y0) in zip(patches, origins, strict=True)],
+            spacing,
+            interact,
+        )
+    return Side(compliance, np.zeros((3, n)), np.zeros((0, 3, n)), np.zeros(0))
+
+
+def with_loads(side: Side, motions: Array, work: Array) -> Side:
+    """The same body with rigid motions that only the contact holds."""
+    return replace(side, motions=motions, work=work)
+
+
+def magnetic_field(
+    spec: Any, points: SheetPoints, patches: tuple[Patch, ...], velocity: float | None
+) -> Array:
+    """Magnetic pressure (n,) [Pa] at the contact points."""
+    return load_field("magnetic_pressure", spec, points.points, patches, velocity)

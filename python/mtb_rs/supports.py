@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Where on a body, and how it is held there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .check import number
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Where on a body: the name of a node set or of a side of its bounding box; a function of the node
+#: coordinates (n, 3) that says which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
+#: open end; points (k, 3) [m], each the node nearest to it.
+Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
+
+#: Sides of the bounding box: axis, and whether the upper end.
+SIDES = {
+    "bottom": (2, False),
+    "top": (2, True),
+    "rear": (0, False),
+    "front": (0, True),
+    "right": (1, False),
+    "left": (1, True),
+}
+
+
+@dataclass(frozen=True)
+class Guide:
+    """All nodes of a support share one unknown displacement, under a given total force.
+
+    Parameters
+    ----------
+    force : float [N]
+        Applied to the guide, along the component.
+    """
+
+    force: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", number("force of a guide", self.force, "N"))
+
+
+@dataclass(frozen=True)
+class Support:
+    """Nodes that are held.
+
+    Parameters
+    ----------
+    where
+        Name, function, box or points; see :data:`Where`.
+    x, y, z : float [m], Guide or None
+        Prescribed displacement; a common unknown one; or free.
+    name : str
+        For reports.
+    """
+
+    where: Where
+    x: float | Guide | None = None
+    y: float | Guide | None = None
+    z: float | Guide | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        for component in "xyz":
+            value = getattr(self, component)
+            if value is not None and not isinstance(value, Guide):
+                object.__setattr__(self, component, number(f"{component} of a support", value, "m"))
+        if not self.name:
+            given = self.where if isinstance(self.where, str) else type(self.where).__name__
+            object.__setattr__(self, "name", str(given))
+
+    @property
+    def values(self) -> tuple[float | Guide | None, ...]:
+        """What x, y and z are given."""
+        return self.x, self.y, self.z
+
+
+def select(
+    nodes: Array, node_sets: Mapping[str, Index], where: Where, whole: Array | None = None
+) -> NDArray[np.bool_]:
+    """Which nodes (n, 3) are at a place; sides are those of the bounding box of `whole` (the nodes).
+
+    Raises
+    ------
+    ValueError
+        If the place is none of the forms of :data:`Where`.
+    """
+    found = np.zeros(len(nodes), dtype=bool)
+    if isinstance(where, str):
+        if where in node_sets:
+            found[node_sets[where]] = True
+            return found
+        if where not in SIDES:
+            known = ", ".join(repr(k) for k in dict.fromkeys([*node_sets, *SIDES]))
+            raise ValueError(f"{where!r} is unknown: {known} are known")
+        axis, upper = SIDES[where]
+        whole = nodes if whole is None else whole
+        low, high = whole[:, axis].min(), whole[:, axis].max()
+        near = 1e-6 * np.ptp(whole, axis=0).max()
+        return np.asarray(nodes[:, axis] >= high - near if upper else nodes[:, axis] <= low + near)
+    if callable(where):
+        chosen = np.asarray(where(nodes))
+        if chosen.shape != found.shape or chosen.dtype != bool:
+            raise ValueError(
+                f"the function returns {chosen.dtype} of shape {chosen.shape}: bool of shape {found.shape} "
+                "is needed"
+            )
+        return chosen
+    if len(where) == 3 and all(np.size(pair) == 2 for pair in where):
+        found[:] = True
+        for axis, (low, high) in enumerate(where):
+            found &= nodes[:, axis] >= (-np.inf if low is None else low - 1e-9)
+            found &= nodes[:, axis] <= (np.inf if high is None else high + 1e-9)
+        return found
+    return _nearest(nodes, where)
+
+
+def _nearest(nodes: Array, points: ArrayLike) -> NDArray[np.bool_]:
+    try:
+        places = np.atleast_2d(np.asarray(points, dtype=float))
+    except (TypeError, ValueError):
+        places = np.empty((0, 0))
+    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        raise ValueError(
+            "a name, a function, a box ((x0, x1), (y0, y1), (z0, z1)) or points (k, 3) in metres are needed"
+        )
+    found = np.zeros(len(nodes), dtype=bool)
+    reach = 0.1 * float(np.ptp(nodes, axis=0).max())
+    for place in places:
+        distance = np.linalg.norm(nodes - place, axis=1)
+        best = int(distance.argmin())
+        if distance[best] > reach:
+            raise ValueError(
+                f"the point {place.tolist()} is {distance[best]:.3g} m away from the nearest node"
+            )
+        found[best] = True
+    return found

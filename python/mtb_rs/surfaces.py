@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Surfaces of bodies and the gap between any two of them. SI units, z up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _mtb_rs
+from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, floats, metres, spacing_pair
+
+
+class BodySurface:
+    """Surface of a body, placed in the common frame.
+
+    A lower body lies below it, an upper one above. Made by the class methods.
+
+    Examples
+    --------
+    >>> ball = BodySurface.paraboloid(0.08)
+    >>> round(float(ball.top(2e-3, 0.0)) * 1e6, 6)
+    25.0
+    """
+
+    __slots__ = ("_core", "name")
+
+    _core: _mtb_rs.BodySurface
+    name: str
+
+    def __init__(self, core: _mtb_rs.BodySurface, name: str) -> None:
+        self._core = core
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"BodySurface({self.name!r})"
+
+    @classmethod
+    def plane(cls, height: float = 0.0) -> BodySurface:
+        """The plane z = `height` [m]."""
+        return cls(_mtb_rs.BodySurface.plane(height), "plane")
+
+    @classmethod
+    def block(cls, length: float, width: float, height: float = 0.0) -> BodySurface:
+        """Face z = `height` [m] of a block of `length` along x and `width` along y, about the origin."""
+        return cls(_mtb_rs.BodySurface.block((length, width), height), "block")
+
+    @classmethod
+    def paraboloid(cls, radius: float, radius_y: float | None = None) -> BodySurface:
+        """z = x^2 / (2 radius) + y^2 / (2 radius_y), apex at the origin; negative radii open downwards."""
+        radii = (radius, radius if radius_y is None else radius_y)
+        return cls(_mtb_rs.BodySurface.paraboloid(radii), "paraboloid")
+
+    @classmethod
+    def rail(cls, profile: str | Profile = "60E1", length: float = 0.18) -> BodySurface:
+        """A profile z(y), straight for abs(x) <= length / 2."""
+        profile = as_profile(profile)
+        return cls(_mtb_rs.BodySurface.prism(profile._core, length), profile.name)
+
+    @classmethod
+    def height_field(
+        cls, heights: ArrayLike, spacing: float | Sequence[float], start: tuple[float, float] | None = None
+    ) -> BodySurface:
+        """Heights (ny, nx) [m] on a regular grid, bicubic between its points.
+
+        `start` is the place (x, y) of the first height; by default the grid is centred at the origin.
+        """
+        heights = floats("heights", heights)
+        if heights.ndim != 2:
+            raise ValueError(f"heights has shape {heights.shape}: (ny, nx) is needed")
+        dx, dy = spacing_pair(spacing)
+        ny, nx = heights.shape
+        if start is None:
+            start = (-0.5 * dx * (nx - 1), -0.5 * dy * (ny - 1))
+        return cls(_mtb_rs.BodySurface.height_field(heights, start, (dx, dy)), "height field")
+
+    @classmethod
+    def mesh(
+        cls, vertices: ArrayLike, triangles: ArrayLike, *, closed: bool = True, name: str = "mesh"
+    ) -> BodySurface:
+        """Triangles (m, 3), counter-clockwise seen from outside, of `vertices` (3, n) [m].
+
+        Between its vertices the surface is curved: cubics fitted around them stand behind the facets.
+        Edges sharper than 30 degrees stay edges. `closed` bodies must be watertight.
+        """
+        points = floats("vertices", vertices)
+        if points.ndim != 2 or points.shape[0] != 3:
+            raise ValueError(f"vertices has shape {points.shape}: (3, n) is needed")
+        faces = np.asarray(triangles)
+        if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+            raise ValueError(
+                f"triangles has shape {faces.shape}, {faces.dtype}: (m, 3) of integers is needed"
+            )
+        if faces.size and faces.min() < 0:
+            raise ValueError(f"triangles holds {faces.min()}: vertices are counted from 0")
+        core = _mtb_rs.BodySurface.mesh(
+            np.ascontiguousarray(points.T), np.ascontiguousarray(faces, dtype=np.uintp), closed
+        )
+        return cls(core, name)
+
+    @classmethod
+    def from_file(cls, path: str | Path, *, unit: str, closed: bool = True) -> BodySurface:
+        """Triangle mesh from any file trimesh reads (STL, PLY, OBJ, ...).
+
+        Parameters
+        ----------
+        unit : str
+            Length unit of the coordinates, which most formats do not state: "m", "mm", "um" or "in".
+        closed : bool
+            Whether the mesh must be watertight.
+        """
+        import trimesh
+
+        scale = metres(unit)
+        if not Path(path).is_file():
+            raise ValueError(f"mesh file {str(path)!r} does not exist")
+        try:
+            loaded = trimesh.load_mesh(path)
+            vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
+        except Exception as error:  # trimesh's readers raise whatever they stumble over
+            raise ValueError(f"mesh file {str(path)!r} cannot be read: {error}") from None
+        try:
+            return cls.mesh(vertices.T * scale, faces, closed=closed, name=Path(path).name)
+        except ValueError as error:
+            raise ValueError(f"mesh file {str(path)!r}: {error}") from None
+
+    def top(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Height z [m] of the highest point over (x, y) [m], any shape; NaN beside the body."""
+        grid_x, grid_y = np.broadcast_arrays(floats("x", x), floats("y", y))
+        flat = self._core.top(np.ascontiguousarray(grid_x).ravel(), np.ascontiguousarray(grid_y).ravel())
+        return flat.reshape(grid_x.shape)
+
+
+@dataclass(frozen=True)
+class SurfaceGap:
+    """Sheet between two surfaces, and how well its gap is known.
+
+    Attributes
+    ----------
+    sheet : ContactSheet
+        Points on the lower body, gap along its normal; infinite where there is no upper body.
+    facet_error : (n,) [m]
+        Estimated error of the gap because bodies are known by facets only.
+    nearest : (n,) bool
+        Where the normal misses the upper body; the gap is then the distance of its nearest point.
+    """
+
+    sheet: ContactSheet
+    facet_error: Array
+    nearest: NDArray[np.bool_]
+
+
+def surface_gap(
+    lower: BodySurface,
+    upper: BodySurface,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    spacing: float | Sequence[float],
+    *,
+    reach: float = 5e-3,
+    penetration: float | None = None,
+) -> SurfaceGap:
+    """Sheet over the rectangle `x` by `y` seen from above, and the gap between two bodies there.
+
+    Parameters
+    ----------
+    x, y : (from, to) [m]
+    spacing : float or (dx, dy) [m]
+        Seen from above; whole numbers of cells come as close as they can.
+    reach : float [m]
+        Distance up to which the upper body is looked for.
+    penetration : float [m], optional
+        Expected penetration. Facets whose error is more than a tenth of it, where contact is expected,
+        are refused with a ValueError.
+    """
+    fields = _mtb_rs.surface_gap(
+        lower._core,
+        upper._core,
+        x=x,
+        y=y,
+        spacing=spacing_pair(spacing),
+        reach=reach,
+        penetration=penetration,
+    )
+    return SurfaceGap(
+        sheet=contact_sheet(fields, ("contact",)),
+        facet_error=fields["facet_error"],
+        nearest=fields["nearest"],
+    )

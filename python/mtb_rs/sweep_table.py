@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a sweep returns: one labelled table."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Units of the quantities a sweep measures by itself.
+UNITS = {
+    "force_x": "N",
+    "force_y": "N",
+    "force_z": "N",
+    "moment_x": "N m",
+    "moment_y": "N m",
+    "moment_z": "N m",
+    "normal_force": "N",
+    "peak_pressure": "Pa",
+    "contact_area": "m2",
+    "approach": "m",
+    "wedging_margin": "1",
+    "error_estimate": "1",
+    "residual": "1",
+    "iterations": "1",
+    "time": "s",
+}
+
+
+@dataclass(frozen=True)
+class SweepTable:
+    """Quantities over the grid of the parameters of a sweep.
+
+    ``table["force_x"]`` is an array with one axis for each parameter, in their order; NaN where a case has
+    no solution, whose reason stands in `status`.
+
+    Attributes
+    ----------
+    parameters : Mapping of names to tuples
+        The values of each parameter; labels where they are no numbers.
+    columns : Mapping of names to arrays
+    status : array of str
+        "solved", or why not.
+    attributes : Mapping
+        The model and the scene.
+    """
+
+    parameters: Mapping[str, tuple[Any, ...]]
+    columns: Mapping[str, NDArray[np.float64]]
+    status: NDArray[np.object_]
+    attributes: Mapping[str, str]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self.columns:
+            raise KeyError(f"{name!r}: the sweep has {', '.join(self.columns)}")
+        return self.columns[name]
+
+    def __len__(self) -> int:
+        return int(self.status.size)
+
+    def __repr__(self) -> str:
+        grid = " x ".join(f"{len(v)} {k}" for k, v in self.parameters.items())
+        return f"<SweepTable: {grid}, {len(self) - len(self.failures)} of {len(self)} solved>"
+
+    @property
+    def failures(self) -> list[tuple[dict[str, Any], str]]:
+        """The cases without a solution, each with its reason."""
+        return [(case, str(self.status[at])) for at, case in self._cases() if self.status[at] != "solved"]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a case: parameters, status, quantities."""
+        return [
+            {**case, "status": str(self.status[at])} | {k: float(v[at]) for k, v in self.columns.items()}
+            for at, case in self._cases()
+        ]
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes the rows; the heading names the columns, with units."""
+        rows = self.rows()
+        with Path(path).open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
+            writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
+
+    def to_xarray(self) -> Any:
+        """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise ImportError("xarray is missing: pip install 'mtb-rs[sweep]'") from error
+        names = list(self.parameters)
+        data = {
+            k: xarray.Variable(names, v, {"units": UNITS[k]} if k in UNITS else {})
+            for k, v in self.columns.items()
+        }
+        data["status"] = xarray.Variable(names, self.status.astype(str))
+        coordinates = {k: list(v) for k, v in self.parameters.items()}
+        return xarray.Dataset(data, coordinates, dict(self.attributes))
+
+    def to_netcdf(self, path: str | os.PathLike[str]) -> None:
+        """Writes the table as netCDF-4 (extra ``sweep``)."""
+        self.to_xarray().to_netcdf(path, engine="h5netcdf")
+
+    def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
+        for at in np.ndindex(self.status.shape):
+            yield at, {k: v[i] for (k, v), i in zip(self.parameters.items(), at, strict=True)}

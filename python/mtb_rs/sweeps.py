@@ -1,0 +1,367 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Many scenes at once: a grid of parameters, any executor, nothing lost."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import os
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from dataclasses import fields, is_dataclass
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from . import scenes
+from .errors import ConvergenceError
+from .geometry import Profile
+from .result import Result
+from .scene import Scene
+from .sweep_table import SweepTable
+
+Values = Mapping[str, Any]
+Measure = Callable[[Result], Mapping[str, float]]
+Record = dict[str, Any]
+
+#: Cases given to an executor whose number of workers is unknown, before the first one must come back.
+IN_FLIGHT = 32
+
+
+def sweep(
+    scene: Scene,
+    parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]],
+    *,
+    executor: Executor | int | None = None,
+    measure: Measure | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> SweepTable:
+    """Solves a scene for all combinations of some of its arguments.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        For each argument (of :class:`Scene`, or of the ready scene) its values, or a mapping from labels to
+        values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``.
+    executor : concurrent.futures.Executor, int or None
+        Who solves: threads, processes, Dask's ``client.get_executor()``; a number of processes of our own;
+        or nobody but this process. A process that dies is replaced and its cases are solved again; a case
+        that ends its process twice is recorded as such. Processes are spawned, because the threads of the
+        compiled core do not survive a fork: for a pool that forks, one of the same size stands in. A
+        script therefore calls sweeps under ``if __name__ == "__main__":``.
+    measure : callable
+        Numbers of a result that make further columns; for processes a function of a module.
+    checkpoint : path
+        Solved cases are kept there one by one; a sweep called again with the same file goes on from it.
+    progress : callable
+        Called with the cases done and all cases.
+    **options
+        Of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case.
+
+    Returns
+    -------
+    SweepTable
+        A case without a solution is a row with its reason and stops nobody else.
+
+    Raises
+    ------
+    ValueError
+        If an argument is unknown, or the checkpoint is of another sweep.
+    """
+    grid = {name: _labelled(name, values) for name, values in parameters.items()}
+    if not grid:
+        raise ValueError("parameters is empty: at least one argument with its values is needed")
+    known = _known(scene)
+    for name in grid:
+        if name not in known:
+            raise ValueError(f"{name!r} is no argument of the scene: it has {', '.join(sorted(known))}")
+    cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
+    with _Checkpoint(checkpoint, _fingerprint([scene, grid, options])) as kept:
+        records = dict(kept.records)
+        waiting = deque(k for k in range(len(cases)) if k not in records)
+        done = len(records)
+        if progress is not None:
+            progress(done, len(cases))
+        work = _Work(scene, options, measure)
+        if waiting:
+            work.prepare(cases[0])
+        for index, record in _solved(work, cases, waiting, executor):
+            kept.add(index, record)
+            records[index] = record
+            done += 1
+            if progress is not None:
+                progress(done, len(cases))
+    models = {r["model"] for r in records.values() if "model" in r}
+    return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
+
+
+def varied(scene: Scene, changes: Values) -> Scene:
+    """The scene with some arguments changed, those of a ready scene's geometry included."""
+    own = {f.name for f in fields(Scene)}
+    if all(name in own for name in changes) or scene.name not in scenes.__all__:
+        return scene.with_(**changes)
+    build = getattr(scenes, scene.name)
+    arguments = {k: v for k, v in scene.inputs.items() if k in inspect.signature(build).parameters}
+    before = build(**arguments)
+    kept = {
+        name: getattr(scene, name)
+        for name in own - {"layout", "inputs", "name"} - set(changes)
+        if _fingerprint(getattr(scene, name)) != _fingerprint(getattr(before, name))
+    }
+    new: Scene = build(**{**arguments, **changes})
+    return new.with_(**kept)
+
+
+class _Work:
+    """What is done to a case; goes to the workers."""
+
+    def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
+        self.scene, self.options, self.measure = scene, dict(options), measure
+
+    def prepare(self, case: Values) -> None:
+        """Decides on the model, and condenses the bodies once, so that workers find them in the cache.
+
+        Errors are left to the cases.
+        """
+        model = self.options.get("model", "auto")
+        choosing = {k: self.options[k] for k in ("tolerance", "quantity") if k in self.options}
+        try:
+            scene = varied(self.scene, case)
+            if model == "auto" and self.options.get("method", "direct") == "direct":
+                model = scene._choose(**{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
+                self.options["model"] = model
+            if model != "auto":
+                scene.problem(model)
+        except (ValueError, ConvergenceError):
+            return
+
+    def __call__(self, case: Values) -> Record:
+        clock = time.perf_counter()
+        try:
+            result = varied(self.scene, case).solve(**self.options)
+            numbers = {**measured(result), **(self.measure(result) if self.measure is not None else {})}
+            numbers["time"] = time.perf_counter() - clock
+            return {
+                "status": "solved",
+                "model": result.model,
+                "numbers": {k: float(v) for k, v in numbers.items()},
+            }
+        except ConvergenceError as error:
+            return {"status": f"no solution: {error}"}
+        except Exception as error:  # one case must not stop the others
+            return {"status": f"{type(error).__name__}: {error}"}
+
+
+def measured(result: Result) -> dict[str, float]:
+    """The numbers of a result that every sweep keeps; absent ones are NaN."""
+    report = result.report
+    optional = {"wedging_margin": report.wedging_margin, "error_estimate": result.error_estimate}
+    return {
+        **{f"force_{c}": float(v) for c, v in zip("xyz", result.force, strict=True)},
+        **{f"moment_{c}": float(v) for c, v in zip("xyz", result.moment, strict=True)},
+        "normal_force": result.normal_force,
+        "peak_pressure": report.peak_pressure,
+        "contact_area": report.contact_area,
+        "approach": float(np.mean(result.approach)),
+        **{k: float("nan") if v is None else v for k, v in optional.items()},
+        "residual": report.residual,
+        "iterations": float(report.iterations),
+    }
+
+
+def _solved(
+    work: _Work, cases: list[dict[str, Any]], waiting: deque[int], executor: Executor | int | None
+) -> Iterator[tuple[int, Record]]:
+    """Records of the cases as they come back."""
+    if executor is None:
+        for index in waiting:
+            yield index, work(cases[index])
+        return
+    pool, own = _pool(executor)
+    workers: int = getattr(pool, "_max_workers", IN_FLIGHT)
+    suspects: deque[int] = deque()
+    flying: dict[Future[Record], int] = {}
+    try:
+        while waiting or suspects or flying:
+            # a case that may have ended its process flies alone, so that the next time tells
+            alone = bool(suspects)
+            queue, room = (suspects, 1) if alone else (waiting, 2 * workers)
+            broken = False
+            while queue and len(flying) < room:
+                index = queue.popleft()
+                try:
+                    flying[pool.submit(work, cases[index])] = index
+                except BrokenExecutor:
+                    queue.appendleft(index)
+                    broken = True
+                    break
+            finished, _ = wait(flying, return_when=FIRST_COMPLETED) if flying else (set(), set())
+            for future in finished:
+                index = flying.pop(future)
+                try:
+                    yield index, future.result()
+                except BrokenExecutor:
+                    broken = True
+                    if alone:
+                        yield index, {"status": "lost: its process ended twice while solving it"}
+                    else:
+                        suspects.append(index)
+                except Exception as error:  # what the executor itself reports, a cancelled case included
+                    yield index, {"status": f"lost: {type(error).__name__}: {error}"}
+            if broken:
+                suspects.extend(flying.values())
+                flying.clear()
+                if not isinstance(pool, ProcessPoolExecutor):
+                    raise RuntimeError("the executor broke down; what is solved is in the checkpoint")
+                if own:
+                    pool.shutdown(wait=False, cancel_futures=True)
+                pool, own = _pool(workers)
+    finally:
+        for future in flying:
+            future.cancel()
+        if own:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _pool(executor: Executor | int) -> tuple[Executor, bool]:
+    """The executor to work with, and whether it is our own."""
+    if isinstance(executor, ProcessPoolExecutor):
+        context = getattr(executor, "_mp_context", None)
+        if context is None or context.get_start_method() != "fork":
+            return executor, False
+        executor = int(getattr(executor, "_max_workers", 1))
+    if isinstance(executor, Executor):
+        return executor, False
+    return ProcessPoolExecutor(executor, get_context("spawn"), _one_thread), True
+
+
+def _one_thread() -> None:
+    """In a worker, before the compiled core starts its threads: processes share the machine already."""
+    os.environ.setdefault("RAYON_NUM_THREADS", "1")
+
+
+class _Checkpoint:
+    """Solved cases in a file, one line each; the first line says of which sweep."""
+
+    def __init__(self, path: str | os.PathLike[str] | None, key: str) -> None:
+        self.path = None if path is None else Path(path)
+        self.key = key
+        self.records: dict[int, Record] = {}
+        self._stream: TextIO | None = None
+
+    def __enter__(self) -> _Checkpoint:
+        if self.path is None:
+            return self
+        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
+        if lines and json.loads(lines[0]).get("sweep") != self.key:
+            raise ValueError(f"{self.path} is the checkpoint of another sweep: give another file")
+        for line in lines[1:]:
+            try:
+                entry = json.loads(line)
+            except json.JSONDecodeError:
+                continue  # cut short by an interruption: solved again
+            if not entry["status"].startswith("lost"):
+                self.records[entry.pop("case")] = entry
+        # written anew without what was cut short
+        draft = self.path.with_name(self.path.name + ".draft")
+        with draft.open("w", encoding="utf-8") as stream:
+            stream.write(json.dumps({"sweep": self.key}) + "\n")
+            stream.writelines(json.dumps({"case": k, **r}) + "\n" for k, r in self.records.items())
+        os.replace(draft, self.path)
+        self._stream = self.path.open("a", encoding="utf-8")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._stream is not None:
+            self._stream.close()
+
+    def add(self, index: int, record: Record) -> None:
+        """Keeps a record for good."""
+        if self._stream is not None:
+            self._stream.write(json.dumps({"case": index, **record}) + "\n")
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+
+
+def _table(
+    grid: Mapping[str, Values], records: Mapping[int, Record], attributes: dict[str, str]
+) -> SweepTable:
+    shape = tuple(len(v) for v in grid.values())
+    names: dict[str, None] = {}
+    for record in records.values():
+        names.update(dict.fromkeys(record.get("numbers", {})))
+    columns = {name: np.full(shape, np.nan) for name in names}
+    status = np.full(shape, "", dtype=object)
+    for index, record in records.items():
+        at = np.unravel_index(index, shape)
+        status[at] = record["status"]
+        for name, value in record.get("numbers", {}).items():
+            columns[name][at] = value
+    parameters = {name: tuple(values) for name, values in grid.items()}
+    return SweepTable(parameters, columns, status, attributes)
+
+
+def _labelled(name: str, values: Any) -> dict[Any, Any]:
+    """Values by their labels: numbers and text are their own."""
+    if isinstance(values, Mapping):
+        labelled = dict(values)
+    else:
+        try:
+            listed = list(values)
+        except TypeError:
+            raise ValueError(f"{name} is {values!r}: a list of values is needed") from None
+        plain = all(isinstance(v, (int, float, str, np.number)) for v in listed)
+        labels = [v.item() if isinstance(v, np.number) else v for v in listed] if plain else map(str, listed)
+        labelled = dict(zip(labels, listed, strict=True))
+        if len(labelled) != len(listed):
+            raise ValueError(f"{name} has a value twice: {values!r}")
+    if not labelled:
+        raise ValueError(f"{name} has no values")
+    return labelled
+
+
+def _known(scene: Scene) -> set[str]:
+    """Arguments that may be varied."""
+    known = {f.name for f in fields(Scene)} - {"layout", "inputs", "name"}
+    if scene.name in scenes.__all__:
+        known |= set(inspect.signature(getattr(scenes, scene.name)).parameters)
+    return known
+
+
+def _fingerprint(value: Any) -> str:
+    """A text that is the same for the same input in any process."""
+    return hashlib.sha256(_words(value).encode()).hexdigest()
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return (
+            f"{value.shape}{value.dtype}{hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()}"
+        )
+    if isinstance(value, Mapping):
+        return "{" + ",".join(f"{k!r}:{_words(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ",".join(map(_words, value)) + "]"
+    if isinstance(value, Profile):
+        return _words(value.__reduce__()[1])
+    if is_dataclass(value) and not isinstance(value, type):
+        named = ",".join(f"{f.name}={_words(getattr(value, f.name))}" for f in fields(value) if f.compare)
+        return f"{type(value).__name__}({named})"
+    if callable(value):
+        return f"{value.__module__}.{getattr(value, '__qualname__', type(value).__qualname__)}"
+    return repr(value)

@@ -1,0 +1,500 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Stick and slip: shifts, transient and steady rolling."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _mtb_rs
+from .errors import ConvergenceError
+from .friction import Friction, InterfaceLayer, native_law
+from .material import Material
+from .patch import PressureField, pressure_field
+from .report import Report
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+Forces = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Rolling contact: the upper body rolls over the lower one.
+
+    The rigid slip of the upper body over the lower one, relative to the rolling speed, is
+    ``(xi - phi y, eta + phi x)``. `xi` > 0 pulls the lower body towards +x.
+
+    Parameters
+    ----------
+    creepage : (xi, eta, phi)
+        Longitudinal and lateral creepage [-] and spin [1/m].
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body to be reached by the creepage of that
+        component; None for a component whose creepage is given.
+    angle : float [rad]
+        Direction of rolling from +x towards +y.
+    speed : float [m/s]
+        Rolling speed; matters for friction that depends on the slip speed.
+    transient : bool
+        One step from a state instead of the steady state.
+    step : float or None [m]
+        Distance rolled in a transient step, and over which steady slip is measured; None for one cell.
+    """
+
+    creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force: Forces | None = None
+    angle: float = 0.0
+    speed: float = 10.0
+    transient: bool = False
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        _finite("creepage", self.creepage, 3)
+        _finite("angle", (self.angle,), 1)
+        for name in ("speed", "step"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {value!r}: a positive number is needed")
+
+    def step_vector(self, spacing: Pair) -> Pair:
+        """The step (x, y) [m] on cells of the size `spacing` [m]."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        length = self.step if self.step is not None else spacing[0] * c * c + spacing[1] * s * s
+        return (length * c, length * s)
+
+
+@dataclass(frozen=True)
+class Shift:
+    """One finite displacement of the upper body over the lower one.
+
+    Parameters
+    ----------
+    displacement : (float, float) [m]
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body to be reached instead; None for a component whose
+        displacement is given.
+    spin : float [rad]
+        Rotation about z through (0, 0).
+    duration : float [s]
+        Matters for friction that depends on the slip speed.
+    """
+
+    displacement: tuple[float, float] = (0.0, 0.0)
+    force: Forces | None = None
+    spin: float = 0.0
+    duration: float = 1.0
+
+    def __post_init__(self) -> None:
+        _finite("displacement", self.displacement, 2)
+        _finite("spin", (self.spin,), 1)
+        if not (math.isfinite(self.duration) and self.duration > 0.0):
+            raise ValueError(f"duration is {self.duration!r} s: a positive number is needed")
+
+
+def _finite(name: str, values: Any, count: int) -> None:
+    numbers = np.asarray(values, dtype=float)
+    if numbers.shape != (count,) or not np.all(np.isfinite(numbers)):
+        raise ValueError(f"{name} is {values!r}: {count} finite number{'s' if count > 1 else ''} needed")
+
+
+@dataclass(frozen=True)
+class TangentialState:
+    """What a later step needs to know of an earlier one: plain arrays, to be saved and resumed.
+
+    Attributes
+    ----------
+    traction : (2, ny, nx) [Pa]
+        On the lower body.
+    pressure : (ny, nx) [Pa]
+    coefficient : (ny, nx) [-]
+        Coefficient of friction that the particles carry.
+    """
+
+    traction: Array
+    pressure: Array
+    coefficient: Array
+
+
+@dataclass(frozen=True)
+class TangentialResult:
+    """A solved tangential problem; vectors act on the lower body.
+
+    Attributes
+    ----------
+    points : (2, ny, nx) [m]
+        Cell centres.
+    pressure : (ny, nx) [Pa]
+    traction : (3, ny, nx) [Pa]
+        Friction on the lower body; the third component is zero.
+    slip : (2, ny, nx)
+        Of the upper body over the lower one: relative [-] in rolling, [m] in a shift; zero but
+        where the surfaces slip.
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    friction_coefficient : (ny, nx) [-]
+        In force at each point.
+    force : (3,) [N]
+        Friction (x, y) and minus the normal force (z).
+    spin_moment : float [N m]
+        Sum of (x q_y - y q_x) area.
+    creepage : (3,)
+        (xi, eta, phi) in rolling, (x, y [m], rotation [rad]) in a shift: given, or found for a force.
+    state : TangentialState
+        For the next shift or transient step.
+    """
+
+    points: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    status: NDArray[np.int8]
+    friction_coefficient: Array
+    force: Array
+    spin_moment: float
+    creepage: Array
+    state: TangentialState
+    report: Report
+
+
+class _Key(NamedTuple):
+    """All that the operators depend on."""
+
+    shape: tuple[int, int]
+    spacing: Pair
+    lower: Pair | None
+    upper: Pair | None
+    layer: float
+    motion: str
+    step: Pair
+    reference: float | None
+
+
+@lru_cache(maxsize=4)
+def _operators(key: _Key) -> _mtb_rs.PatchOperators:
+    return _mtb_rs.PatchOperators(*key)
+
+
+def _constants(body: Material | None) -> Pair | None:
+    return None if body is None else (body.shear_modulus, body.poisson_ratio)
+
+
+def _prepare(
+    field: PressureField,
+    motion: Rolling | Shift,
+    layer: InterfaceLayer | None,
+    state: TangentialState | None,
+) -> tuple[_mtb_rs.PatchOperators, tuple[slice, slice], Pair]:
+    """Operators on the smallest rectangle that holds the contact, that rectangle, and its first cell."""
+    loaded = field.pressure > 0.0
+    if state is not None:
+        loaded = loaded | np.any(state.traction != 0.0, axis=0) | (state.pressure > 0.0)
+    if not np.any(field.pressure > 0.0):
+        raise ValueError("the pressure is zero everywhere: there is no contact to roll or to slide")
+    rows, columns = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
+    cut = (slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1))
+    if isinstance(motion, Shift):
+        kind, step = "shift", (0.0, 0.0)
+    else:
+        kind, step = "transient" if motion.transient else "steady", motion.step_vector(field.spacing)
+    key = _Key(
+        shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
+        spacing=field.spacing,
+        lower=_constants(field.lower),
+        upper=_constants(field.upper),
+        layer=0.0 if layer is None else layer.flexibility,
+        motion=kind,
+        step=step,
+        reference=field.reference,
+    )
+    origin = (
+        field.start[0] + cut[1].start * field.spacing[0],
+        field.start[1] + cut[0].start * field.spacing[1],
+    )
+    return _operators(key), cut, origin
+
+
+def solve_tangential(
+    normal: Any,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None = None,
+    state: TangentialState | None = None,
+    tolerance: float = 1e-8,
+    coupling: Literal["one-way", "full"] = "one-way",
+) -> TangentialResult:
+    """Traction, stick and slip of a contact that shifts or rolls.
+
+    Half-spaces under piecewise constant tractions; a semismooth Newton method whose products go by the
+    Fourier transform, started from coarser grids. In steady rolling slip is a first-order
+    difference over one cell and the rigid slip is taken a sixth of a cell ahead, both as in
+    CONTACT, whose fields are thus met cell by cell; the error falls with the cell size.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+        Pressure on one regular patch, and the two bodies.
+    motion : Rolling or Shift
+    friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
+    layer : InterfaceLayer or None
+        Adds its shear flexibility; without influence once everything slides.
+    state : TangentialState or None
+        Earlier state of a shift or a transient step; None for surfaces without traction.
+    tolerance : float [-]
+        Relative residual of the contact conditions.
+    coupling : {"one-way", "full"}
+        For unlike bodies. Their pressure moves the surfaces tangentially in any case. "one-way" leaves out
+        that traction moves them normally in turn, and reports the size of that change of the gap; "full"
+        repeats both problems in turn until the pressure stays, for a result of `solve_normal`, at its
+        normal force.
+
+    Raises
+    ------
+    ConvergenceError
+        With the last iterate as ``.result``.
+    """
+    if coupling not in ("one-way", "full"):
+        raise ValueError(f'coupling is {coupling!r}: "one-way" or "full" is needed')
+    if coupling == "full":
+        return _alternate(normal, motion, friction, layer, state, tolerance)
+    started = time.perf_counter()
+    field = pressure_field(normal)
+    steady = isinstance(motion, Rolling) and not motion.transient
+    if steady and state is not None:
+        raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
+    shape = field.pressure.shape
+    if state is not None and state.pressure.shape != shape:
+        raise ValueError(f"state has shape {state.pressure.shape}, the pressure has {shape}")
+    operators, cut, origin = _prepare(field, motion, layer, state)
+    prepared = time.perf_counter()
+    if isinstance(motion, Rolling):
+        given, spin, speed = motion.creepage[:2], motion.creepage[2], motion.speed
+    else:
+        given, spin, speed = motion.displacement, motion.spin, 1.0 / motion.duration
+    forces = motion.force if motion.force is not None else (None, None)
+    if len(forces) != 2:
+        raise ValueError(f"force is {motion.force!r}: (Fx, Fy) is needed, None for a given component")
+    drive = [(float(g), False) if f is None else (float(f), True) for g, f in zip(given, forces, strict=True)]
+    earlier = None
+    if state is not None:
+        earlier = (
+            np.ascontiguousarray(state.traction[(slice(None), *cut)]),
+            np.ascontiguousarray(state.pressure[cut]),
+            np.ascontiguousarray(state.coefficient[cut]),
+        )
+    found = operators.solve(
+        np.ascontiguousarray(field.pressure[cut]),
+        origin,
+        drive,
+        float(spin),
+        float(speed),
+        native_law(friction, shape, cut),
+        earlier,
+        float(tolerance),
+    )
+    finished = time.perf_counter()
+    result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
+    if not result.report.converged:
+        raise ConvergenceError(
+            f"stick and slip were not found: residual {result.report.residual:.1e} after "
+            f"{result.report.iterations} Newton steps, {tolerance:.0e} asked for",
+            result,
+        )
+    return result
+
+
+#: Largest change of the pressure, over its peak, at which the alternation of both problems ends.
+_SETTLED = 1e-6
+
+
+def _alternate(
+    normal: Any,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None,
+    state: TangentialState | None,
+    tolerance: float,
+) -> TangentialResult:
+    """Normal and tangential problem in turn [Kalker1990, ch. 4] until the pressure stays."""
+    from .normal import solve_normal
+
+    for name in ("initial_gap", "normal_force", "approach"):
+        if not hasattr(normal, name):
+            raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
+    if any(normal.tilts):
+        raise ValueError("full coupling keeps the tilts locked; those of the normal contact are free")
+    first = pressure_field(normal)
+    field = first
+    changes: list[float] = []
+    result = solve_tangential(field, motion, friction, layer, state, tolerance)
+    while not changes or changes[-1] > _SETTLED:
+        change = _gap_change(field, result.traction)
+        again = solve_normal(
+            normal.initial_gap + change,
+            field.spacing,
+            lower=normal.lower,
+            upper=normal.upper,
+            force=normal.normal_force,
+            tolerance=min(tolerance, 1e-8),
+            # contact at a side of the grid was legitimate in the normal problem already
+            edge="sharp",
+        )
+        pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)
+        changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))
+        field = replace(field, pressure=pressure)
+        result = solve_tangential(field, motion, friction, layer, state, tolerance)
+        if len(changes) > 3 and changes[-1] > 0.9 * changes[-2] > 10.0 * _SETTLED:
+            raise ConvergenceError(
+                f"normal and tangential problem do not settle: the pressure changes by {changes[-1]:.1e}",
+                result,
+            )
+    whole = float(np.abs(field.pressure - first.pressure).max() / first.pressure.max())
+    balance = {**result.report.force_balance, "pressure_change_by_traction": whole}
+    report = replace(
+        result.report, method=f"alternating, {len(changes)} rounds", omitted={}, force_balance=balance
+    )
+    return replace(result, report=report)
+
+
+def _gap_change(field: PressureField, traction: Array) -> Array:
+    """Change (ny, nx) [m] of the gap by the traction (3, ny, nx) on the lower body."""
+    ny, nx = field.pressure.shape
+    change = np.zeros(nx * ny)
+    # both surfaces sink where they do: the upper body feels the opposite traction
+    for body, sign in ((field.lower, 1.0), (field.upper, -1.0)):
+        if body is not None:
+            half_space = _mtb_rs.half_space(
+                body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], field.spacing, True
+            )
+            load = np.ascontiguousarray(sign * traction.reshape(3, -1))
+            change += half_space.displacement(load)[2]
+    return change.reshape(ny, nx)
+
+
+def _left_out(field: PressureField, traction: Array, status: NDArray[Any]) -> dict[str, float]:
+    """Size of the change of the gap by traction, which the pressure given has not felt."""
+    moduli = [
+        0.0 if body is None else (1.0 - 2.0 * body.poisson_ratio) / body.shear_modulus
+        for body in (field.lower, field.upper)
+    ]
+    if field.reference is not None or abs(moduli[0] - moduli[1]) <= 1e-12 * max(moduli):
+        return {}
+    change = _gap_change(field, traction)[status > 0]
+    return {"gap_change_by_traction_m": float(np.abs(change - change.mean()).max())}
+
+
+def _result(
+    field: PressureField,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None,
+    cut: tuple[slice, slice],
+    found: dict[str, Any],
+    times: tuple[float, float, float],
+) -> TangentialResult:
+    shape = field.pressure.shape
+
+    def whole(part: NDArray[Any], fill: float = 0.0) -> NDArray[Any]:
+        """`part` of the grid (..., ny, nx) put back into the whole of it."""
+        full = np.full((*part.shape[:-2], *shape), fill, dtype=part.dtype)
+        full[(..., *cut)] = part
+        return full
+
+    status = whole(found["status"])
+    slip = whole(found["slip"])
+    slip[:, status != 2] = 0.0
+    x, y = field.coordinates()
+    coefficient = whole(found["coefficient"], fill=friction.at_rest())
+    tangential = whole(found["traction"])
+    traction = np.concatenate([tangential, np.zeros((1, *shape))])
+    force = np.array([*found["force"], -field.normal_force])
+    spin = motion.creepage[2] if isinstance(motion, Rolling) else motion.spin
+    area = field.spacing[0] * field.spacing[1]
+    report = Report(
+        converged=found["converged"],
+        status="converged" if found["converged"] else "no convergence",
+        model="half-space" if layer is None else "half-space and layer",
+        method="direct",
+        solver="semismooth Newton on discs, GMRES, FFT, nested grids",
+        iterations=found["iterations"],
+        residual=found["history"][-1],
+        contact_area=float(np.count_nonzero(status) * area),
+        peak_pressure=float(field.pressure.max()),
+        convolutions=found["products"],
+        preconditionings=found["preconditionings"],
+        force_balance={
+            "tangential": float(np.hypot(force[0], force[1])),
+            "normal": field.normal_force,
+            "stick_area": float(np.count_nonzero(status == 1) * area),
+        },
+        omitted=_left_out(field, traction, status),
+        time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
+        history=tuple(found["history"]),
+    )
+    state = TangentialState(traction=tangential, pressure=field.pressure, coefficient=coefficient)
+    return TangentialResult(
+        points=np.stack(np.meshgrid(x, y)),
+        pressure=field.pressure,
+        traction=traction,
+        slip=slip,
+        status=status,
+        friction_coefficient=coefficient,
+        force=force,
+        spin_moment=found["spin_moment"],
+        creepage=np.array([*found["drive"], spin]),
+        state=state,
+        report=report,
+    )
+
+
+def creep_curve(
+    normal: Any,
+    creepages: ArrayLike,
+    friction: Friction,
+    layer: InterfaceLayer | None = None,
+    speed: float = 10.0,
+    tolerance: float = 1e-6,
+) -> Array:
+    """Forces of steady rolling over a list of creepages.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+    creepages : (n, 3)
+        (xi, eta, phi) [-, -, 1/m] each.
+    friction, layer
+        As in :func:`solve_tangential`.
+    speed : float [m/s]
+    tolerance : float [-]
+
+    Returns
+    -------
+    (n, 3) float
+        Fx, Fy [N] and Mz [N m] on the lower body.
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the creepages that did not converge; ``.result`` holds all forces, those as NaN.
+    """
+    rows = np.ascontiguousarray(np.atleast_2d(np.asarray(creepages, dtype=float)))
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    field = pressure_field(normal)
+    operators, cut, origin = _prepare(field, Rolling(speed=speed), layer, None)
+    law = native_law(friction, field.pressure.shape, cut)
+    pressure = np.ascontiguousarray(field.pressure[cut])
+    found = operators.curve(pressure, origin, rows, float(speed), law, float(tolerance))
+    forces: Array = found["forces"]
+    failed = np.flatnonzero(~np.asarray(found["converged"]))
+    if failed.size:
+        forces = forces.copy()
+        forces[failed] = np.nan
+        raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}", forces)
+    return forces

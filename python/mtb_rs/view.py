@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The three-dimensional view of a result (pyvista): bodies, the quantity on the contact patch, deformation.
+
+VTK ends the process when it finds no GL driver, so a first picture is tried in another process, once.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .grids import corners, flat, patches, quads
+from .result import Array, Result, Surface
+
+if TYPE_CHECKING:
+    import pyvista
+
+#: What Debian and Ubuntu need for pictures without a display.
+GL_PACKAGES = "libegl1 libgl1-mesa-dri"
+_WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
+_PROBE = (
+    "from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow;"
+    "import vtkmodules.vtkRenderingOpenGL2;"
+    "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.AddRenderer(vtkRenderer()); w.Render()"
+)
+
+_BODY_COLOURS = {"lower": "#CDD2DA", "upper": "#8FA7BF"}
+
+
+class ViewError(RuntimeError):
+    """A 3-D picture that cannot be made on this machine; the message says what is missing."""
+
+
+@cache
+def missing_for_view() -> str | None:
+    """Why no 3-D picture can be made here, with what to install; None when one can.
+
+    Renders an empty picture in another process the first time, and remembers the answer. Without a
+    display, the kind of window that worked is left in the environment for VTK to find.
+    """
+    try:
+        import pyvista  # noqa: F401
+    except ImportError:
+        return "the 3-D view needs pyvista: pip install 'mtb-rs[viz]'"
+    headless = sys.platform == "linux" and not os.environ.get("DISPLAY")
+    windows = [os.environ.get(_WINDOW)]
+    if headless and windows == [None]:
+        windows = ["vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"]
+    for window in windows:
+        environment = os.environ | ({_WINDOW: window} if window else {})
+        try:
+            probe = subprocess.run(
+                [sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=180, check=False
+            )
+        except subprocess.TimeoutExpired:
+            continue
+        if probe.returncode == 0:
+            if window:
+                os.environ[_WINDOW] = window
+            return None
+    return (
+        f"the 3-D view needs a GL driver, and none works here: apt-get install {GL_PACKAGES} "
+        "(Debian, Ubuntu), or the driver of this machine's graphics"
+    )
+
+
+def view(
+    result: Result,
+    quantity: str = "pressure",
+    *,
+    body: Literal["upper", "lower"] = "lower",
+    limits: tuple[float, float] | None = None,
+    scale: float | None = None,
+    off_screen: bool | None = None,
+    size: tuple[int, int] = (1400, 950),
+) -> pyvista.Plotter:
+    """The bodies in space, with the quantity on the contact patch of the lower one.
+
+    Parameters
+    ----------
+    quantity : str
+        As in :func:`mtb_rs.plot.plot`.
+    limits : (low, high) [SI unit of the quantity]
+        Ends of the colour scale.
+    scale : float
+        Factor on all displacements. By default 0 where the bodies carry none (half-spaces), otherwise
+        such that the largest one is seen as a twentieth of the patch.
+    off_screen : bool
+        By default True where there is no display.
+    size : (int, int)
+        Pixels.
+
+    Returns
+    -------
+    pyvista.Plotter
+        ``.show()`` opens a window or a notebook cell, ``.screenshot(path)`` writes a picture.
+
+    Raises
+    ------
+    ViewError
+        Without pyvista or a GL driver; names what to install.
+    """
+    missing = missing_for_view()
+    if missing:
+        raise ViewError(missing)
+    import pyvista
+
+    from .plot import QUANTITIES, STATUS_COLOURS, STATUS_NAMES, colour_scale
+
+    asked = QUANTITIES[quantity]
+    surfaces = bodies(result)
+    if scale is None:
+        scale = _default_scale(surfaces, result)
+    if off_screen is None:
+        off_screen = sys.platform == "linux" and not os.environ.get("DISPLAY")
+    plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(size), border=False)
+    plotter.set_background("white")
+
+    centre = result.points.reshape(3, -1).mean(axis=1)
+    span = float(np.ptp(result.points.reshape(3, -1), axis=1).max())
+    for surface in surfaces:
+        _add_body(plotter, surface, result.points[2], scale)
+
+    values = flat(result, asked.values(result, body)).astype(float)
+    closed = flat(result, result.status) > 0
+    shown = closed if asked.contact_only else np.ones_like(closed)
+    style: dict[str, Any]
+    if quantity == "status":
+        factor = 1.0
+        style = {
+            "cmap": list(STATUS_COLOURS),
+            "clim": (-0.5, 2.5),
+            "n_colors": 3,
+            "annotations": {float(code): name for code, name in enumerate(STATUS_NAMES)},
+            "scalar_bar_args": _bar("status") | {"n_labels": 0},
+        }
+    else:
+        shades = colour_scale(values[shown], asked, limits)
+        factor = shades.factor
+        style = {
+            "cmap": shades.colours,
+            "clim": (shades.norm.vmin, shades.norm.vmax),
+            "scalar_bar_args": _bar(
+                f"{asked.label}\n[{shades.unit}]".replace(" displacement", "\ndisplacement")
+            ),
+        }
+    patch = contact_mesh(result, scale=scale, lift=2e-3 * span)
+    patch.cell_data["drawn"] = np.where(shown, values / factor, np.nan)
+    plotter.add_mesh(patch, scalars="drawn", nan_color="#EDEDED", lighting=False, copy_mesh=True, **style)
+    plotter.add_mesh(
+        patch.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False),
+        color="#333333",
+        line_width=2,
+        lighting=False,
+    )
+    if scale:
+        plotter.add_text(f"displacement x {scale:g}", position="lower_right", font_size=9, color="#333333")
+    plotter.add_axes(color="#333333", line_width=3)
+    plotter.enable_depth_peeling()
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.camera_position = [tuple(centre + span * np.array([1.3, -1.5, 1.25])), tuple(centre), (0, 0, 1)]
+    plotter.reset_camera()
+    plotter.camera.zoom(1.0)
+    # the bodies to the left, the colour bar beside them
+    plotter.camera.SetWindowCenter(0.14, 0.0)
+    return plotter
+
+
+def contact_mesh(result: Result, scale: float = 0.0, lift: float = 0.0) -> pyvista.PolyData:
+    """The contact patches as cells of the lower surface: quadrilaterals, or vertices where scattered.
+
+    Cells are in the order of the result's points. `scale` times the lower body's displacement and
+    `lift` [m] along the normal move them.
+    """
+    import pyvista
+
+    points = flat(result, result.points) + scale * flat(result, result.displacement.lower)
+    points = points + lift * flat(result, result.normal)
+    grids = patches(result)
+    if not grids:
+        return pyvista.PolyData(points.T)
+    nodes, cells = [], []
+    first = 0
+    for patch in grids:
+        corner = corners(result, patch, points)
+        nodes.append(corner.reshape(3, -1).T)
+        cells.append(quads(patch.nx, patch.ny) + first)
+        first += nodes[-1].shape[0]
+    return pyvista.PolyData.from_regular_faces(np.concatenate(nodes), np.concatenate(cells))
+
+
+def bodies(result: Result) -> tuple[Surface, ...]:
+    """The bodies for pictures: finite elements with their displacement, half-spaces without.
+
+    Costs one back-substitution for each elastic body. A body known by its half is shown whole.
+    """
+    elastic: dict[str, list[Surface]] = {"upper": [], "lower": []}
+    for part, state in zip(result.parts, result.states().values(), strict=True):
+        surface = state.body.surface(state.displacement)
+        side = elastic["upper" if part.upper else "lower"]
+        side.append(surface)
+        if surface.vertices[1].min() > -1e-9 and not part.upper and result.points[1].min() < 0.0:
+            side.append(_mirrored(surface))
+    rest = [s for s in result.surfaces if not any(elastic[k] and s.name.startswith(k) for k in elastic)]
+    return (*rest, *elastic["lower"], *elastic["upper"])
+
+
+def _mirrored(surface: Surface) -> Surface:
+    flip = np.array([[1.0], [-1.0], [1.0]])
+    moved = None if surface.displacement is None else flip * surface.displacement
+    return Surface(f"{surface.name} mirrored", flip * surface.vertices, surface.triangles[:, ::-1], moved)
+
+
+def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
+    """A body's surface as triangles, moved by `scale` times its displacement where it has one."""
+    import pyvista
+
+    vertices = surface.vertices
+    if surface.displacement is not None:
+        vertices = vertices + scale * surface.displacement
+    return pyvista.PolyData.from_regular_faces(vertices.T, surface.triangles)
+
+
+def write_html(result: Result, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
+    """The 3-D view as one page with everything in it: it opens in a browser, without a server.
+
+    Raises
+    ------
+    ViewError
+        Without the packages trame-pyvista and nest-asyncio2, pyvista or a GL driver; names what to install.
+    """
+    plotter = view(result, quantity, off_screen=True, **options)
+    target = Path(path)
+    try:
+        plotter.trame.export_html(target)
+    except (ImportError, AttributeError) as error:
+        raise ViewError(
+            "the HTML page needs trame-pyvista and nest-asyncio2: pip install 'mtb-rs[html]'"
+        ) from error
+    finally:
+        plotter.close()
+    return target
+
+
+def _bar(title: str) -> dict[str, Any]:
+    return {
+        "title": title + "\n",
+        "color": "#333333",
+        "vertical": True,
+        "position_x": 0.89,
+        "position_y": 0.25,
+        "width": 0.05,
+        "height": 0.5,
+        "title_font_size": 21,
+        "label_font_size": 20,
+        "fmt": "%.3g",
+    }
+
+
+def _add_body(plotter: pyvista.Plotter, surface: Surface, contact_z: Array, scale: float) -> None:
+    """Lower bodies solid, upper ones as glass: the patch between them is what one looks at."""
+    mesh = body_mesh(surface, scale)
+    z = surface.vertices[2]
+    upper = z.max() - contact_z.max() > contact_z.min() - z.min()
+    # the patch sinks into a half-space, whose surface is not moved
+    fixed = bool(scale) and surface.displacement is None
+    plotter.add_mesh(
+        mesh,
+        color=_BODY_COLOURS["upper" if upper else "lower"],
+        opacity=0.18 if upper else 0.4 if fixed else 1.0,
+        smooth_shading=True,
+        split_sharp_edges=True,
+        feature_angle=35.0,
+        specular=0.2,
+    )
+    edges = mesh.extract_feature_edges(feature_angle=35.0, manifold_edges=False, non_manifold_edges=False)
+    if edges.n_points:
+        plotter.add_mesh(edges, color="#4A5560", line_width=1.5, lighting=False)
+
+
+def _default_scale(surfaces: tuple[Surface, ...], result: Result) -> float:
+    largest = max(
+        (float(np.abs(s.displacement).max()) for s in surfaces if s.displacement is not None), default=0.0
+    )
+    if largest <= 0.0:
+        return 0.0
+    span = float(np.ptp(result.points.reshape(3, -1), axis=1).max())
+    wanted = 0.05 * span / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-12)))
