@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Case files and the command line: the same words as in Python, every error at once, no traceback."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs.__main__ import main
+from mtb_rs.case import SCENES, case_from_words
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "pole_shoe_on_rail.toml"
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_case_with_nothing_but_its_scene_has_the_defaults_of_python(scene: str) -> None:
+    from_case = case_from_words({"scene": scene}).scene()
+    from_python = getattr(mtb.scenes, scene)()
+    assert from_case.inputs == from_python.inputs
+
+
+def test_case_and_python_give_the_same_bits() -> None:
+    from_case = mtb.load_case(EXAMPLE).solve()
+    from_python = mtb.scenes.pole_shoe_on_rail().solve(model="half-space")
+    np.testing.assert_array_equal(from_case.pressure, from_python.pressure)
+
+
+def test_case_writes_itself_back() -> None:
+    case = mtb.load_case(EXAMPLE)
+    again = case_from_words(tomllib.loads(case.to_toml()))
+    assert again.to_toml() == case.to_toml()
+    assert again.scene().inputs == case.scene().inputs
+
+
+def test_fields_of_a_case(tmp_path: Path) -> None:
+    write(tmp_path / "mu.csv", "velocity,value\n0,0.4\n10,0.2\n")
+    path = write(
+        tmp_path / "case.toml",
+        """
+        scene = "pole_shoe_on_rail"
+        velocity = 5
+        spacing = [6e-3, 3e-3]
+        lower = "rigid"
+        friction = { file = "mu.csv" }
+        [magnetic_pressure]
+        velocity = [0, 10]
+        value = [[3e6, 2e6], [2e6, 1e6]]
+        [solve]
+        model = "half-space"
+        """,
+    )
+    result = mtb.load_case(path).solve()
+    load = result.pressure * result.area * result.normal[2]
+    left, right = (float(patch.view(load).sum()) for patch in result.patches)
+    assert left / right == pytest.approx(2.5 / 1.5, rel=1e-9)
+    assert result.force[0] == pytest.approx(0.3 * result.normal_force, rel=1e-12)
+    half_space = {"solve": {"model": "half-space"}}
+    hill = {"peak": 4e6, "center": [0.0, 12e-3], "sigma": [0.02, 0.01]}
+    assert (
+        case_from_words({"scene": "pole_shoe_on_rail", "magnetic_pressure": hill, **half_space})
+        .solve()
+        .report.converged
+    )
+
+
+def test_every_error_at_once(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "bad.toml",
+        """
+        scene = "pole_shoe_on_rail"
+        frictoin = 0.5
+        friction = "high"
+        poles = 2.5
+        length = true
+        spacing = [1, 2, 3]
+        velocity = nan
+        magnetic_pressure = { velocity = [0, 1], values = [1, 2] }
+        [upper]
+        shear_modulus = -80e9
+        poisson_ratio = 0.3
+        [lower]
+        shear_modulus = 80e9
+        young = 3
+        [solve]
+        tolerance = "x"
+        """,
+    )
+    with pytest.raises(mtb.CaseError) as caught:
+        mtb.load_case(path)
+    lines = str(caught.value).splitlines()
+    assert all(line.startswith(f"{path}: ") for line in lines)
+    text = "\n".join(lines)
+    for part in (
+        "frictoin = 0.5: unknown key; did you mean 'friction'?",
+        'friction = "high": a number',
+        "poles = 2.5: a valid integer",
+        "length = true: a valid number",
+        "spacing = [1, 2, 3]: two numbers",
+        "velocity = NaN: a finite number",
+        "magnetic_pressure = ",
+        "shear_modulus is -80000000000.0",
+        "lower.poisson_ratio: is missing",
+        "lower.young = 3: unknown key; known are poisson_ratio, young_modulus, shear_modulus",
+        'solve.tolerance = "x"',
+    ):
+        assert part in text
+    assert len(lines) == 11
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "scene is missing: one of 'block_on_plane'"),
+        ('scene = "pole_shoe"', "scene is 'pole_shoe': one of"),
+        ("scene = ", "is not TOML: Invalid value"),
+        ('scene = "pole_shoe_on_rail"\nlength = -1.0', "length is -1"),
+        ('scene = "pole_shoe_on_rail"\nfriction = { file = "no.csv" }', "no.csv cannot be read"),
+        ('scene = "pole_shoe_on_rail"\n[solve]\nmethod = "guess"', "method is 'guess'"),
+    ],
+)
+def test_bad_cases_are_one_line(
+    tmp_path: Path, text: str, message: str, capsys: pytest.CaptureFixture
+) -> None:
+    path = write(tmp_path / "case.toml", text)
+    with pytest.raises(mtb.CaseError, match=message):
+        mtb.load_case(path).solve()
+    assert main(["run", str(path), "-o", str(tmp_path / "out")]) == 2
+    errors = capsys.readouterr().err
+    assert errors.startswith(f"mtb-rs: {path}: ")
+    assert errors.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_unreadable_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(mtb.CaseError, match=r"none.toml: cannot be read: No such file"):
+        mtb.load_case(tmp_path / "none.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(mtb.CaseError, match=r"binary.toml: is not UTF-8 text"):
+        mtb.load_case(tmp_path / "binary.toml")
+
+
+def test_run_from_the_command_line(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "mtb_rs", "run", str(EXAMPLE), "-o", str(tmp_path / "out")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    for word in ("normal force", "force balance", "contact area", "peak pressure", "iterations", "time"):
+        assert word in run.stdout
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["report"]["converged"]
+    for name in (
+        "fields.npz",
+        "contact.vtp",
+        "pressure.png",
+        "pressure_lines.png",
+        "status.png",
+        "vertical_displacement.png",
+        "vertical_displacement_lines.png",
+    ):
+        assert (tmp_path / "out" / name).stat().st_size > 0
+
+
+def test_unwritable_place_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    target = write(tmp_path / "file", "")
+    assert main(["run", str(EXAMPLE), "-o", str(target)]) == 2
+    assert "is not a directory" in capsys.readouterr().err
+
+
+def test_help_and_version(capsys: pytest.CaptureFixture) -> None:
+    for option, expected in (("--help", "run"), ("--version", mtb.__version__)):
+        with pytest.raises(SystemExit) as stop:
+            main([option])
+        assert stop.value.code == 0
+        assert expected in capsys.readouterr().out

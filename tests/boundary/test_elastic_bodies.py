@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Elastic bodies at the door: bad meshes, supports and contacts are named; condensations are kept safely."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import trimesh
+
+import mtb_rs as mtb
+from mtb_rs import cache
+from mtb_rs.elastic_body import Condensed
+from mtb_rs.layout import BlockLayout
+from mtb_rs.mesh import block_mesh
+
+STEEL = mtb.steel
+TOP = mtb.Support("top", x=0, y=0, z=0)
+
+
+def small_mesh() -> mtb.TetraMesh:
+    return block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
+
+
+def condensed(body: mtb.ElasticBody, **options: object) -> Condensed:
+    sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
+    sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    return body.condense(sampling, **options)  # type: ignore[arg-type]
+
+
+def refused(*message: str) -> pytest.RaisesExc[ValueError]:
+    return pytest.raises(ValueError, match=".*".join(message))
+
+
+def test_bad_meshes_are_named() -> None:
+    mesh = small_mesh()
+    cells = mesh.cells.copy()
+    cells[3, [0, 1]] = cells[3, [1, 0]]
+    with refused("tetrahedron 3 is inverted"):
+        mtb.ElasticBody(mtb.TetraMesh(mesh.nodes, cells, mesh.node_sets), STEEL)
+    nodes = mesh.nodes * [1.0, 1.0, 1e-6]
+    with refused("tetrahedron 0 is a sliver", "quality"):
+        mtb.ElasticBody(mtb.TetraMesh(nodes, mesh.cells, mesh.node_sets), STEEL)
+    with refused("node 0 is not finite"):
+        mtb.ElasticBody(
+            mtb.TetraMesh(mesh.nodes * np.nan, mesh.cells, mesh.node_sets), STEEL, contact="bottom"
+        )
+    with refused("cells have 5 nodes"):
+        mtb.ElasticBody(mtb.TetraMesh(mesh.nodes, mesh.cells[:, :5], mesh.node_sets), STEEL)
+    with refused("cells contain the node number -1"):
+        mtb.ElasticBody(mtb.TetraMesh(mesh.nodes, mesh.cells - 1, mesh.node_sets), STEEL)
+    twice = mtb.TetraMesh(
+        np.concatenate([mesh.nodes, mesh.nodes + 1.0]),
+        np.concatenate([mesh.cells, mesh.cells + len(mesh.nodes)]),
+    )
+    with refused("2 unconnected pieces"):
+        mtb.ElasticBody(twice, STEEL, contact="bottom")
+    with refused("Poisson's ratio is 0.5"):
+        mtb.ElasticBody(mesh, mtb.Material(1e9, 0.5))
+
+
+def test_bad_surfaces_are_named(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.04, 0.02, 0.02))
+    open_box = trimesh.Trimesh(box.vertices, box.faces[1:])
+    with refused("not closed: 3 edges", "first near"):
+        mtb.ElasticBody.from_mesh(open_box, STEEL)
+    thin = np.concatenate([box.faces, [[0, 0, 1]]])
+    with refused("triangle", "degenerate"):
+        mtb.ElasticBody.from_mesh(trimesh.Trimesh(box.vertices, thin, process=False), STEEL)
+    with refused("size is 1 m", "0.04"):
+        mtb.ElasticBody.from_mesh(box, STEEL, size=1.0)
+    with refused("unit is 'ft'", "'mm'"):
+        mtb.ElasticBody.from_mesh(box, STEEL, unit="ft")
+    with refused("is no file"):
+        mtb.ElasticBody.from_mesh(tmp_path / "nothing.stl", STEEL)
+    with refused("is no mesh"):
+        mtb.ElasticBody.from_mesh(3.0, STEEL)
+    with refused("contact face has no vertex"):
+        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda x: x[:, 2] > 1.0)
+    path = tmp_path / "shell.vtk"
+    meshio.Mesh(box.vertices, [("triangle", box.faces)]).write(path)
+    with refused("the mesh has cells triangle"):
+        mtb.ElasticBody.from_mesh(path, STEEL)
+
+
+def test_supports_and_contacts_are_named() -> None:
+    mesh = small_mesh()
+    with refused("leave the body loose", "translation along x, translation along y, rotation about z"):
+        condensed(mtb.ElasticBody(mesh, STEEL), keep=False)
+    with refused("contact of body: 'sole' is unknown", "'contact', 'top'"):
+        mtb.ElasticBody(mesh, STEEL, contact="sole")
+    with refused("contact of body has no node"):
+        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[:, 2] < -1.0)
+    with refused("no triangle on its boundary"):
+        mtb.ElasticBody(mesh, STEEL, contact=((-1e-3, 1e-3), (-1e-3, 1e-3), (0.005, 0.015)))
+    with refused("the function returns float64"):
+        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[:, 2])
+    with refused("support 'list' of body", "m away from the nearest node"):
+        mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support([(1.0, 0.0, 0.0)], x=0)])
+    with refused("x of a support is nan"):
+        mtb.Support("top", x=float("nan"))
+    with refused('supports "top" and "front" both hold z of node'):
+        mtb.ElasticBody(mesh, STEEL, supports=[TOP, mtb.Support("front", z=mtb.Guide())])
+    with refused("gives x = 1e-06 m at node", "where another gives 0 m"):
+        mtb.ElasticBody(mesh, STEEL, supports=[TOP, mtb.Support("front", x=1e-6)])
+    with refused("supports contain 'top'"):
+        mtb.ElasticBody(mesh, STEEL, supports=["top"])  # type: ignore[list-item]
+    with refused("the supports hold every node"):
+        mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support(lambda x: x[:, 2] > -1.0, x=0, y=0, z=0)])
+    beside = BlockLayout(0.08, 0.02, 0.02).sheet((10e-3, 10e-3))
+    body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
+    sampling = body.sample(beside.nodes, beside.node_patches, beside.spacing, upper=True)
+    with refused("contact point 0 has no area"):
+        body.condense(sampling, keep=False)
+
+
+def test_millimetres_by_mistake_are_suspected() -> None:
+    mesh = small_mesh()
+    large = mtb.TetraMesh(mesh.nodes * 1e3, mesh.cells, mesh.node_sets)
+    with pytest.warns(UserWarning, match='is 40 m large: is its mesh in millimetres. Then say unit="mm"'):
+        mtb.ElasticBody(large, STEEL)
+    fine = mtb.ElasticBody.from_mesh(large, STEEL, unit="mm", contact="contact")
+    assert np.allclose(fine.mesh.nodes, mesh.nodes)
+
+
+def test_ready_meshes_come_through_meshio(tmp_path: Path) -> None:
+    mesh = small_mesh()
+    # a node that belongs to nothing, and cells numbered the wrong way round
+    nodes = np.concatenate([mesh.nodes, [[9.0, 9.0, 9.0]]]) * 1e3
+    wrong = mesh.cells[:, [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]]
+    path = tmp_path / "block.vtu"
+    meshio.Mesh(nodes, [("tetra10", wrong)]).write(path)
+    body = mtb.ElasticBody.from_mesh(path, STEEL, unit="mm", supports=[TOP])
+    expected = condensed(mtb.ElasticBody(mesh, STEEL, supports=[TOP]), keep=False)
+    found = condensed(body, keep=False)
+    assert np.allclose(
+        found.flexibility, expected.flexibility, rtol=1e-9, atol=1e-12 * expected.flexibility.max()
+    )
+
+
+def test_kept_condensations_are_found_and_judged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = mtb.ElasticBody(small_mesh(), STEEL, supports=[TOP])
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
+    cache.forget()
+    first = condensed(body)
+    assert first.origin == "built"
+    assert condensed(body).origin == "memory"
+    cache.forget()
+    second = condensed(body)
+    assert second.origin == "disk"
+    assert np.array_equal(first.flexibility, second.flexibility)
+    assert second.cost == first.cost
+    (file,) = tmp_path.iterdir()
+    # another material, another support: not the same body
+    for other in (
+        mtb.ElasticBody(body.mesh, mtb.Material(100e9, 0.3), supports=[TOP]),
+        mtb.ElasticBody(body.mesh, STEEL, supports=[mtb.Support("top", x=0, y=0)]),
+    ):
+        assert condensed(other).origin == "built"
+    # what is prescribed does not matter
+    assert (
+        condensed(mtb.ElasticBody(body.mesh, STEEL, supports=[mtb.Support("top", x=1e-6, y=0, z=0)])).origin
+        == "memory"
+    )
+    content = bytearray(file.read_bytes())
+    content[-100] ^= 1
+    for damage in (bytes(content), bytes(content[: len(content) // 2]), b""):
+        file.write_bytes(damage)
+        cache.forget()
+        caplog.clear()
+        assert condensed(body).origin == "built"
+        assert "damaged" in caplog.text
+    # a sound file under another body's name
+    strangers = [f for f in tmp_path.iterdir() if f != file]
+    strangers[0].replace(file)
+    cache.forget()
+    again = condensed(body)
+    assert again.origin == "built"
+    assert np.array_equal(again.flexibility, first.flexibility)
+    # nowhere to write: a warning, not an error
+    blocked = tmp_path / "a file"
+    blocked.write_text("")
+    cache.forget()
+    assert condensed(body, directory=blocked / "below").origin == "built"
+    monkeypatch.setenv(cache.VARIABLE, "off")
+    cache.forget()
+    assert condensed(body).origin == "built"
+
+
+SCRIPT = """
+import sys, numpy as np, mtb_rs as mtb
+from mtb_rs.layout import BlockLayout
+from mtb_rs.mesh import block_mesh
+mesh = block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
+body = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", x=0, y=0, z=0)])
+sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
+sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+for _ in range(20):
+    mtb.cache.forget()
+    print(body.condense(sampling, directory=sys.argv[1]).flexibility.sum())
+"""
+
+
+def test_two_processes_share_a_folder(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    sums = [float(line) for run in runs for line in run.communicate(timeout=120)[0].split()]
+    assert [run.returncode for run in runs] == [0, 0]
+    assert len(sums) == 40
+    assert np.ptp(sums) <= 1e-12 * abs(sums[0])
+    assert len(list(tmp_path.iterdir())) == 1

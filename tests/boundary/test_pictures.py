@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Maps, cuts, 3-D views and files of a result; what is missing is said, what is wrong is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+import mtb_rs as mtb
+from mtb_rs import view
+from mtb_rs.export import PictureWarning, plain, save
+from mtb_rs.grids import borders, corners, quads
+from mtb_rs.plot import QUANTITIES, animate
+from mtb_rs.result import Result
+
+PNG = b"\x89PNG\r\n\x1a\n"
+needs_gl = pytest.mark.skipif(view.missing_for_view() is not None, reason=str(view.missing_for_view()))
+
+
+def pixels(figure: Figure) -> np.ndarray:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    assert buffer.getvalue().startswith(PNG)
+    buffer.seek(0)
+    return matplotlib.pyplot.imread(buffer)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result, quantity: str) -> None:
+    for picture in (
+        pole_shoe_result.plot(quantity),
+        pole_shoe_result.plot(quantity, y=(6e-3, 12e-3), body="upper"),
+    ):
+        assert pixels(picture).std() > 0.05
+    assert matplotlib.pyplot.get_fignums() == []
+
+
+def test_line_names_the_row_it_shows(pole_shoe_result: Result) -> None:
+    axes = pole_shoe_result.plot("pressure", "line", y=(6e-3, 12e-3)).axes[0]
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["y = 7.5 mm", "y = 10.5 mm"]
+    drawn = axes.patches[0].get_data()
+    row = pole_shoe_result.patches[0].view(pole_shoe_result.pressure)[0]
+    np.testing.assert_allclose(drawn.values, row / 1e6, rtol=1e-14)
+    np.testing.assert_allclose(drawn.edges, np.linspace(-48, 48, 33), atol=1e-9)
+
+
+def test_grid_result_and_scattered_result_have_maps(pole_shoe_result: Result) -> None:
+    scattered = dataclasses.replace(pole_shoe_result, patches=())
+    assert pixels(scattered.plot("pressure")).std() > 0.05
+    with pytest.raises(ValueError, match="scattered"):
+        scattered.plot("pressure", "line")
+    left = pole_shoe_result.patches[0].view
+    grid = dataclasses.replace(
+        pole_shoe_result,
+        patches=(),
+        **{
+            name: left(getattr(pole_shoe_result, name))
+            for name in ("points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status")
+        },
+    )
+    assert pixels(grid.plot("pressure")).std() > 0.05
+    assert grid._repr_png_().startswith(PNG)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"quantity": "presure"}, "quantity is 'presure': one of pressure"),
+        ({"kind": "maps"}, "kind is 'maps'"),
+        ({"body": "shoe"}, "body is 'shoe'"),
+        ({"kind": "map", "y": 0.01}, "y has no meaning"),
+        ({"y": float("nan")}, "finite numbers"),
+        ({"scale": 2.0}, "unknown options"),
+    ],
+)
+def test_bad_options_are_named(pole_shoe_result: Result, options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        pole_shoe_result.plot(**options)
+
+
+@pytest.mark.parametrize("nodal", [False, True])
+def test_cells_tile_the_patch(pole_shoe_result: Result, nodal: bool) -> None:
+    patch = pole_shoe_result.patches[0]
+    area = patch.view(pole_shoe_result.area).copy()
+    if nodal:
+        # points on the edge of the body own half a cell
+        area[:, [0, -1]] *= 0.5
+        area[[0, -1], :] *= 0.5
+    flat_area = pole_shoe_result.area.copy()
+    flat_area[: patch.nx * patch.ny] = area.ravel()
+    result = dataclasses.replace(pole_shoe_result, area=flat_area)
+    cells = quads(patch.nx, patch.ny)
+    assert cells.shape == (patch.nx * patch.ny, 4)
+    cx, cy = (corners(result, patch, result.points[i]).ravel()[cells] for i in (0, 1))
+    doubled = (cx * np.roll(cy, -1, axis=1) - np.roll(cx, -1, axis=1) * cy).sum(axis=1)
+    np.testing.assert_allclose(0.5 * doubled, area.ravel(), rtol=1e-9)
+    np.testing.assert_allclose(borders(np.arange(4) * 2.0), [-1, 1, 3, 5, 7])
+    np.testing.assert_allclose(borders(np.arange(4) * 2.0, (True, True)), [0, 1, 3, 5, 6])
+
+
+@needs_gl
+def test_view_shows_bodies_and_pressure(pole_shoe_result: Result) -> None:
+    plotter = pole_shoe_result.plot("pressure", "3d", off_screen=True, scale=500.0)
+    image = plotter.screenshot(return_img=True)
+    plotter.close()
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
+
+
+def test_elastic_bodies_carry_their_displacement() -> None:
+    result = mtb.scenes.pole_shoe_on_rail(spacing=6e-3).solve(model="elastic-both")
+    drawn = {surface.name: surface for surface in view.bodies(result)}
+    assert set(drawn) == {"left pole", "right pole", "rail", "rail mirrored"}
+    assert all(surface.displacement is not None for surface in drawn.values())
+    np.testing.assert_array_equal(drawn["rail"].vertices[1], -drawn["rail mirrored"].vertices[1])
+    # the front of the sole moves most, and it is on the boundary
+    inside = result.states()["left pole"].displacement
+    np.testing.assert_array_equal(drawn["left pole"].displacement.min(axis=1)[2], inside[2].min())
+
+
+@needs_gl
+def test_html_page_stands_alone_or_names_the_package(pole_shoe_result: Result, tmp_path: Path) -> None:
+    pytest.importorskip("trame_pyvista")
+    pytest.importorskip("nest_asyncio2")
+    page = view.write_html(pole_shoe_result, tmp_path / "shoe.html").read_text(encoding="utf-8")
+    assert len(page) > 300_000
+    assert "<script" in page
+    assert 'src="http' not in page
+
+
+def test_animation_shares_one_scale(pole_shoe_result: Result, tmp_path: Path) -> None:
+    half = dataclasses.replace(pole_shoe_result, pressure=0.5 * pole_shoe_result.pressure)
+    for options in ({}, {"y": 12e-3}):
+        path = animate([pole_shoe_result, half], tmp_path / "history.gif", **options)
+        with Image.open(path) as moving:
+            assert moving.n_frames == 2
+    with Image.open(animate([half, half], tmp_path / "same.png")) as still:
+        assert still.size == (1080, still.height)
+    with pytest.raises(ValueError, match=r"\.gif, \.webp or \.png"):
+        animate([half], tmp_path / "history.avi")
+    with pytest.raises(ValueError, match="history is empty"):
+        animate([], tmp_path / "history.gif")
+
+
+def test_limits_set_the_scale(pole_shoe_result: Result) -> None:
+    figure = pole_shoe_result.plot("pressure", limits=(0.0, 20e6))
+    assert figure.axes[0].collections[1].get_clim() == (0.0, 20.0)
+    lines = pole_shoe_result.plot("pressure", "line", limits=(0.0, 20e6))
+    assert lines.axes[0].get_ylim() == (0.0, 20.0)
+    with pytest.raises(ValueError, match="limits is"):
+        pole_shoe_result.plot("pressure", limits=(1.0, 1.0))
+
+
+def test_save_writes_complete_files(pole_shoe_result: Result, tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    directory = tmp_path / "deep" / "out"
+    if view.missing_for_view() is None:
+        written = save(pole_shoe_result, directory)
+        assert directory / "view.png" in written
+    else:
+        with pytest.warns(PictureWarning, match="apt-get install"):
+            written = save(pole_shoe_result, directory)
+    assert all(path.stat().st_size > 0 for path in written)
+    assert sorted(written) == sorted(directory.iterdir())
+    assert list(directory.parent.iterdir()) == [directory]
+
+    summary = json.loads((directory / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert summary["inputs"]["friction"] == 0.5
+    assert summary["patches"]["left pole"]["in_contact"] == 150
+    with np.load(directory / "fields.npz") as fields:
+        np.testing.assert_array_equal(fields["traction"], pole_shoe_result.traction)
+    contact = pyvista.read(directory / "contact.vtp")
+    np.testing.assert_array_equal(contact.cell_data["pressure"], pole_shoe_result.pressure)
+    np.testing.assert_allclose(contact.cell_centers().points.T[:2], pole_shoe_result.points[:2], atol=1e-9)
+    assert contact.cell_data["displacement_lower"].shape == (640, 3)
+
+
+def test_saving_again_leaves_nothing_of_the_old_result(pole_shoe_result: Result, tmp_path: Path) -> None:
+    save(pole_shoe_result, tmp_path)
+    (tmp_path / "notes.txt").write_text("the user's own")
+    renamed = dataclasses.replace(pole_shoe_result, surfaces=pole_shoe_result.surfaces[:1])
+    written = save(renamed, tmp_path)
+    assert not (tmp_path / "body_left_pole.vtp").exists()
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in written} | {"notes.txt"}
+
+
+def test_without_pyvista_the_rest_is_written(
+    pole_shoe_result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    view.missing_for_view.cache_clear()
+    try:
+        with pytest.warns(PictureWarning, match=r"mtb-rs\[viz\]"):
+            written = {path.name for path in save(pole_shoe_result, tmp_path / "out")}
+    finally:
+        view.missing_for_view.cache_clear()
+    assert {"summary.json", "fields.npz", "pressure.png", "pressure_lines.png"} <= written
+    assert "view.png" not in written
+    assert len(json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]) == 2
+
+
+def test_missing_driver_names_the_packages(monkeypatch: pytest.MonkeyPatch, pole_shoe_result: Result) -> None:
+    pytest.importorskip("pyvista")
+    crashed = subprocess.CompletedProcess([], -11)
+    monkeypatch.setattr(view.subprocess, "run", lambda *_, **__: crashed)
+    view.missing_for_view.cache_clear()
+    try:
+        with pytest.raises(view.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
+            pole_shoe_result.plot("pressure", "3d")
+    finally:
+        view.missing_for_view.cache_clear()
+
+
+def test_json_holds_no_nan() -> None:
+    value = {
+        "a": np.array([1.0, np.nan]),
+        "b": (np.float32(2.0), Path("x")),
+        3: float("inf"),
+        "n": np.int8(1),
+    }
+    assert plain(value) == {"a": [1.0, None], "b": [2.0, "x"], "3": None, "n": 1}
+
+
+def test_target_that_is_a_file_is_refused(pole_shoe_result: Result, tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    target.write_text("")
+    with pytest.raises(ValueError, match="not a directory"):
+        save(pole_shoe_result, target)

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bad input to rolling and shifts is named; states can be saved and resumed; failures say so."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs import reference
+
+PATCH = reference.elliptic_pressure(1e3, (2e-3, 3e-3), (10, 12), mtb.steel, mtb.steel)
+MU = mtb.Coulomb(0.3)
+ROLL = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
+STATE = mtb.solve_tangential(PATCH, mtb.Shift(displacement=(1e-6, 0.0)), MU).state
+
+
+def patch(**changes: object) -> mtb.PressureField:
+    values = {"pressure": PATCH.pressure, "spacing": (1e-3, 1e-3), "lower": mtb.steel, "upper": mtb.steel}
+    return mtb.PressureField(**{**values, **changes})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: mtb.Rolling(creepage=(np.nan, 0, 0)), "creepage"),
+        (lambda: mtb.Rolling(creepage=(0, 0)), "creepage"),
+        (lambda: mtb.Rolling(speed=0.0), "speed is 0.0"),
+        (lambda: mtb.Rolling(step=-1.0), "step is -1.0"),
+        (lambda: mtb.Shift(displacement=(1, 2, 3)), "displacement"),
+        (lambda: mtb.Shift(duration=0.0), "duration"),
+        (lambda: mtb.Coulomb(-0.1), "coefficient is -0.1"),
+        (lambda: mtb.StaticKinetic(0.2, 0.3), "static is 0.2"),
+        (lambda: mtb.FallingFriction(0.3, 0.1, 0.0), "half_slip is 0"),
+        (lambda: mtb.TabulatedFriction((1.0, 2.0), (0.3, 0.2)), "slip_speed"),
+        (lambda: mtb.InterfaceLayer(1e-3, 0.0), "shear_modulus"),
+        (lambda: patch(pressure=-PATCH.pressure), "must not be negative"),
+        (lambda: patch(pressure=PATCH.pressure + np.inf), "not finite"),
+        (lambda: patch(spacing=(0.0, 1.0)), "spacing"),
+        (lambda: patch(lower=None, upper=None), "both bodies are rigid"),
+        (lambda: patch(reference=1.0), "one row of cells"),
+        (lambda: mtb.solve_tangential(patch(pressure=0 * PATCH.pressure), ROLL, MU), "zero everywhere"),
+        (lambda: mtb.solve_tangential(3.0, ROLL, MU), "it has no 'pressure'"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, 0.3), "friction is 0.3"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, mtb.Coulomb(np.ones((2, 2)))), "coefficient has shape"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, MU, state=STATE), "no past"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, MU, tolerance=0.0), "tolerance is 0"),
+        (lambda: mtb.solve_tangential(PATCH, mtb.Rolling(force=(301.0, None)), MU), "friction carries less"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, MU, coupling="both"), "coupling is 'both'"),
+        (lambda: mtb.solve_tangential(PATCH, ROLL, MU, coupling="full"), "needs a result of solve_normal"),
+        (lambda: mtb.creep_curve(PATCH, [[1.0, 2.0]], MU), "(n, 3) is needed"),
+        (lambda: mtb.fastsim(PATCH, (0, 0, 0), MU, bound="round"), "bound is 'round'"),
+        (lambda: mtb.fastsim(PATCH, (0, 0, 0), mtb.FallingFriction(0.3, 0.1, 1.0, memory=1e-6)), "memory"),
+        (lambda: mtb.kalker_coefficients(20.0, 0.3), "ratio is 20"),
+        (lambda: mtb.kalker_coefficients(1.0, 0.6), "poisson_ratio is 0.6"),
+    ],
+)
+def test_bad_input_is_named(call: Callable[[], object], words: str) -> None:
+    with pytest.raises(ValueError, match=words.replace("(", r"\(").replace(")", r"\)")):
+        call()
+
+
+def test_a_state_survives_pickling() -> None:
+    step = mtb.Rolling(creepage=(5e-4, 1e-4, 0.1), transient=True)
+    direct = mtb.solve_tangential(PATCH, step, MU, state=STATE)
+    resumed = mtb.solve_tangential(PATCH, step, MU, state=pickle.loads(pickle.dumps(STATE)))
+    assert np.array_equal(direct.traction, resumed.traction)
+
+
+def test_no_traction_without_friction_or_creepage() -> None:
+    assert np.abs(mtb.solve_tangential(PATCH, ROLL, mtb.Coulomb(0.0)).traction).max() == 0.0
+    assert np.abs(mtb.solve_tangential(PATCH, mtb.Rolling(), MU).traction).max() == 0.0
+
+
+def test_friction_may_vary_over_the_patch() -> None:
+    field = np.broadcast_to(np.linspace(0.1, 0.5, 12)[:, None], (12, 10))
+    slides = mtb.solve_tangential(PATCH, mtb.Rolling(creepage=(1.0, 0.0, 0.0)), mtb.Coulomb(field))
+    assert slides.force[0] == pytest.approx(
+        np.sum(field * PATCH.pressure) * PATCH.spacing[0] * PATCH.spacing[1], rel=1e-6
+    )
+
+
+def test_what_does_not_converge_says_so() -> None:
+    law = mtb.FallingFriction(static=0.33, kinetic=0.14, half_slip=0.1)
+    body = mtb.Material.from_shear_modulus(82e9, 0.28)
+    normal = reference.elliptic_pressure(106.7e3, (6.3e-3, 12.6e-3), (24, 24), body, body)
+    motion = mtb.Rolling(creepage=(0.012, 0.0, 0.0))
+    with pytest.raises(mtb.ConvergenceError, match="not found") as failure:
+        mtb.solve_tangential(normal, motion, law, layer=mtb.InterfaceLayer(12.5e-3, 82e9))
+    assert not failure.value.result.report.converged
+    with pytest.raises(mtb.ConvergenceError, match=r"0\.012") as failure:
+        mtb.creep_curve(normal, [(0.06, 0, 0), (0.012, 0, 0)], law, layer=mtb.InterfaceLayer(12.5e-3, 82e9))
+    assert np.isnan(failure.value.result[1, 0])
+    assert np.isfinite(failure.value.result[0, 0])
+
+
+def test_a_table_is_saved_and_read(tmp_path: Path) -> None:
+    table = mtb.CreepForceTable.build(ratios=(1.0,), nodes=5, cells=8)
+    table.save(tmp_path / "table.npz")
+    read = mtb.CreepForceTable.load(tmp_path / "table.npz")
+    arguments = ((3e-3, 3e-3), 1e4, 80e9, 0.3, [(1e-3, 2e-4, -0.2)])
+    assert np.array_equal(table.interpolate(*arguments), read.interpolate(*arguments))
+    mirrored = table.interpolate(*arguments[:4], [(1e-3, -2e-4, 0.2)])
+    assert mirrored == pytest.approx(read.interpolate(*arguments) * [1.0, -1.0, -1.0])
+    with pytest.raises(ValueError, match="ratio 2"):
+        table.interpolate((6e-3, 3e-3), *arguments[1:])
+
+
+def test_full_coupling_refuses_free_tilts_and_takes_punches():
+    soft = mtb.Material(young_modulus=70e9, poisson_ratio=0.33)
+    x = (np.arange(24) - 11.5) * 1e-4
+    bowl = (x[None] ** 2 + x[:, None] ** 2) / 0.6
+    tilted = mtb.solve_normal(bowl, 1e-4, lower=soft, upper=mtb.steel, force=20.0, moments=(20.0 * 1e-4, 0.0))
+    rolling = mtb.Rolling(creepage=(1e-2, 0, 0))
+    with pytest.raises(ValueError, match="tilts"):
+        mtb.solve_tangential(tilted, rolling, mtb.Coulomb(0.3), coupling="full")
+    punch = mtb.solve_normal(np.zeros((8, 8)), 1e-4, lower=soft, upper=mtb.steel, force=50.0)
+    roll = mtb.solve_tangential(punch, rolling, mtb.Coulomb(0.3), coupling="full")
+    assert roll.report.converged
+
+
+def test_a_distance_common_to_all_points_costs_no_digits():
+    x = (np.arange(16) - 7.5) * 1e-4
+    bowl = (x[None] ** 2 + x[:, None] ** 2) / 0.6
+    near = mtb.solve_normal(bowl, 1e-4, lower=mtb.steel, upper=mtb.steel, force=1e-2)
+    far = mtb.solve_normal(bowl + 100.0, 1e-4, lower=mtb.steel, upper=mtb.steel, force=1e-2)
+    assert far.normal_force == pytest.approx(1e-2, rel=1e-9)
+    np.testing.assert_allclose(far.pressure, near.pressure, rtol=1e-3, atol=1e-3 * near.pressure.max())

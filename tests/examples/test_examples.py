@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Every example runs, and a number of each is what it must be."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mtb_rs as mtb
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def hertz(names: dict[str, Any]) -> None:
+    coarse, _, fine = names["errors"]
+    assert fine < 0.01
+    assert coarse / fine > 3.0  # first order at least, over two halvings
+
+
+def brake_force_over_velocity(names: dict[str, Any]) -> None:
+    assert names["right"] == pytest.approx(0.8 * names["left"], rel=1e-12)
+    # the loads are as the magnetic pressures at 2.5 and 40 m/s, the friction as its table says
+    slow, fast = names["brake_force"][2.5], names["brake_force"][40.0]
+    assert slow / fast == pytest.approx(0.275 / 0.1125 * 2.95 / 2.12, rel=1e-3)
+
+
+def carter_rolling(names: dict[str, Any]) -> None:
+    for errors in names["errors"].values():
+        assert errors[-1] < 1e-3
+        assert errors[0] / errors[-1] > 25.0  # first order over five halvings
+
+
+def cattaneo_mindlin(names: dict[str, Any]) -> None:
+    assert max(names["error"]) < 0.02
+    assert max(names["shift_error"]) < 1e-3
+
+
+def cattaneo_to_carter(names: dict[str, Any]) -> None:
+    creepage = names["creepage"]
+    assert creepage[-1] == pytest.approx(names["steady"].creepage[0], rel=1e-3)
+    assert creepage[0] < 0.6 * creepage[-1]
+
+
+def europrinter_traction_curve(names: dict[str, Any]) -> None:
+    # CONTACT gives 1.036 and 3.76 for the two readings of the layer
+    assert names["reduction"]["as printed"] == pytest.approx(1.036, abs=0.002)
+    assert names["reduction"]["100 times softer"] == pytest.approx(3.76, abs=0.02)
+    for share in (0.3, 0.6, 0.85):
+        assert names["slip_share"]["with the soft layer", share] < names["slip_share"]["original", share]
+
+
+def creep_forces_with_spin(names: dict[str, Any]) -> None:
+    # the layer takes most of the lateral force of spin away
+    assert names["lateral"]["layer, falling friction"] < 0.4 * names["lateral"]["original, Coulomb"]
+
+
+def falling_friction_instability(names: dict[str, Any]) -> None:
+    assert names["collapse"]["coarse grid, fast fall, no memory"] > 0.02
+    assert names["collapse"]["fine grid, fast fall, memory 100 µm"] < 1e-3
+    assert names["collapse"]["coarse grid, slow fall, no memory"] < 1e-3
+    assert names["not_found"]["half-space"] == 0
+    assert names["not_found"]["layer"] > 0
+
+
+CHECKS = {
+    check.__name__: check
+    for check in (
+        brake_force_over_velocity,
+        carter_rolling,
+        cattaneo_mindlin,
+        cattaneo_to_carter,
+        creep_forces_with_spin,
+        europrinter_traction_curve,
+        falling_friction_instability,
+        hertz,
+    )
+}
+
+
+@pytest.mark.parametrize("script", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+def test_script(script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(script)])
+    names = runpy.run_path(str(script), run_name="__main__")
+    CHECKS[script.stem](names)
+
+
+@pytest.mark.parametrize("case", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_case(case: Path) -> None:
+    result = mtb.load_case(case).solve()
+    assert result.report.converged
+    assert result.force[0] == pytest.approx(0.5 * result.normal_force, rel=1e-12)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The house keeps its order: allowed edges between crates, references that resolve, drawing in its place."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ALLOWED = {
+    "geometry": set(),
+    "operator": set(),
+    "complementarity": {"operator"},
+    "elasticity": {"geometry", "operator"},
+    "contact": {"operator", "complementarity"},
+    "capi": {"operator", "complementarity", "contact"},
+    "python": {"geometry", "operator", "complementarity", "elasticity", "contact"},
+}
+#: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]
+KEY = re.compile(r"[A-Z][A-Za-z]+(?:19|20)\d\d[a-z]?|EN\d+(?:-\d+)?")
+BRACKET = re.compile(r"\[((?:[A-Z][A-Za-z]+(?:19|20)\d\d|EN\d{4,})[^\]]*)\]")
+
+
+def sources() -> list[Path]:
+    places = [("rust", "*.rs"), ("rust", "*.md"), ("python", "*.py"), ("tests", "*.py"), ("examples", "*")]
+    return [path for place, kind in places for path in (ROOT / place).rglob(kind) if path.is_file()]
+
+
+def test_edges_between_crates() -> None:
+    crates = {path.parent.name: tomllib.loads(path.read_text()) for path in ROOT.glob("rust/*/Cargo.toml")}
+    assert set(crates) == set(ALLOWED)
+    for name, manifest in crates.items():
+        used = {
+            key.removeprefix("mtb-") for key in manifest.get("dependencies", {}) if key.startswith("mtb-")
+        }
+        assert used <= ALLOWED[name], name
+
+
+def test_every_reference_resolves() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^- \[([^\]]+)\]", readme.split("## References")[1], flags=re.MULTILINE)
+    assert listed == sorted(listed, key=str.casefold)
+    unknown = {}
+    for path in sources():
+        if path == Path(__file__):
+            continue
+        for bracket in BRACKET.findall(path.read_text(encoding="utf-8")):
+            for key in KEY.findall(bracket):
+                if key not in listed:
+                    unknown[key] = str(path.relative_to(ROOT))
+    assert unknown == {}

@@ -1,0 +1,104 @@
+"""Bodies of any geometry: from meshes and surfaces, against the built-in scenes and closed forms."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import mtb_rs as mtb
+from mtb_rs.mesh import block_mesh
+
+steel = mtb.steel
+
+
+def clamped(mesh, **options):
+    return mtb.ElasticBody.from_mesh(
+        mesh, steel, contact="bottom", supports=[mtb.Support("top", x=0, y=0, z=0)], **options
+    )
+
+
+def test_a_block_from_a_mesh_equals_the_built_in_block():
+    x = np.linspace(-0.05, 0.05, 11)
+    body = clamped(block_mesh(x, x, 0.1))
+    scene = mtb.Scene(upper=body, lower=steel, spacing=1e-2, friction=0.5, magnetic_pressure=3e6)
+    general = scene.solve()
+    built_in = mtb.scenes.block_on_plane(spacing=1e-2).solve(model="elastic-upper")
+    assert general.model == "elastic-upper"
+    np.testing.assert_allclose(
+        general.pressure, built_in.pressure, rtol=0, atol=1e-6 * built_in.pressure.max()
+    )
+    np.testing.assert_allclose(general.force, built_in.force, rtol=1e-6, atol=1e-3)
+
+
+def test_a_surface_of_any_shape_in_millimetres():
+    pytest.importorskip("gmsh")
+    cylinder = trimesh.creation.cylinder(radius=40.0, height=50.0, sections=48)
+    body = clamped(cylinder, unit="mm", size=8e-3)
+    scene = mtb.Scene(upper=body, lower=steel, spacing=8e-3, friction=0.3, magnetic_pressure=2e6)
+    result = scene.solve()
+    # the corners of the grid lie beside the round face
+    assert result.area[0, 0] == 0.0
+    assert result.pressure[0, 0] == 0.0
+    assert result.area.sum() == pytest.approx(np.pi * 0.04**2, rel=0.02)
+    assert result.force[0] == pytest.approx(0.3 * result.normal_force, rel=1e-9)
+    assert result.report.residual < 1e-10
+    assert np.all(result.pressure >= 0.0)
+    assert np.all((result.pressure == 0.0) | (result.gap == 0.0))
+    state = result.states()["body"]
+    reaction = sum(state.reactions.values())
+    pull = result.report.force_balance["magnetic"]
+    assert np.abs(reaction - result.force + pull).max() < 1e-6 * abs(pull[2])
+
+
+def test_a_punch_on_an_elastic_block_meets_the_stiffness_of_a_deep_column():
+    """A rigid plate on all of a block: u = F h / (E A) up to the held foot's constraint."""
+    x = np.linspace(-0.01, 0.01, 5)
+    mesh = block_mesh(x, x, 0.2).moved(np.diag([1.0, -1.0, -1.0]))
+    foot = [
+        mtb.Support("bottom", z=0),
+        mtb.Support(((0.0, 0.0), (0.0, 0.0), (-0.2, -0.2)), x=0, y=0),
+        mtb.Support(((0.01, 0.01), (0.0, 0.0), (-0.2, -0.2)), y=0),
+    ]
+    column = mtb.ElasticBody.from_mesh(mesh, steel, contact="contact", supports=foot)
+    scene = mtb.Scene(upper=mtb.Rigid(), lower=column, spacing=5e-3, friction=0.0, force=1e4)
+    result = scene.solve()
+    assert result.model == "elastic-lower"
+    assert result.approach == pytest.approx(1e4 * 0.2 / (208e9 * 4e-4), rel=2e-3)
+    np.testing.assert_allclose(result.pressure, 1e4 / 4e-4, rtol=2e-2)
+    moved = mtb.Scene(
+        upper=mtb.Rigid(), lower=column, spacing=5e-3, friction=0.0, approach=float(result.approach)
+    ).solve()
+    assert moved.normal_force == pytest.approx(1e4, rel=1e-6)
+
+
+def test_bad_input_is_named():
+    x = np.linspace(-0.05, 0.05, 5)
+    body = clamped(block_mesh(x, x, 0.05))
+    with pytest.raises(ValueError, match="force and moments press a half-space"):
+        mtb.Scene(upper=body, lower=steel, spacing=1e-2, force=1e3)
+    with pytest.raises(ValueError, match="gap has shape"):
+        mtb.Scene(
+            upper=body, lower=steel, spacing=2.5e-2, gap=np.zeros((9, 9)), magnetic_pressure=1e6
+        ).solve()
+    with pytest.raises(ValueError, match="model, method and options cannot be chosen"):
+        mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, magnetic_pressure=1e6).solve(model="half-space")
+    with pytest.raises(ValueError, match="looks down: the contact face of a lower body must look up"):
+        mtb.Scene(upper=mtb.Rigid(), lower=body, spacing=2.5e-2, force=1e3).solve()
+    with pytest.raises(ValueError, match="never touch"):
+        mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, gap=np.ones((5, 5)), magnetic_pressure=1e6).solve()
+
+
+def test_an_elastic_lower_body_under_all_loads():
+    x = np.linspace(-0.05, 0.05, 5)
+    mesh = block_mesh(x, x, 0.05).moved(np.diag([1.0, -1.0, -1.0]))
+    table = mtb.ElasticBody.from_mesh(
+        mesh, steel, contact="contact", supports=[mtb.Support("bottom", x=0, y=0, z=0)]
+    )
+    pressed = mtb.Scene(steel, table, spacing=2.5e-2, force=3e4, friction=0.3).solve()
+    assert pressed.force[2] == pytest.approx(-3e4, rel=1e-9)
+    assert pressed.force[0] == pytest.approx(0.3 * 3e4, rel=1e-9)
+    assert pressed.approach > 0.0
+    pulled = mtb.Scene(steel, table, spacing=2.5e-2, magnetic_pressure=3e6, friction=0.3).solve()
+    assert pulled.force[2] == pytest.approx(-3e4, rel=1e-9)
+    np.testing.assert_allclose(pulled.pressure, pressed.pressure, rtol=1e-6)
+    with pytest.raises(ValueError, match="moments are given"):
+        mtb.Scene(steel, table, spacing=2.5e-2, force=3e4, moments=(100.0, 0.0)).solve()

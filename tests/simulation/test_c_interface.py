@@ -1,0 +1,173 @@
+"""The C interface: programs in C and Fortran, compiled here, give the numbers of Python."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+ROOT = Path(__file__).parents[2]
+CAPI = ROOT / "rust" / "capi"
+LINK = ["-lmtb_capi", "-lm", "-lpthread", "-ldl"]
+
+
+@pytest.fixture(scope="session")
+def library():
+    """Folder of the compiled library."""
+    if shutil.which("cargo") is None:
+        pytest.skip("cargo is not installed: the C interface cannot be built")
+    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "mtb-capi"]
+    subprocess.run(build, cwd=ROOT, check=True)
+    return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
+
+
+@pytest.fixture(scope="session")
+def contact(tmp_path_factory):
+    """A prepared contact and its file."""
+    shoe = mtb.scenes.pole_shoe_on_rail(
+        friction=mtb.VelocityTable((0.0, 10.0, 50.0), (0.4, 0.2, 0.1)),
+        magnetic_pressure=mtb.VelocityTable((0.0, 60.0), (3e6, 1.5e6)),
+        spacing=6e-3,
+    )
+    prepared = shoe.prepare("elastic-upper", reference_point=(0.0, 0.0, 28.2e-3))
+    path = tmp_path_factory.mktemp("capi") / "shoe.mtbc"
+    prepared.save(path)
+    return prepared, path
+
+
+def compiler(name):
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def run(program, library, *arguments):
+    environment = {"LD_LIBRARY_PATH": str(library), "PATH": "/usr/bin:/bin"}
+    return subprocess.run(
+        [program, *map(str, arguments)], env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def check_ride(text, prepared):
+    lines = text.splitlines()
+    rows = np.array([[float(v) for v in line.split()] for line in lines[:20]])
+    own = prepared.copy()
+    for speed, pitch, *load in rows:
+        step = own.step([np.nan, np.nan, np.nan, np.nan, pitch, np.nan], speed)
+        np.testing.assert_allclose(load[:3], step.force, rtol=1e-12, atol=1e-12 * abs(step.force[2]))
+        size = np.abs(step.moment).max()
+        np.testing.assert_allclose(load[3:], step.moment, rtol=1e-12, atol=1e-12 * size)
+    pressure = np.array([float(line) for line in lines[20:]])
+    np.testing.assert_allclose(pressure, step.pressure, rtol=1e-12, atol=1e-12 * step.pressure.max())
+
+
+def test_a_program_in_c(library, contact, tmp_path):
+    prepared, path = contact
+    program = tmp_path / "ride"
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-D_POSIX_C_SOURCE=200809L"]
+    source = [str(CAPI / "examples" / "ride.c"), f"-I{CAPI / 'include'}", f"-L{library}"]
+    subprocess.run([compiler("gcc"), *flags, *source, *LINK, "-o", str(program)], check=True)
+    done = run(program, library, path)
+    assert done.returncode == 0, done.stderr
+    check_ride(done.stdout, prepared)
+    missing = run(program, library, tmp_path / "none.mtbc")
+    assert missing.returncode == 2
+    assert "none.mtbc: No such file or directory" in missing.stderr
+
+
+def test_a_program_in_fortran(library, contact, tmp_path):
+    prepared, path = contact
+    program = tmp_path / "ride"
+    sources = [str(CAPI / "fortran" / "mtb.f90"), str(CAPI / "examples" / "ride.f90")]
+    flags = ["-std=gnu", "-Wall", "-O1", f"-J{tmp_path}", f"-L{library}"]
+    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
+    done = run(program, library, path)
+    assert done.returncode == 0, done.stderr
+    check_ride(done.stdout, prepared)
+    missing = run(program, library, tmp_path / "none.mtbc")
+    assert missing.returncode == 2
+    assert "No such file or directory" in missing.stderr
+
+
+@pytest.fixture(scope="session")
+def c(library):
+    """The library by ctypes."""
+    found = [
+        p for p in library.iterdir() if p.name in ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
+    ]
+    c = ctypes.CDLL(str(found[0]))
+    c.mtb_last_error_message.restype = ctypes.c_char_p
+    c.mtb_version.restype = ctypes.c_char_p
+    number = ctypes.POINTER(ctypes.c_double)
+    c.mtb_contact_step.argtypes = [
+        ctypes.c_uint64,
+        number,
+        number,
+        ctypes.c_double,
+        number,
+        number,
+        ctypes.c_void_p,
+    ]
+    c.mtb_contact_free.argtypes = [ctypes.c_uint64]
+    c.mtb_contact_pressure.argtypes = [ctypes.c_uint64, ctypes.c_uint64, ctypes.c_void_p]
+    return c
+
+
+def test_what_goes_wrong_has_a_status_and_a_message(c, contact, tmp_path):
+    _, path = contact
+
+    def message():
+        return c.mtb_last_error_message().decode()
+
+    handle = ctypes.c_uint64()
+    assert c.mtb_version().decode() == mtb.__version__
+    damaged = tmp_path / "damaged.mtbc"
+    damaged.write_bytes(path.read_bytes()[:-1])
+    assert c.mtb_contact_load(str(damaged).encode(), ctypes.byref(handle)) == 2
+    assert message().endswith("not a prepared contact: it is cut short or too long")
+    assert c.mtb_contact_load(None, ctypes.byref(handle)) == 1
+    assert c.mtb_contact_load(str(path).encode(), None) == 1
+    assert message() == "contact is null"
+    assert c.mtb_contact_load(str(path).encode(), ctypes.byref(handle)) == 0
+    assert message() == ""
+    force, moment = (ctypes.c_double * 3)(), (ctypes.c_double * 3)()
+
+    def step(speed, where=handle, out=force):
+        velocity = (ctypes.c_double * 2)(speed, 0.0)
+        return c.mtb_contact_step(where, None, velocity, float("nan"), out, moment, None)
+
+    field = (ctypes.c_double * 4)()
+    assert c.mtb_contact_pressure(handle, 4, ctypes.addressof(field)) == 1
+    assert message() == "no step was solved yet"
+    assert step(70.0) == 1
+    assert message() == "velocity is 70 m/s: the table of friction covers 0 to 50 m/s"
+    assert step(0.0) == 1
+    assert message().startswith("velocity is 0: at rest friction has no direction")
+    assert step(5.0, out=None) == 1
+    assert message() == "force is null"
+    assert step(5.0) == 0
+    assert c.mtb_contact_pressure(handle, 4, ctypes.addressof(field)) == 1
+    assert message() == "pressure has room for 4 numbers, there are 128"
+    assert step(5.0, where=ctypes.c_uint64(999)) == 1
+    assert message() == "handle 999 is no contact, or one that was freed"
+    assert c.mtb_contact_free(handle) == 0
+    assert c.mtb_contact_free(handle) == 1
+    assert step(5.0) == 1
+
+
+def test_wedging_is_a_status(c, tmp_path):
+    block = mtb.scenes.block_on_plane(width=0.1, height=0.5, spacing=2e-2, friction=1.0)
+    block.prepare("elastic-upper").save(tmp_path / "block.mtbc")
+    handle = ctypes.c_uint64()
+    assert c.mtb_contact_load(str(tmp_path / "block.mtbc").encode(), ctypes.byref(handle)) == 0
+    velocity, force = (ctypes.c_double * 2)(1.0, 0.0), (ctypes.c_double * 3)(1.0, 2.0, 3.0)
+    assert c.mtb_contact_step(handle, None, velocity, float("nan"), force, force, None) == 3
+    assert c.mtb_last_error_message() == b"no sliding equilibrium: the body wedges"
+    assert list(force) == [1.0, 2.0, 3.0]
+    assert c.mtb_contact_free(handle) == 0

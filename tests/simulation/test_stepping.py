@@ -1,0 +1,195 @@
+"""Prepared contacts: steps equal solves, poses move, reversals reverse, memory changes nothing but time."""
+
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+FRICTION = mtb.VelocityTable((0.0, 10.0, 50.0), (0.4, 0.2, 0.1))
+MAGNET = mtb.VelocityTable(
+    (0.0, 20.0, 60.0), (3e6, mtb.GaussianPressure(3e6, (0.0, 15e-3), (0.04, 0.02)), 1.5e6)
+)
+rubber = mtb.Material(young_modulus=5e9, poisson_ratio=0.2)
+
+
+def shoe(**changes):
+    arguments = {"friction": FRICTION, "magnetic_pressure": MAGNET, "spacing": 6e-3, **changes}
+    return mtb.scenes.pole_shoe_on_rail(**arguments)
+
+
+SCENES = {
+    "half-space": (shoe(upper=rubber), "half-space"),
+    "elastic": (shoe(), "elastic-upper"),
+    "both pulled": (shoe(attraction="both", poles=1), "elastic-upper"),
+    "clamped": (mtb.scenes.block_on_plane(spacing=1e-2, friction=0.4), "elastic-upper"),
+    "force": (mtb.scenes.paraboloid_on_plane(points=14, upper=rubber, friction=FRICTION), "half-space"),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_step_equals_a_solve(name):
+    scene, model = SCENES[name]
+    contact = scene.prepare(model, reference_point=(0.0, 0.0, 0.05))
+    for velocity in (15.0, 14.99, 45.0, 3.0):
+        step = contact.step(velocity=velocity)
+        solved = scene.with_(velocity=velocity).solve(model=model)
+        np.testing.assert_allclose(step.force, solved.force, rtol=1e-9, atol=1e-9 * abs(solved.force[2]))
+        moment = solved.moment - np.cross([0.0, 0.0, 0.05], solved.force)
+        np.testing.assert_allclose(step.moment, moment, rtol=0, atol=1e-9 * np.abs(moment).max())
+        apart = np.abs(step.pressure - solved.pressure.ravel()).max()
+        assert apart < 1e-9 * solved.pressure.max()
+        assert step.report.residual < 1e-11
+
+
+def test_backwards_is_the_mirror_image_of_forwards():
+    scene, model = SCENES["elastic"]
+    contact = scene.prepare(model)
+    forwards = contact.step(velocity=12.0)
+    backwards = contact.step(velocity=-12.0)
+    mirror = np.array([-1.0, 1.0, 1.0])
+    np.testing.assert_allclose(
+        backwards.force, mirror * forwards.force, rtol=1e-7, atol=1e-7 * forwards.force[0]
+    )
+    assert forwards.friction_power > 0.0
+    assert backwards.friction_power == pytest.approx(forwards.friction_power, rel=1e-7)
+    as_vector = contact.step(velocity=(-12.0, 0.0), dt=0.5)
+    np.testing.assert_allclose(as_vector.force, backwards.force, rtol=1e-9, atol=1e-6)
+    assert as_vector.friction_work == pytest.approx(0.5 * as_vector.friction_power)
+
+
+def test_a_pose_found_from_balance_reproduces_itself_when_prescribed():
+    scene, model = SCENES["half-space"]
+    scene = scene.with_(velocity=10.0)
+    contact = scene.prepare(model)
+    assert contact.motions == ["left z", "right z"]
+    free = contact.step()
+    # both poles go down alike: the approach is the pose
+    pose = np.full(6, np.nan)
+    pose[2] = -scene.solve(model=model).approach[0]
+    held = contact.step(pose)
+    np.testing.assert_allclose(held.force, free.force, rtol=1e-9, atol=1e-6)
+    assert held.state.motion.size == 0
+    assert contact.step(1.1 * pose).force[2] < held.force[2]
+    assert contact.step(np.zeros(6)).force[2] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_prescribed_pitch_moves_the_pressure_forward():
+    scene, model = SCENES["elastic"]
+    contact = scene.with_(velocity=10.0).prepare(model)
+    level = np.array([np.nan, np.nan, np.nan, np.nan, 0.0, np.nan])
+    nose_down = level.copy()
+    nose_down[4] = 2e-5
+    before, after = contact.step(level), contact.step(nose_down)
+    x = contact.points[0]
+
+    def centre(step):
+        return (x * step.pressure * contact.area).sum() / (step.pressure * contact.area).sum()
+
+    assert centre(after) > centre(before) + 1e-3
+    assert after.force[2] == pytest.approx(before.force[2], rel=1e-9)  # z stays free
+
+
+def test_magnetic_pressure_in_place_of_the_scenes():
+    scene, model = SCENES["elastic"]
+    contact = scene.prepare(model)
+    for pull in (2e6, lambda x, y: 2e6 * (1.0 + 3.0 * x), [2e6, 1e6]):
+        solved = scene.with_(velocity=5.0, magnetic_pressure=pull).solve(model=model)
+        step = contact.step(velocity=5.0, magnetic_pressure=pull)
+        np.testing.assert_allclose(step.force, solved.force, rtol=1e-9, atol=1e-9 * abs(solved.force[2]))
+
+
+def test_memory_and_state_change_nothing_but_time(tmp_path):
+    scene, model = SCENES["elastic"]
+    contact = scene.prepare(model)
+    first = contact.step(velocity=20.0)
+    again = contact.step(velocity=20.0)
+    assert not again.report.refactored
+    assert again.report.products < first.report.products
+    state = pickle.loads(pickle.dumps(first.state))
+    other = contact.copy()
+    resumed = other.step(velocity=20.0, state=state)
+    fresh = contact.copy().step(velocity=20.0)
+    file = tmp_path / "shoe.mtbc"
+    contact.save(file)
+    loaded = mtb.PreparedContact.load(file)
+    copies = [
+        resumed,
+        again,
+        fresh,
+        loaded.step(velocity=20.0),
+        pickle.loads(pickle.dumps(contact)).step(velocity=20.0),
+    ]
+    for step in copies:
+        assert np.abs(step.state.pressure - first.state.pressure).max() < 1e-11 * first.state.pressure.max()
+    np.testing.assert_array_equal(loaded.points, contact.points)
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    file.write_bytes(data)
+    with pytest.raises(ValueError, match=r"shoe\.mtbc: not a prepared contact: its checksum is wrong"):
+        mtb.PreparedContact.load(file)
+    with pytest.raises(ValueError, match="a contact from a file takes a number"):
+        loaded.step(velocity=20.0, magnetic_pressure=[1e6, 2e6])
+
+
+def test_one_object_serves_threads():
+    contact = shoe(upper=rubber).prepare("half-space")
+    wanted = {v: contact.copy().step(velocity=v).force for v in np.linspace(1.0, 40.0, 8)}
+    wrong = []
+
+    def work(velocity):
+        for _ in range(20):
+            if np.abs(contact.step(velocity=velocity).force - wanted[velocity]).max() > 1e-6:
+                wrong.append(velocity)
+
+    threads = [threading.Thread(target=work, args=(v,)) for v in wanted]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_wedging_is_named():
+    scene = mtb.scenes.block_on_plane(width=0.1, height=0.5, spacing=2e-2, friction=0.1)
+    contact = scene.with_(friction=mtb.VelocityTable((0.0, 1.0), (0.0, 1.0))).prepare("elastic-upper")
+    assert contact.step(velocity=0.1).report.status == "solved"
+    with pytest.raises(mtb.ConvergenceError, match="no sliding equilibrium: the body wedges") as caught:
+        contact.step(velocity=0.9)
+    assert caught.value.result.report.fell_back
+    # and the memory is as good as before
+    assert contact.step(velocity=0.1).report.status == "solved"
+
+
+BAD = [
+    (lambda c: c.step(), "velocity is missing"),
+    (lambda c: c.step(velocity=0.0), "velocity is 0: at rest friction has no direction"),
+    (lambda c: c.step(velocity=70.0), "the table of friction covers 0 to 50 m/s"),
+    (lambda c: c.step(velocity=float("nan")), "velocity is nan"),
+    (lambda c: c.step(velocity=(1.0, 2.0, 3.0)), "velocity is .*a number or"),
+    (lambda c: c.step([0.0] * 5, 1.0), "pose has shape"),
+    (lambda c: c.step([np.inf] * 6, 1.0), r"pose\[0\] is inf"),
+    (lambda c: c.step(velocity=1.0, dt=-1.0), "dt is -1.0"),
+    (lambda c: c.step(velocity=1.0, magnetic_pressure=np.ones(3)), "magnetic_pressure has shape"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=[message[:24] for _, message in BAD])
+def test_bad_input_is_named(call, message):
+    contact = shoe(upper=rubber).prepare("half-space")
+    with pytest.raises(ValueError, match=message):
+        call(contact)
+
+
+def test_what_cannot_be_prepared_is_named():
+    law = mtb.PressureDependentFriction(lambda p: 0.3 + 0.0 * p)
+    with pytest.raises(ValueError, match="friction depends on the pressure"):
+        shoe(friction=law).prepare("half-space")
+    with pytest.raises(ValueError, match="standstill_speed is -1"):
+        shoe().prepare("half-space", standstill_speed=-1)
+    slow = shoe(upper=rubber).prepare("half-space", standstill_speed=0.1)
+    assert slow.step(velocity=0.0).force[0] == 0.0
+    full, half = slow.step(velocity=0.1), slow.step(velocity=0.05)
+    assert half.force[0] == pytest.approx(0.5 * full.force[0], rel=1e-2)

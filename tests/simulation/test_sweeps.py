@@ -1,0 +1,206 @@
+"""Sweeps: any executor, one table, interruptions and dead workers lose nothing."""
+
+import csv
+import json
+import os
+import signal
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs.__main__ import main
+
+rubber = mtb.Material(young_modulus=5e9, poisson_ratio=0.2)
+GRID = {"friction": [0.1, 0.3, 0.5], "force": [1e6, 5e6]}
+
+
+def paraboloid():
+    return mtb.scenes.paraboloid_on_plane(points=10, upper=rubber)
+
+
+def peak_place(result):
+    """A measure that processes can import."""
+    at = np.unravel_index(np.argmax(result.pressure), result.pressure.shape)
+    return {"peak_x": result.points[0][at]}
+
+
+def deadly(result):
+    """Ends its process for one case; the file it finds itself in tells whether it did so before."""
+    if result.force[0] > 0.25 * -result.force[2] and result.normal_force > 4e6:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"pid": os.getpid()}
+
+
+def killed_once(result):
+    """Ends its process the first time only."""
+    mark = os.environ["MTB_TEST_MARK"]
+    if not os.path.exists(mark):
+        with open(mark, "w", encoding="utf-8"):
+            pass
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"pid": os.getpid()}
+
+
+def test_a_sweep_is_its_scenes_in_a_table(tmp_path):
+    seen = []
+    table = mtb.sweep(
+        paraboloid(), GRID, measure=peak_place, progress=lambda done, of: seen.append((done, of))
+    )
+    assert table["force_x"].shape == (3, 2)
+    assert seen == [(k, 6) for k in range(7)]
+    for i, friction in enumerate(GRID["friction"]):
+        for j, force in enumerate(GRID["force"]):
+            result = paraboloid().with_(friction=friction, force=force).solve()
+            assert table["force_x"][i, j] == result.force[0]
+            assert table["peak_pressure"][i, j] == result.report.peak_pressure
+            assert table["peak_x"][i, j] == peak_place(result)["peak_x"]
+    assert table.failures == []
+    assert table.attributes == {"scene": "paraboloid_on_plane", "model": "half-space"}
+    table.to_csv(tmp_path / "table.csv")
+    with open(tmp_path / "table.csv", newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(r["friction"]) for r in rows] == [0.1, 0.1, 0.3, 0.3, 0.5, 0.5]
+    assert float(rows[3]["force_x [N]"]) == table["force_x"][1, 1]
+
+
+def test_labels_and_a_failing_case(tmp_path):
+    pulls = {"even": (3e6, 3e6), "left only": (3e6, 0.0), "left": (3e6, 1e6)}
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=1e-2)
+    table = mtb.sweep(shoe, {"magnetic_pressure": pulls, "length": [0.06, 0.09]}, model="half-space")
+    assert table.parameters["magnetic_pressure"] == ("even", "left only", "left")
+    assert np.isnan(table["force_z"][1]).all()
+    assert not np.isnan(table["force_z"][[0, 2]]).any()
+    assert [case["magnetic_pressure"] for case, _ in table.failures] == ["left only"] * 2
+    assert "does not press the bodies together" in table.failures[0][1]
+    assert "length" in repr(table)
+    assert "4 of 6 solved" in repr(table)
+    # the length of a shoe changes its geometry
+    ratio = table["force_z"][0, 1] / table["force_z"][0, 0]
+    assert ratio == pytest.approx(1.5, rel=1e-9)
+
+
+def test_arguments_changed_by_hand_stay_when_the_geometry_is_varied():
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=1e-2).with_(friction=0.25)
+    table = mtb.sweep(shoe, {"length": [0.06]}, model="half-space")
+    assert table["force_x"][0] == pytest.approx(-0.25 * table["force_z"][0], rel=1e-2)
+
+
+@pytest.mark.parametrize("kind", ["threads", "processes"])
+def test_any_executor_gives_the_same(kind):
+    want = mtb.sweep(paraboloid(), GRID)
+    if kind == "threads":
+        with ThreadPoolExecutor(2) as pool:
+            got = mtb.sweep(paraboloid(), GRID, executor=pool)
+    else:
+        with ProcessPoolExecutor(1) as pool:
+            got = mtb.sweep(paraboloid(), GRID, executor=pool, measure=peak_place)
+    for name in ("force_x", "force_z", "approach"):
+        np.testing.assert_allclose(got[name], want[name], rtol=1e-12)
+
+
+def test_an_interrupted_sweep_goes_on(tmp_path):
+    path = tmp_path / "sweep.jsonl"
+    calls = []
+
+    def stop_at_three(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mtb.sweep(paraboloid(), GRID, checkpoint=path, progress=stop_at_three)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 4
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(lines[-1][:20])  # cut short in the middle of a line
+    table = mtb.sweep(paraboloid(), GRID, checkpoint=path, measure=lambda r: calls.append(r) or {})
+    assert len(calls) == 3
+    want = mtb.sweep(paraboloid(), GRID)
+    np.testing.assert_array_equal(table["force_x"], want["force_x"])
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 7
+    with pytest.raises(ValueError, match="is the checkpoint of another sweep"):
+        mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
+
+
+def test_a_killed_worker_loses_nothing(tmp_path, monkeypatch):
+    monkeypatch.setenv("MTB_TEST_MARK", str(tmp_path / "killed"))
+    path = tmp_path / "sweep.jsonl"
+    table = mtb.sweep(paraboloid(), GRID, executor=1, checkpoint=path, measure=killed_once)
+    assert (tmp_path / "killed").exists()
+    assert table.failures == []
+    np.testing.assert_allclose(table["force_x"], mtb.sweep(paraboloid(), GRID)["force_x"], rtol=1e-12)
+    assert len(set(table["pid"].ravel())) == 1
+
+
+def test_a_case_that_kills_its_worker_is_recorded_and_stops_nobody(tmp_path):
+    path = tmp_path / "sweep.jsonl"
+    table = mtb.sweep(paraboloid(), GRID, executor=2, checkpoint=path, measure=deadly)
+    assert [case for case, _ in table.failures] == [
+        {"friction": 0.3, "force": 5e6},
+        {"friction": 0.5, "force": 5e6},
+    ]
+    assert all("its process ended twice" in reason for _, reason in table.failures)
+    # what was lost is tried again when the sweep goes on
+    healed = mtb.sweep(paraboloid(), GRID, checkpoint=path)
+    assert healed.failures == []
+
+
+def test_the_command_line(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    case.write_text('scene = "paraboloid_on_plane"\npoints = 8\n', encoding="utf-8")
+    command = [
+        "sweep",
+        str(case),
+        "--vary",
+        "friction=0.1:0.3:3",
+        "--vary",
+        "force=1e6,-1",
+        "-o",
+        str(tmp_path),
+    ]
+    assert main(command) == 0
+    out = capsys.readouterr().out
+    assert "3 of 6 cases solved" in out
+    assert "friction = 0.1, force = -1.0: ValueError: force is -1.0" in out
+    records = (tmp_path / "sweep.jsonl").read_text(encoding="utf-8").splitlines()
+    assert sum(json.loads(line).get("status") == "solved" for line in records) == 3
+    assert (tmp_path / "sweep.csv").exists()
+    with pytest.raises(SystemExit):
+        main(["sweep", str(case), "--vary", "friction"])
+    assert main(["sweep", str(case), "--vary", "frction=1", "-o", str(tmp_path)]) == 2
+
+
+def test_netcdf_keeps_labels_and_units(tmp_path):
+    xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
+    pytest.importorskip("h5netcdf", reason="h5netcdf (extra sweep) is not installed")
+    table = mtb.sweep(paraboloid(), {"friction": {"wet": 0.1, "dry": 0.4}, "force": [1e6, -1.0]})
+    table.to_netcdf(tmp_path / "sweep.nc")
+    with xarray.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as data:
+        assert data["force_x"].attrs["units"] == "N"
+        assert float(data["force_x"].sel(friction="dry", force=1e6)) == table["force_x"][1, 0]
+        assert str(data["status"].sel(friction="wet", force=-1.0).values).startswith("ValueError")
+        assert data.attrs["model"] == "half-space"
+
+
+def test_dask_with_processes():
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "processes": True}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        table = mtb.sweep(paraboloid(), GRID, executor=client.get_executor())
+    np.testing.assert_allclose(table["force_x"], mtb.sweep(paraboloid(), GRID)["force_x"], rtol=1e-12)
+
+
+BAD = [
+    ({}, "parameters is empty"),
+    ({"frction": [1]}, "'frction' is no argument of the scene"),
+    ({"friction": []}, "friction has no values"),
+    ({"friction": 0.1}, "friction is 0.1: a list of values is needed"),
+    ({"friction": [0.1, 0.1]}, "friction has a value twice"),
+]
+
+
+@pytest.mark.parametrize(("parameters", "message"), BAD, ids=[message for _, message in BAD])
+def test_bad_input_is_named(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        mtb.sweep(paraboloid(), parameters)

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Shifts and rolling against closed forms and against fields of CONTACT (tests/data/contact)."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mtb_rs as mtb
+from mtb_rs import reference
+
+DATA = Path(__file__).parents[1] / "data" / "contact"
+#: of all runs in that folder
+BODY = mtb.Material.from_shear_modulus(82e9, 0.28)
+MU = mtb.Coulomb(0.3)
+LIMIT = 0.3 * 1e4  # N
+
+
+def table(name: str) -> Any:
+    path = DATA / name
+    text = gzip.decompress(path.read_bytes()).decode() if path.suffix == ".gz" else path.read_text("utf-8")
+    return np.genfromtxt(text.splitlines(), delimiter=",", names=True, dtype=None, encoding=None)
+
+
+def contact_fields(name: str) -> tuple[mtb.PressureField, np.ndarray, Any]:
+    """Pressure, traction on the lower body [Pa], and the table, of a 45 x 45 run."""
+    rows = table(name)
+    pressure = mtb.PressureField(rows["pn"].reshape(45, 45) * 1e6, (0.16e-3, 0.16e-3), BODY, BODY)
+    return pressure, -np.stack([rows["px"], rows["py"]]).reshape(2, 45, 45) * 1e6, rows
+
+
+@pytest.fixture(scope="module")
+def circle() -> mtb.PressureField:
+    return contact_fields("steady_circle_ksi5e-4.csv.gz")[0]
+
+
+def relative(found: np.ndarray, exact: np.ndarray) -> float:
+    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+
+
+def test_steady_rolling_meets_contact_cell_by_cell() -> None:
+    pressure, traction, rows = contact_fields("steady_circle_ksi5e-4.csv.gz")
+    roll = mtb.solve_tangential(pressure, mtb.Rolling(creepage=(-5e-4, 0.0, 0.0)), MU)
+    # printed to six digits
+    assert relative(roll.traction[:2], traction) < 1e-5
+    assert np.array_equal(roll.status.ravel(), rows["igs"])
+    slip = np.hypot(*roll.slip).ravel()
+    assert np.abs(slip - rows["srel"]).max() < 1e-5 * rows["srel"].max()
+    assert roll.force[0] == pytest.approx(-1498.96, abs=0.01)
+    assert roll.force[2] == -pressure.normal_force
+
+
+@pytest.mark.parametrize("by_force", [False, True])
+def test_shift_meets_contact_cell_by_cell(by_force: bool) -> None:
+    pressure, traction, rows = contact_fields("cattaneo_circle_fx0.5.csv.gz")
+    motion = mtb.Shift(force=(1500.0, None)) if by_force else mtb.Shift(displacement=(2.72347e-6, 0.0))
+    shift = mtb.solve_tangential(pressure, motion, MU)
+    assert relative(shift.traction[:2], traction) < 1e-5
+    assert np.array_equal(shift.status.ravel(), rows["igs"])
+    assert shift.creepage[0] == pytest.approx(2.72347e-6, rel=1e-5)
+    assert shift.force[0] == pytest.approx(1500.0, rel=1e-5)
+
+
+def test_creep_curves_of_contact(circle: mtb.PressureField) -> None:
+    rows = table("creep_curves_circle.csv")
+    rows = rows[rows["method"] == "contact_full"]
+    creepages = np.stack([rows["cksi"], rows["ceta"], 1e3 * rows["cphi_rad_per_mm"]], axis=1)
+    forces = mtb.creep_curve(circle, creepages, MU)
+    assert np.abs(forces[:, 0] + rows["Fx_N"]).max() < 1e-5 * LIMIT
+    assert np.abs(forces[:, 1] + rows["Fy_N"]).max() < 1e-5 * LIMIT
+    assert np.abs(forces[:, 2] + 1e-3 * rows["Mz_Nmm"]).max() < 1e-5 * LIMIT * 3.2e-3
+
+
+def test_from_cattaneo_to_carter(circle: mtb.PressureField) -> None:
+    rows = table("cattaneo_to_carter_forced.csv")
+    force = (1971.0, None)
+    step = mtb.solve_tangential(circle, mtb.Shift(force=force), MU)
+    found = [(step.creepage[0] * 1e3, np.count_nonzero(step.status == 1))]
+    for _ in rows[1:]:
+        step = mtb.solve_tangential(circle, mtb.Rolling(force=force, transient=True), MU, state=step.state)
+        found.append((step.creepage[0], np.count_nonzero(step.status == 1)))
+    creepage, stick = np.array(found).T
+    assert np.allclose(creepage, rows["rigid_shift_mm_or_cksi"], rtol=2e-4)  # printed to four digits
+    assert np.array_equal(stick, rows["nadh"])
+    # and on to the steady state, which the same force reaches at once
+    steady = mtb.solve_tangential(circle, mtb.Rolling(force=force), MU)
+    assert creepage[-1] == pytest.approx(steady.creepage[0], rel=1e-3)
+
+
+def test_first_order_towards_the_known_limit() -> None:
+    forces = []
+    for n in (25, 50, 100):
+        patch = reference.elliptic_pressure(1e4, (3.205e-3, 3.205e-3), (n, n), BODY, BODY)
+        forces.append(mtb.solve_tangential(patch, mtb.Rolling(creepage=(5e-4, 0.0, 0.0)), MU).force[0])
+    # CONTACT extrapolates to 1475 +- 3 N
+    assert forces[2] - (forces[1] - forces[2]) == pytest.approx(1475.0, abs=5.0)
+    assert forces[0] > forces[1] > forces[2] > 1475.0
+
+
+def test_sphere_pushed_sideways() -> None:
+    """Cattaneo and Mindlin, exact without Poisson's ratio [Johnson1985, ch. 7.2]."""
+    body = mtb.Material.from_shear_modulus(82e9, 0.0)
+    a, force, share = 3e-3, 1e4, 0.6
+    shift = reference.cattaneo_displacement(force, a, 0.3, share, (body, body))
+    field_error, force_error = [], []
+    for n in (20, 40, 80):
+        patch = reference.elliptic_pressure(force, (a, a), (n, n), body, body)
+        found = mtb.solve_tangential(patch, mtb.Shift(displacement=(shift, 0.0)), MU)
+        radius = np.hypot(*found.points)
+        exact = reference.cattaneo_traction(radius, a, 1.5 * force / np.pi / a**2, 0.3, share)
+        field_error.append(relative(found.traction[0], exact))
+        force_error.append(abs(found.force[0] / (share * LIMIT) - 1.0))
+    assert field_error[-1] < 6e-3
+    assert np.log2(field_error[0] / field_error[-1]) / 2 > 0.9
+    assert force_error[-1] < 3e-4
+    assert np.log2(force_error[0] / force_error[-1]) / 2 > 1.8
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.95])
+def test_rolling_cylinder(share: float) -> None:
+    """Carter [Johnson1985, ch. 8.3]: line contact, first order in the cell size."""
+    a, load = 3e-3, 1e6
+    peak = 2.0 * load / np.pi / a
+    creepage = reference.carter_creepage(a, peak, 0.3, share, (BODY, BODY))
+    field_error, force_error, creepage_error = [], [], []
+    for n in (50, 200, 800):
+        patch = reference.line_pressure(load, a, n, BODY, BODY)
+        found = mtb.solve_tangential(patch, mtb.Rolling(creepage=(creepage, 0.0, 0.0)), MU)
+        exact = reference.carter_traction(patch.coordinates()[0], a, peak, 0.3, share)
+        field_error.append(relative(found.traction[0, 0], exact))
+        force_error.append(abs(found.force[0] / (share * 0.3 * load) - 1.0))
+        driven = mtb.solve_tangential(patch, mtb.Rolling(force=(share * 0.3 * load, None)), MU)
+        creepage_error.append(abs(driven.creepage[0] / creepage - 1.0))
+    assert field_error[-1] < 2e-3
+    assert force_error[-1] < 6e-4
+    # an error of the force turns into one of the creepage by d ln xi / d ln F
+    stick = reference.carter_stick_share(share)
+    assert creepage_error[-1] < 6e-4 * max(share / (2.0 * stick * (1.0 - stick)), 1.0)
+    for errors in (force_error, creepage_error):
+        assert np.log2(errors[0] / errors[-1]) / 4 > 0.9
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+def test_kalkers_coefficients(ratio: float) -> None:
+    rows = table("kalker_coefficients.csv")
+    row = rows[(rows["nu"] == 0.25) & (rows["a_over_b"] == ratio) & (rows["elements_per_2a"] == 80)][0]
+    published = mtb.kalker_coefficients(ratio, 0.25)
+    assert published[:3] == pytest.approx([row["table_C11"], row["table_C22"], row["table_C23"]], rel=1e-9)
+    body = mtb.Material.from_shear_modulus(80e9, 0.25)
+    a, b = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
+    patch = reference.elliptic_pressure(1e4, (a, b), (80, 80), body, body)
+    e, unit = 1e-7, 80e9 * a * b
+    small = [(e, 0.0, 0.0), (0.0, e, 0.0), (0.0, 0.0, e / np.sqrt(a * b))]
+    forces = mtb.creep_curve(patch, small, mtb.Coulomb(1.0), tolerance=1e-7) / (unit * e)
+    found = [forces[0, 0], forces[1, 1], forces[2, 1]]
+    assert found == pytest.approx(published[:3], rel=0.01)
+    assert found == pytest.approx([row["C11"], row["C22"], row["C23"]], rel=1e-3)
+    assert -forces[1, 2] / np.sqrt(a * b) == pytest.approx(-row["C32_from_Mz"], rel=1e-3)
+    assert forces[2, 2] / np.sqrt(a * b) == pytest.approx(row["C33"], rel=2e-3)
+
+
+LAYER = mtb.InterfaceLayer(1.524e-4, 1e9)  # 1.524e-4 mm3/N
+FALL = mtb.FallingFriction(static=0.33, kinetic=0.14, half_slip=1.25)
+MEMORY = mtb.FallingFriction(static=0.33, kinetic=0.14, half_slip=1.25, memory=3e-6, memory_min_slip=1e-3)
+FIGURE_1 = {
+    "original_coulomb0.33": (mtb.Coulomb(0.33), None),
+    "falling_mem_nolayer": (MEMORY, None),
+    "layerL1.524e-4_coulomb": (mtb.Coulomb(0.33), LAYER),
+    "layerL1.524e-4_falling_mem(paper_intended)": (MEMORY, LAYER),
+    "layerL1.524e-4_falling_nomem": (FALL, LAYER),
+    "layerL1.524e-6_falling_mem(as_printed)": (MEMORY, mtb.InterfaceLayer(0.125e-3, 82e9)),
+}
+
+
+@pytest.mark.parametrize("model", FIGURE_1)
+def test_traction_curve_of_the_europrinter(model: str) -> None:
+    """[Vollebregt2012, fig. 1] as CONTACT computes it; that run's own pressure was not kept."""
+    friction, layer = FIGURE_1[model]
+    rows = table("paper_fig1.csv")
+    rows = rows[rows["model"] == model]
+    patch = reference.elliptic_pressure(106.7e3, (6.3e-3, 12.6e-3), (42, 42), BODY, BODY)
+    creepages = np.stack([rows["cksi"], 0.0 * rows["cksi"], 0.0 * rows["cksi"]], axis=1)
+    forces = mtb.creep_curve(patch, creepages, friction, layer=layer, speed=10.0)
+    assert np.abs(forces[:, 0] + rows["Fx_N"]).max() < 1e-3 * 0.33 * 106.7e3
+
+
+def test_rolling_in_any_direction_is_rolling(circle: mtb.PressureField) -> None:
+    xi, eta, phi = 4e-4, -3e-4, 0.2
+    ahead = mtb.solve_tangential(circle, mtb.Rolling(creepage=(xi, eta, phi)), MU)
+    quarter = mtb.Rolling(creepage=(-eta, xi, phi), angle=np.pi / 2)
+    turned = mtb.solve_tangential(circle, quarter, MU)
+    # rotate the first solution by a quarter turn: x -> y, y -> -x
+    rotated = np.stack([-np.rot90(ahead.traction[1], -1), np.rot90(ahead.traction[0], -1)])
+    assert relative(turned.traction[:2], rotated) < 1e-6
+    assert turned.spin_moment == pytest.approx(ahead.spin_moment, rel=1e-6)
+    backward = mtb.solve_tangential(circle, mtb.Rolling(creepage=(-xi, -eta, phi), angle=np.pi), MU)
+    assert backward.force[:2] == pytest.approx(-ahead.force[:2], rel=1e-6)
+    # between the axes the step is interpolated: the circle must not feel it
+    diagonal = mtb.solve_tangential(
+        circle, mtb.Rolling(creepage=(5e-4 / np.sqrt(2), 5e-4 / np.sqrt(2), 0.0), angle=np.pi / 4), MU
+    )
+    straight = mtb.solve_tangential(circle, mtb.Rolling(creepage=(5e-4, 0.0, 0.0)), MU)
+    # 1.6 % is what the straight one is from its limit of 1475 N on this grid
+    assert np.hypot(*diagonal.force[:2]) == pytest.approx(straight.force[0], rel=0.016)
+
+
+def test_transient_rolling_ends_in_the_steady_state() -> None:
+    circle = reference.elliptic_pressure(1e4, (3.2e-3, 3.2e-3), (20, 20), BODY, BODY)
+    creepage = (3e-4, 2e-4, 0.15)
+    steady = mtb.solve_tangential(circle, mtb.Rolling(creepage=creepage), MU)
+    state = None
+    for _ in range(180):
+        step = mtb.solve_tangential(circle, mtb.Rolling(creepage=creepage, transient=True), MU, state=state)
+        state = step.state
+    assert relative(step.traction, steady.traction) < 1e-6
+    assert relative(step.slip, steady.slip) < 1e-5
+    assert step.creepage == pytest.approx(creepage)
+
+
+def test_unlike_bodies_feel_their_pressure() -> None:
+    """Free rolling of unlike cylinders [Johnson1985, ch. 8.2]: traction without creepage force."""
+    soft = mtb.Material.from_shear_modulus(1e9, 0.25)
+    patch = reference.line_pressure(1e5, 3e-3, 200, soft, mtb.Material(1e15, 0.3))
+    roll = mtb.solve_tangential(patch, mtb.Rolling(force=(0.0, None)), mtb.Coulomb(10.0))
+    assert abs(roll.force[0]) < 1e-6 * 1e5
+    # equal materials roll freely without any
+    equal = reference.line_pressure(1e5, 3e-3, 200, soft, soft)
+    free = mtb.solve_tangential(equal, mtb.Rolling(creepage=(0.0, 0.0, 0.0)), mtb.Coulomb(10.0))
+    assert np.abs(free.traction).max() == 0.0
+    assert np.abs(roll.traction).max() > 0.01 * patch.pressure.max()
+
+
+def test_static_and_kinetic_friction_meet_the_law(circle: mtb.PressureField) -> None:
+    law = mtb.StaticKinetic(static=0.4, kinetic=0.3)
+    for motion in (mtb.Rolling(creepage=(6e-4, 2e-4, 0.1)), mtb.Shift(displacement=(3e-6, 0.0))):
+        found = mtb.solve_tangential(circle, motion, law)
+        size = np.hypot(*found.traction[:2])
+        slips = found.status == 2
+        assert np.allclose(size[slips], 0.3 * circle.pressure[slips], rtol=1e-6)
+        assert np.all(size <= 0.4 * circle.pressure * (1 + 1e-6))
+
+
+def test_start_of_sliding_is_the_same_dense_or_by_fourier() -> None:
+    from mtb_rs._mtb_rs import half_space
+
+    patch = reference.elliptic_pressure(1e4, (3e-3, 3e-3), (12, 12), BODY, BODY)
+    # two equal half-spaces are one of half the shear modulus
+    both = half_space(41e9, 0.28, [(0.0, 0.0, 12, 12)], patch.spacing, True)
+    area = np.full(144, patch.spacing[0] * patch.spacing[1])
+    path = np.array([[1e-6, 0.0], [2e-6, 1e-6], [3e-5, 1e-6]])
+    layer = mtb.InterfaceLayer(1e-5, 80e9)
+    dense = mtb.start_of_sliding(both, patch.pressure, area, 0.3, path, layer)
+    state, last = None, np.zeros(2)
+    for k, to in enumerate(path):
+        motion = mtb.Shift(displacement=tuple(to - last))
+        step = mtb.solve_tangential(patch, motion, MU, layer=layer, state=state)
+        state, last = step.state, to
+        assert step.force[:2] == pytest.approx(dense.force[k], abs=1e-6 * LIMIT)
+    assert dense.slip_share[-1] == 1.0
+    assert dense.force[-1, 0] == pytest.approx(LIMIT, rel=1e-3)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    cells=st.tuples(st.integers(1, 24), st.integers(1, 24)),
+    aspect=st.floats(-1.0, 1.0),
+    size=st.floats(-4.0, 3.0),
+    direction=st.tuples(*[st.floats(-1.0, 1.0)] * 3),
+    angle=st.floats(-3.2, 3.2),
+    holes=st.integers(0, 2**31),
+    rolls=st.booleans(),
+    layer=st.sampled_from([0.0, 1e-14, 1e-12]),
+)
+def test_every_problem_is_solved(
+    cells: tuple[int, int],
+    aspect: float,
+    size: float,
+    direction: tuple[float, float, float],
+    angle: float,
+    holes: int,
+    rolls: bool,
+    layer: float,
+) -> None:
+    """Full adhesion to full slip, strong spin, patches with holes, cells from 0.1 to 10 in shape."""
+    nx, ny = cells
+    dx, dy = 1e-4, 1e-4 * 10**aspect
+    x = (np.arange(nx) - 0.5 * (nx - 1)) * 2 / nx
+    y = (np.arange(ny) - 0.5 * (ny - 1)) * 2 / ny
+    pressure = 1e9 * np.sqrt(np.maximum(1 - x**2 - y[:, None] ** 2, 0.0))
+    random = np.random.default_rng(holes)
+    pressure[random.random(pressure.shape) < 0.3 * random.random()] = 0.0
+    if not np.any(pressure):
+        pressure[0, 0] = 1e9
+    field = mtb.PressureField(pressure, (dx, dy), BODY, BODY)
+    scale = 0.3 * 1e9 / 82e9 * 10**size
+    reach = max(nx * dx, ny * dy)
+    xi, eta, phi = (scale * d for d in direction)
+    motion: mtb.Rolling | mtb.Shift
+    if rolls:
+        motion = mtb.Rolling(creepage=(xi, eta, phi / reach), angle=angle)
+    else:
+        motion = mtb.Shift(displacement=(xi * reach, eta * reach), spin=phi)
+    found = mtb.solve_tangential(field, motion, MU, layer=mtb.InterfaceLayer(layer, 1.0))
+    bound = 0.3 * pressure
+    assert np.all(np.hypot(*found.traction[:2]) <= bound * (1 + 1e-9))
+    slips = found.status == 2
+    # where it slips, traction has the size of the bound and the direction of slip
+    power = np.sum(found.traction[:2] * found.slip, axis=0)[slips]
+    exact = (bound * np.hypot(*found.slip))[slips]
+    assert np.all(power >= exact - 1e-5 * np.abs(exact).max(initial=0.0))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    share=st.one_of(st.floats(0.0, 0.9), st.floats(0.9, 0.9999)),
+    angle=st.floats(0.0, 6.3),
+    cells=st.tuples(st.integers(4, 30), st.integers(4, 30)),
+    rolls=st.booleans(),
+    spin=st.floats(-0.05, 0.05),
+)
+def test_any_force_below_the_limit_is_reached(
+    share: float, angle: float, cells: tuple[int, int], rolls: bool, spin: float
+) -> None:
+    patch = reference.elliptic_pressure(1e4, (3e-3, 4e-3), cells, BODY, BODY)
+    force = (share * LIMIT * np.cos(angle), share * LIMIT * np.sin(angle))
+    # spin takes its part of friction: only as much as leaves the force within reach
+    rest = spin * (1.0 - share) ** 2
+    motion = mtb.Rolling(creepage=(0.0, 0.0, rest), force=force) if rolls else mtb.Shift(force=force)
+    found = mtb.solve_tangential(patch, motion, MU)
+    assert found.force[:2] == pytest.approx(force, abs=1e-6 * LIMIT)
+
+
+def test_unlike_bodies_change_their_pressure_a_little() -> None:
+    soft = mtb.Material(5e9, 0.2)
+    h = 0.34e-3
+    x = (np.arange(40) - 19.5) * h
+    gap = (x**2 + x[:, None] ** 2) / (2 * 0.3)
+    motion = mtb.Rolling(creepage=(2e-3, 0.0, 0.0))
+    like = mtb.solve_normal(gap, (h, h), lower=mtb.steel, upper=mtb.steel, force=3000.0)
+    unlike = mtb.solve_normal(gap, (h, h), lower=soft, upper=mtb.steel, force=3000.0)
+    assert mtb.solve_tangential(like, motion, MU).report.omitted == {}
+    one_way = mtb.solve_tangential(unlike, motion, MU)
+    full = mtb.solve_tangential(unlike, motion, MU, coupling="full")
+    left_out = one_way.report.omitted["gap_change_by_traction_m"]
+    assert 0.0 < left_out < 0.1 * unlike.approach
+    effect = full.report.force_balance["pressure_change_by_traction"]
+    assert 1e-4 < effect < 0.2
+    assert full.pressure.sum() * h * h == pytest.approx(3000.0, rel=1e-6)
+    # what moves the gap at the leading edge up moves it down at the trailing one
+    shift = np.sum(full.pressure * full.points[0]) / np.sum(full.pressure)
+    assert abs(shift) > 1e-6
