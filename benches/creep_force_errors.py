@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""How good are FASTSIM, Polach and the table? Forces over random creepages against the full solution.
+
+The error is the difference of the tangential force vectors over the size of the full one. The literature
+states under 10 % for FASTSIM but for large spin, where more than 20 % occur in 15 to 20 % of cases
+[Vollebregt2012]. Small and large spin are told apart at `phi sqrt(a b)` against the creepage.
+"""
+
+import argparse
+import csv
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import mtb_rs as mtb
+from mtb_rs import reference
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+parser.add_argument("--cases", type=int, default=400)
+parser.add_argument("--cells", type=int, default=40)
+arguments = parser.parse_args()
+
+random = np.random.default_rng(2012)
+body = mtb.Material.from_shear_modulus(82e9, 0.28)
+ratios = (0.5, 0.7, 1.0, 1.4, 2.0)
+friction, load = 0.3, 5e4
+law = mtb.Coulomb(friction)
+table = mtb.CreepForceTable.build(ratios=ratios, poisson_ratio=0.28, nodes=11, cells=20)
+methods = ("FASTSIM parabolic", "FASTSIM elliptic", "FASTSIM2 parabolic", "Polach", "table")
+errors: dict[tuple[str, str], list[float]] = {}
+curves = {name: [] for name in methods}
+for ratio in ratios:
+    a, b = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
+    patch = reference.elliptic_pressure(load, (a, b), (arguments.cells, arguments.cells), body, body)
+    count = arguments.cases // len(ratios)
+    rows = random.standard_normal((count, 3))
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    # from a tenth of what friction carries to full sliding
+    rows *= friction * load / (a * b * 82e9) * 10 ** random.uniform(-1.3, 1.0, (count, 1))
+    rows[:, 2] /= np.sqrt(a * b)
+    full = mtb.creep_curve(patch, rows, law)[:, :2]
+    found = {
+        "FASTSIM parabolic": mtb.fastsim_curve(patch, rows, law, semi_axes=(a, b))[:, :2],
+        "FASTSIM elliptic": mtb.fastsim_curve(patch, rows, law, bound="elliptic", semi_axes=(a, b))[:, :2],
+        "FASTSIM2 parabolic": mtb.fastsim_curve(patch, rows, law, order=2, semi_axes=(a, b))[:, :2],
+        "Polach": mtb.polach(patch, rows, law, semi_axes=(a, b)),
+        "table": table.interpolate((a, b), load, 82e9, friction, rows)[:, :2],
+    }
+    spin = np.abs(rows[:, 2]) * np.sqrt(a * b)
+    large = spin > np.hypot(rows[:, 0], rows[:, 1])
+    for name, forces in found.items():
+        error = np.linalg.norm(forces - full, axis=1) / np.linalg.norm(full, axis=1)
+        for kind, chosen in (("all", large | ~large), ("small spin", ~large), ("large spin", large)):
+            errors.setdefault((name, kind), []).extend(error[chosen])
+
+arguments.output.mkdir(parents=True, exist_ok=True)
+with open(arguments.output / "creep_force_errors.csv", "w", newline="", encoding="utf-8") as file:
+    writer = csv.writer(file)
+    writer.writerow(
+        ["method", "creepages", "cases", "within_10_percent", "beyond_20_percent", "median", "p95"]
+    )
+    for (name, kind), values in errors.items():
+        e = np.array(values)
+        row = [np.mean(e < 0.1), np.mean(e > 0.2), np.median(e), np.quantile(e, 0.95)]
+        writer.writerow([name, kind, len(e), *(f"{value:.4f}" for value in row)])
+        print(f"{name:20s} {kind:10s} {len(e):4d}: " + "  ".join(f"{100 * value:5.1f} %" for value in row))
+figure, axis = plt.subplots(figsize=(7.5, 4.6), constrained_layout=True)
+for name in methods:
+    for kind, style in (("small spin", "-"), ("large spin", "--")):
+        e = np.sort(errors[name, kind])
+        color = f"C{methods.index(name)}"
+        axis.semilogx(100 * e, np.arange(1, e.size + 1) / e.size, style, color=color, label=f"{name}, {kind}")
+axis.axvline(10, color="k", lw=0.5)
+axis.axvline(20, color="k", lw=0.5)
+axis.set(xlabel="error of the force vector [%]", ylabel="share of the cases", xlim=(0.01, 200))
+axis.legend(fontsize=7)
+axis.grid(alpha=0.3)
+figure.savefig(arguments.output / "creep_force_errors.png", dpi=130)

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""How long does a step of a prepared pole shoe take?
+
+Three rides of a shoe with 400 contact points from 160 km/h down: friction and magnetic pressure from tables;
+the same over a track that rolls and pitches the shoe; and jumps of load, pitch and direction at every
+step. Times are of the processor, so that other programs do not count; beside each ride stands what its
+steps cost the general solver, which starts anew. Writes docs/charts/stepping.csv and .png.
+"""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import mtb_rs as mtb
+from mtb_rs import _mtb_rs
+from mtb_rs.stepping import POSE
+
+OUT = Path(__file__).parents[1] / "docs" / "charts"
+FRICTION = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 45.0), (0.35, 0.24, 0.16, 0.12, 0.10))
+MAGNET = mtb.VelocityTable((0.0, 20.0, 45.0), (3.0e6, 2.6e6, 2.0e6))
+STEPS = 2000
+
+
+def rides() -> dict[str, list[tuple[np.ndarray, float, float | None]]]:
+    """Pose, velocity and magnetic pressure of each step."""
+    speed = np.linspace(160 / 3.6, 0.5, STEPS)
+    wave = np.arange(STEPS) / 50.0
+    random = np.random.default_rng(1)
+    tables, track, jumps = [], [], []
+    for k, v in enumerate(speed):
+        pose = np.full(6, np.nan)
+        tables.append((pose, v, None))
+        rocking = pose.copy()
+        rocking[3] = 2e-5 * np.sin(wave[k]) + 2e-6 * random.standard_normal()
+        rocking[4] = 2e-5 * np.cos(0.7 * wave[k])
+        track.append((rocking, v, None))
+        jump = pose.copy()
+        jump[4] = 6e-5 * random.uniform(-1, 1)
+        jumps.append((jump, v * random.choice((-1.0, 1.0)), 3e6 * random.uniform(0.2, 1.0)))
+    return {"tables": tables, "rocking": track, "jumps": jumps}
+
+
+def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[..., float]:
+    """Processor time [s] of a step by the general solver."""
+    problem = scene.with_(velocity=10.0).problem("elastic-upper")
+    x, normal, direction = problem.points.points, problem.points.normal, problem.direction
+    motions = problem.relative_motions()[0]
+    source = contact._source
+    bodies = problem.lower.compliance, problem.upper.compliance
+    pairs = {sign: _mtb_rs.SlidingPair(*bodies, sign * direction, True) for sign in (1.0, -1.0)}
+
+    def solve(pose: np.ndarray, velocity: float, pull: float | None, force: np.ndarray) -> float:
+        gap, work = source.loads(MAGNET if pull is None else pull, abs(velocity))
+        turn = np.array([*np.nan_to_num(pose[3:5]), 0.0])
+        gap = gap + np.einsum("in,in->n", np.cross(turn, x, axis=0), normal)
+        free = [np.isnan(pose[POSE.index(name.split()[-1])]) for name in contact.motions]
+        friction = np.full(gap.size, np.interp(abs(velocity), FRICTION.velocity, FRICTION.value))
+        sign = float(np.sign(velocity))
+        clock = time.process_time()
+        out = pairs[sign].solve(gap, problem.area, friction, sign * direction, motions[free], work[free])
+        elapsed = time.process_time() - clock
+        assert np.isclose((out["pressure"] * problem.area).sum(), -force[2], rtol=1e-2)
+        return elapsed
+
+    return solve
+
+
+def main() -> None:
+    """Times the rides; writes the table and the chart."""
+    scene = mtb.scenes.pole_shoe_on_rail(
+        friction=FRICTION, magnetic_pressure=MAGNET, spacing=(90e-3 / 24, 2.3e-3)
+    )
+    contact = scene.prepare("elastic-upper")
+    points = contact.area.size
+    cold_solve = general_solver(scene, contact)
+    rows, histories = [], {}
+    for name, ride in rides().items():
+        own = contact.copy()
+        times, cold = [], []
+        refactored = products = 0
+        for k, (pose, velocity, pull) in enumerate(ride):
+            clock = time.process_time()
+            out = own.step(pose, velocity, magnetic_pressure=pull)
+            times.append(time.process_time() - clock)
+            refactored += out.report.refactored
+            products += out.report.products
+            if k % (STEPS // 20) == 0:
+                cold.append(cold_solve(pose, velocity, pull, out.force))
+        ms = 1e3 * np.array(times)
+        histories[name] = ms
+        rows.append(
+            {
+                "ride": name,
+                "points": points,
+                "steps": len(ms),
+                **{f"p{q}_ms": f"{np.percentile(ms, q):.3f}" for q in (50, 90, 99)},
+                "max_ms": f"{ms.max():.3f}",
+                "cold_median_ms": f"{1e3 * np.median(cold):.3f}",
+                "factorisations": refactored,
+                "products_a_step": f"{products / len(ms):.1f}",
+            }
+        )
+        print(rows[-1])
+    OUT.mkdir(parents=True, exist_ok=True)
+    with (OUT / "stepping.csv").open("w", newline="") as stream:
+        table = csv.DictWriter(stream, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+    figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    for (name, ms), row in zip(histories.items(), rows, strict=True):
+        share = 100.0 * (np.arange(ms.size) + 0.5) / ms.size
+        (line,) = axes.plot(np.sort(ms), share, label=name)
+        axes.axvline(float(row["cold_median_ms"]), color=line.get_color(), linestyle=":", linewidth=1)
+    axes.set(
+        xscale="log",
+        xlabel="time of a step [ms] (dotted: without memory)",
+        ylabel="steps done [%]",
+        title=f"Steps of a pole shoe with {points} contact points",
+    )
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(OUT / "stepping.png", dpi=150)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Facets: a facetted sphere over a plane, facet size against penetration.
+
+A chord of length c on a radius R is c^2 / (8 R) off. Facets known to be too coarse for the penetration are
+refused; what passes is compared with the exact gap.
+"""
+
+import numpy as np
+from atlas import GOOD, TOLD, WRONG, draw_verdicts, panels, write
+
+import mtb_rs as mtb
+
+RADIUS = 0.5
+
+
+def gap_error(cells: int, penetration: float) -> float:
+    """Largest error of the gap over the contact, in penetrations."""
+    reach = 0.02
+    line = np.linspace(-reach, reach, cells + 1)
+    x, y = np.meshgrid(line, line)
+    z = RADIUS - np.sqrt(RADIUS**2 - x**2 - y**2)
+    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)[None]).ravel()
+    triangles = np.concatenate(
+        [
+            np.stack([corner, corner + cells + 2, corner + 1], axis=1),
+            np.stack([corner, corner + cells + 1, corner + cells + 2], axis=1),
+        ]
+    )
+    vertices = np.stack([x.ravel(), y.ravel(), z.ravel()])
+    upper = mtb.BodySurface.mesh(vertices, triangles, closed=False)
+    span = (-0.7 * reach, 0.7 * reach)
+    found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, 5e-4, penetration=penetration)
+    points = found.sheet.cells
+    px, py = points.points[:2]
+    exact = RADIUS - np.sqrt(RADIUS**2 - px**2 - py**2)
+    near = exact < penetration
+    return float(np.abs(points.gap - exact)[near].max(initial=0.0)) / penetration
+
+
+if __name__ == "__main__":
+    counts = [4, 8, 16, 32, 64]
+    penetrations = [1e-7, 1e-6, 1e-5, 1e-4]
+    codes = np.zeros((len(penetrations), len(counts)), dtype=int)
+    texts = np.full(codes.shape, "", dtype=object)
+    rows = []
+    for (j, i), _ in np.ndenumerate(codes):
+        said, error = "", np.nan
+        try:
+            error = gap_error(counts[i], penetrations[j])
+            codes[j, i] = GOOD if error < 0.1 else WRONG
+            texts[j, i] = f"{100 * error:.2g} %"
+        except ValueError as refusal:
+            codes[j, i], said = TOLD, str(refusal)
+        chord = 0.04 / counts[i]
+        rows.append(
+            {
+                "facet_m": chord,
+                "penetration_m": penetrations[j],
+                "sagitta_over_penetration": chord**2 / (8 * RADIUS) / penetrations[j],
+                "verdict": int(codes[j, i]),
+                "error": error,
+                "said": said,
+            }
+        )
+    figure, (ax,) = panels(1, width=6.0)
+    draw_verdicts(ax, [0.04 / c for c in counts], penetrations, codes, texts=texts)
+    ax.set(title="error of the gap over the penetration", xlabel="facet [m]", ylabel="penetration [m]")
+    write("facets", figure, rows)
