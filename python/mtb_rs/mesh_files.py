@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import ctypes
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -154,7 +157,8 @@ def filled(
         ) from None
     if near is not None and not near(surface.vertices, surface.vertices).any():
         raise ValueError("the contact face has no vertex of the surface on it")
-    gmsh.initialize(interruptible=False)
+    with _broken_pipes_as_they_were():
+        gmsh.initialize(interruptible=False)
     try:
         nodes, cells = _gmsh_tetrahedra(
             gmsh, surface, None if near is None else near(surface.vertices, surface.vertices), size
@@ -164,6 +168,25 @@ def filled(
     finally:
         gmsh.finalize()
     return quadratic(upright(TetraMesh(nodes, cells)))
+
+
+@contextlib.contextmanager
+def _broken_pipes_as_they_were() -> Iterator[None]:
+    """gmsh makes writing to a closed pipe end the process (SIGPIPE): put Python's handling back.
+
+    By the C functions, as `signal.signal` works in the main thread only.
+    """
+    if not hasattr(signal, "SIGPIPE"):  # no such signal on Windows
+        yield
+        return
+    get, put = ctypes.pythonapi.PyOS_getsig, ctypes.pythonapi.PyOS_setsig
+    get.restype, get.argtypes = ctypes.c_void_p, [ctypes.c_int]
+    put.restype, put.argtypes = ctypes.c_void_p, [ctypes.c_int, ctypes.c_void_p]
+    handler = get(signal.SIGPIPE)
+    try:
+        yield
+    finally:
+        put(signal.SIGPIPE, handler)
 
 
 def _gmsh_tetrahedra(

@@ -22,6 +22,30 @@ STEEL = mtb.steel
 TOP = mtb.Support("top", x=0, y=0, z=0)
 
 
+PIPES = """
+import os, threading, trimesh, mtb_rs as mtb
+box = trimesh.creation.box((0.04, 0.02, 0.02))
+def mesh():
+    mtb.ElasticBody.from_mesh(box, mtb.steel, supports=[mtb.Support("top", x=0, y=0, z=0)])
+mesh()
+thread = threading.Thread(target=mesh)
+thread.start()
+thread.join()
+read, write = os.pipe()
+os.close(read)
+try:
+    os.write(write, b"x")
+except BrokenPipeError:
+    print("alive")
+"""
+
+
+def test_meshing_leaves_broken_pipes_to_python() -> None:
+    # gmsh sets SIGPIPE to its default: the process would end without a word
+    run = subprocess.run([sys.executable, "-c", PIPES], capture_output=True, text=True, timeout=300)
+    assert (run.returncode, run.stdout.strip()) == (0, "alive"), run.stderr
+
+
 def small_mesh() -> mtb.TetraMesh:
     return block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
 
