@@ -23,3 +23,8 @@ mod error;
 pub mod linear;
 
 pub use error::Error;
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -28,3 +28,8 @@ pub mod stepping;
 pub mod tangential;
 
 pub use error::Error;
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -20,3 +20,8 @@ pub mod tetra;
 pub use error::Error;
 pub use half_space::HalfSpace;
 pub use material::Material;
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -37,3 +37,8 @@ pub use monitor::{Monitor, Progress, unmonitored};
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Restricted, Separate};
 pub use workers::reset_workers;
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;
