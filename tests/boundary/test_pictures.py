@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,7 @@ from mtb_rs.grids import borders, corners, quads
 from mtb_rs.plot import QUANTITIES, animate
 from mtb_rs.result import Result
 
+ROOT = Path(__file__).parents[2]
 PNG = b"\x89PNG\r\n\x1a\n"
 needs_gl = pytest.mark.skipif(view.missing_for_view() is not None, reason=str(view.missing_for_view()))
 
@@ -136,6 +138,40 @@ def test_html_page_stands_alone_or_names_the_package(pole_shoe_result: Result, t
     assert len(page) > 300_000
     assert "<script" in page
     assert 'src="http' not in page
+
+
+def screenshot(page: Path) -> np.ndarray:
+    """What a browser without a screen makes of a page: (ny, nx, 3)."""
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no browser: apt-get install chromium")
+    picture = page.with_suffix(".png")
+    command = [browser, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
+    command += ["--enable-unsafe-swiftshader", "--virtual-time-budget=20000", "--window-size=800,600"]
+    command += [f"--user-data-dir={page.parent / 'profile'}", f"--screenshot={picture}", page.as_uri()]
+    subprocess.run(command, check=True, capture_output=True, timeout=180)
+    with Image.open(picture) as image:
+        return np.asarray(image.convert("RGB"), dtype=float) / 255.0
+
+
+@needs_gl
+def test_html_page_shows_the_pressure_in_a_browser(pole_shoe_result: Result, tmp_path: Path) -> None:
+    pytest.importorskip("trame_pyvista")
+    pytest.importorskip("nest_asyncio2")
+    seen = screenshot(view.write_html(pole_shoe_result, tmp_path / "shoe.html"))
+    # bodies in grey; the patches in colours beside the bar at the right; the axes alone are a tenth of this
+    colourful = np.ptp(seen, axis=2)[:, :700] > 0.3
+    assert 0.004 < colourful.mean() < 0.3
+    assert 0.1 < (seen.mean(axis=2) < 0.9).mean() < 0.7
+
+
+def test_chart_page_draws_in_a_browser(tmp_path: Path) -> None:
+    page = ROOT / "docs" / "charts" / "scene_paraboloid.html"
+    seen = screenshot(Path(shutil.copy(page, tmp_path)))
+    blank = tmp_path / "blank.html"
+    blank.write_text("<!doctype html><title>nothing</title>")
+    assert (np.ptp(seen, axis=2) > 0.3).mean() > 1e-3  # points and lines
+    assert screenshot(blank).std() == 0.0
 
 
 def test_animation_shares_one_scale(pole_shoe_result: Result, tmp_path: Path) -> None:
