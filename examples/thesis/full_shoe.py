@@ -78,6 +78,7 @@ def main() -> None:
         fields = [sweep[friction]]
         for quantity, name in zip((PRESSURE, DISPLACEMENT), names, strict=True):
             save(relief(fields, quantity, f"full shoe, friction {friction:g}"), folder, name)
+    loads: list[list[Any]] = []
     for load, names, title in (
         (
             GAUSSIAN,
@@ -90,12 +91,18 @@ def main() -> None:
             "magnetic pressure strongest amid the inner edge",
         ),
     ):
+        clock = time.perf_counter()
         result = scene(0.2, load).solve(model="elastic-upper")
+        seconds = time.perf_counter() - clock
         field = of_result(result, "friction 0.2")
         share = result.report.contact_area / float(result.area.sum())
-        print(f"{names[0]}: {100 * share:.0f} % in contact, normal force {result.normal_force:.1f} N")
+        loads.append([title, 0.2, f"{100 * share:.1f}", f"{result.normal_force:.1f}"])
+        loads[-1] += [f"{seconds:.2f}", 942 if load is GAUSSIAN else ""]
+        print(*loads[-1])
         for quantity, name in zip((PRESSURE, DISPLACEMENT), names, strict=True):
             save(relief([field], quantity, f"{title}; friction 0.2", load), folder, name)
+    header = ["load", "friction", "area_in_contact_percent", "normal_force_N", "seconds", "thesis_seconds"]
+    write_table(folder / "table_4_2.csv", header, loads)
 
 
 def status(folder: Path, sweep: dict[float, Field]) -> None:

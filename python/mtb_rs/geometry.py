@@ -277,11 +277,11 @@ class PoleShoe:
         Height of the flat top above the crown.
     length : float [m]
     inner_edge, outer_edge : float [m]
-        |y| of the edges of a pole.
+        ``|y|`` of the edges of a pole.
     conforming_to : float [m]
-        The sole follows the rail for inner_edge <= |y| <= conforming_to ...
+        The sole follows the rail for ``inner_edge <= |y| <= conforming_to`` ...
     relief_slope : float [-]
-        ... and rises from there with this slope dz/d|y|.
+        ... and rises from there with this slope ``dz/d|y|``.
     poles : int
         1 (left, y > 0) or 2.
     lateral, yaw : float [m], [rad]

@@ -25,7 +25,7 @@ class GaussianPressure:
     ----------
     peak : float [Pa]
     center : (cx, cy) [m]
-        The y of a hill on two poles is meant as its distance |y| from the symmetry plane.
+        The y of a hill on two poles is meant as its distance ``|y|`` from the symmetry plane.
     sigma : (sx, sy) [m]
     floor : float [-]
     """

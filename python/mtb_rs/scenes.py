@@ -165,9 +165,9 @@ def pole_shoe_on_rail(
     length : float [m]
         Along the rail.
     inner_edge, outer_edge : float [m]
-        |y| of the edges of each pole.
+        ``|y|`` of the edges of each pole.
     conforming_to : float [m]
-        The sole follows the rail up to this |y| ...
+        The sole follows the rail up to this ``|y|`` ...
     relief_slope : float [-]
         ... and rises from there with this slope.
     poles : int

@@ -66,6 +66,16 @@ def falling_friction_instability(names: dict[str, Any]) -> None:
     assert names["not_found"]["layer"] > 0
 
 
+def pictures_of_a_result(names: dict[str, Any]) -> None:
+    # the rear comes free as friction grows
+    shares = names["open_share"]
+    assert shares[0] == 0.0
+    assert shares == sorted(shares)
+    assert shares[-1] > 0.1
+    drawn = {path.suffix for path in Path.cwd().iterdir()}
+    assert drawn == {".png", ".gif"}
+
+
 CHECKS = {
     check.__name__: check
     for check in (
@@ -77,6 +87,7 @@ CHECKS = {
         europrinter_traction_curve,
         falling_friction_instability,
         hertz,
+        pictures_of_a_result,
     )
 }
 

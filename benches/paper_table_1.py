@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Table 1 of [Vollebregt2012]: the normal problem of a wheel on a rail, by force and by penetration.
+
+    python benches/paper_table_1.py [--out docs/charts]
+
+"as CONTACT" solves the very gaps of `tests/data/contact` (new S1002 on a UIC60, 6.2 mm lateral shift), for
+which runs of CONTACT (2025) are at hand: its processor seconds and how far its numbers are from ours.
+"jagged" takes points of both profiles every 0.5 mm, heights to a micrometre, straight lines in between, so
+that irregularities remain as in the paper. The paper's own profile was worn and its load is
+not printed: its times stand beside cases of its size, not of its numbers. One thread, processor seconds,
+the median of the repeats; convolutions on all grids count in equivalents of one on the whole finest grid.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import gzip
+import os
+import statistics
+import time
+from pathlib import Path
+from typing import Any
+
+_parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+_parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where the CSV file goes")
+_parser.add_argument("--repeats", type=int, default=3, help="solves, of whose times the median counts")
+ARGUMENTS = _parser.parse_args()
+for _name in ("OMP_NUM_THREADS", "RAYON_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[_name] = "1"
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+
+DATA = Path(__file__).parents[1] / "tests" / "data" / "contact"
+MM, MPA = 1e-3, 1e6
+#: Steel of CONTACT's runs, and their force along the normal [N].
+STEEL, NORMAL_FORCE = mtb.Material.from_shear_modulus(82e9, 0.28), 39206.8
+#: Worst-case bar for counts: the solver's own residual.
+TOLERANCE = 1e-8
+#: [Vollebregt2012, Table 1]: spacing [mm] and what is prescribed; cells in contact, seconds of versions
+#: 11.1 and 12.1.
+PAPER = {
+    ("0.1", "penetration"): (3150, 4.3, 0.3),
+    ("0.05", "penetration"): (12900, 81.0, 1.7),
+    ("0.025", "penetration"): (50800, 1958.0, 17.3),
+    ("0.1", "force"): (3150, 12.8, 0.6),
+    ("0.05", "force"): (12900, 245.0, 3.9),
+    ("0.025", "force"): (50800, 5104.0, 35.5),
+}
+
+
+def given_gap(spacing: str) -> Array:
+    with gzip.open(DATA / f"s1002_uic60_y6.2_gap_dx{spacing}.csv.gz", "rt") as file:
+        file.readline()
+        return np.asarray(np.loadtxt(file, delimiter=",") * MM)
+
+
+def jagged(name: str) -> mtb.Profile:
+    """Points of a profile as a table holds them, straight lines in between."""
+    whole = mtb.Profile.standard(name)
+    first, last = whole.range
+    y = np.arange(np.ceil(first / 0.5e-3), np.floor(last / 0.5e-3) + 1.0) * 0.5e-3
+    return mtb.Profile.from_points(y, np.round(whole.height(y), 6), "linear", name=f"{name}, jagged")
+
+
+def jagged_gap(spacing: str) -> Array:
+    place = mtb.wheel_on_rail_gap(
+        jagged("S1002"), jagged("60E1"), spacing=float(spacing) * MM, scale=1.3, force=36e3
+    )
+    return np.asarray(place.gap)
+
+
+def contact_runs() -> dict[tuple[str, str], dict[str, str]]:
+    """CONTACT's runs on the given gaps."""
+    with (DATA / "table1_like.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    kinds = {"module3 N=1 (same gap)": "force", "module3 N=0 (same gap)": "penetration"}
+    return {(row["dx_mm"], kinds[row["case"]]): row for row in rows if row["case"] in kinds}
+
+
+def timed(gap: Array, spacing: str, tolerance: float | None, load: dict[str, float]) -> Any:
+    """The solution and its median processor seconds."""
+    seconds = []
+    for _ in range(ARGUMENTS.repeats):
+        start = time.process_time()
+        found = mtb.solve_normal(
+            gap, float(spacing) * MM, lower=STEEL, upper=STEEL, tolerance=tolerance, method="fft", **load
+        )
+        seconds.append(time.process_time() - start)
+    return found, statistics.median(seconds)
+
+
+def main() -> None:
+    runs, rows, pictures = contact_runs(), [], {}
+    for profiles, field in (("as CONTACT", given_gap), ("jagged", jagged_gap)):
+        for spacing in ("0.1", "0.05", "0.025"):
+            gap = field(spacing)
+            approach = None
+            for prescribed in ("force", "penetration"):
+                load = {"force": NORMAL_FORCE} if approach is None else {"approach": approach}
+                found, seconds = timed(gap, spacing, TOLERANCE, load)
+                default, default_seconds = timed(gap, spacing, None, load)
+                approach = found.approach
+                if spacing == "0.05":
+                    pictures[profiles] = found
+                cells, before, after = PAPER[spacing, prescribed]
+                row: dict[str, Any] = {
+                    "profiles": profiles,
+                    "prescribed": prescribed,
+                    "spacing_mm": spacing,
+                    "grid": f"{gap.shape[1]} x {gap.shape[0]}",
+                    "cells_in_contact": int(found.status.sum()),
+                    "paper_cells_in_contact": cells,
+                    "paper_v11_1_s": before,
+                    "paper_v12_1_s": after,
+                }
+                other = runs[spacing, prescribed] if profiles == "as CONTACT" else None
+                row["contact_2025_s"] = other["norm_cpu_s_median3"] if other else ""
+                row["contact_2025_iterations"] = other["itcg_or_ncalls"] if other else ""
+                row |= {"seconds": f"{seconds:.4f}", "iterations": found.report.iterations}
+                row["convolutions"] = f"{found.report.convolutions:.1f}"
+                row["preconditionings"] = f"{found.report.preconditionings:.1f}"
+                row["seconds_default_tolerance"] = f"{default_seconds:.4f}"
+                row["convolutions_default_tolerance"] = f"{default.report.convolutions:.1f}"
+                row |= differences(found, other)
+                rows.append(row)
+                print(*row.values(), sep=", ")
+    ARGUMENTS.out.mkdir(parents=True, exist_ok=True)
+    with (ARGUMENTS.out / "paper_table_1.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    chart(rows, pictures, ARGUMENTS.out / "paper_table_1.png")
+
+
+def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], path: Path) -> None:
+    """Both contact areas, and all times over the cells in contact."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 3, figsize=(12.0, 4.0), layout="constrained", width_ratios=(1.2, 1.2, 1))
+    for ax, (name, found) in zip(axes, pictures.items(), strict=False):
+        x, y = found.points[0] / MM, found.points[1] / MM
+        pressure = np.where(found.status > 0, found.pressure / MPA, np.nan)
+        shown = ax.pcolormesh(x, y, pressure, cmap="viridis", vmin=0.0, rasterized=True)
+        closed = np.argwhere(found.status > 0)
+        (low_y, low_x), (high_y, high_x) = closed.min(axis=0) - 8, closed.max(axis=0) + 8
+        ax.set(xlim=(x[0, low_x], x[0, high_x]), ylim=(y[low_y, 0], y[high_y, 0]), aspect="equal")
+        ax.set(title=f"{name}: pressure [MPa]", xlabel="x, along the rail [mm]", ylabel="across [mm]")
+        figure.colorbar(shown, ax=ax, location="bottom")
+    ax = axes[2]
+    kinds = {"paper_v11_1_s": "paper, version 11.1", "paper_v12_1_s": "paper, version 12.1"}
+    kinds |= {"contact_2025_s": "CONTACT (2025)", "seconds": "mtb_rs, 1e-8", "": "mtb_rs, jagged, 1e-8"}
+    for key, label in kinds.items():
+        wanted = "as CONTACT" if key else "jagged"
+        mine = [row for row in rows if row["prescribed"] == "force" and row["profiles"] == wanted]
+        size = "paper_cells_in_contact" if key.startswith("paper") else "cells_in_contact"
+        ax.loglog(
+            [row[size] for row in mine], [float(row[key or "seconds"]) for row in mine], "o-", label=label
+        )
+    ax.set(xlabel="cells in contact", ylabel="processor time [s]", title="force prescribed", ylim=(1e-3, 1e6))
+    ax.xaxis.set_minor_formatter("")
+    ax.grid(alpha=0.3, which="both", axis="x")
+    ax.grid(alpha=0.3, axis="y")
+    ax.legend(fontsize=8)
+    figure.savefig(path, dpi=110)
+
+
+def differences(found: mtb.NormalResult, other: dict[str, str] | None) -> dict[str, str]:
+    """Ours against CONTACT's, in per cent of it."""
+    ours = {
+        "peak": (found.pressure.max() / MPA, "pmax_MPa"),
+        "area": (found.contact_area / MM**2, "area_mm2"),
+        "approach": (found.approach / MM, "approach_mm"),
+        "force": (found.normal_force, "Fn_N"),
+    }
+    return {
+        f"{name}_difference_percent": f"{100.0 * (value / float(other[key]) - 1.0):.4f}" if other else ""
+        for name, (value, key) in ours.items()
+    }
+
+
+if __name__ == "__main__":
+    main()

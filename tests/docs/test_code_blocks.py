@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The code of README and pages runs as it stands, and the gallery holds every example."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from mtb_rs.view import missing_for_view
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+
+def _gallery() -> ModuleType:
+    spec = spec_from_file_location("docs_gallery", DOCS / "gallery.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+GALLERY = _gallery()
+PAGES = [ROOT / "README.md", *GALLERY.pages()]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = page.read_text(encoding="utf-8")
+    if '"3d"' in text and page.name != "README.md" and missing_for_view():
+        pytest.skip(f"{page.name} draws in space: {missing_for_view()}")
+    if "from_mesh(" in text:
+        pytest.importorskip("gmsh", reason="pip install 'mtb-rs[mesh]'", exc_type=ImportError)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.setattr(sys, "argv", [str(page)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # without a GL driver save() says so
+        GALLERY.run_page(page, tmp_path)
+
+
+def test_every_page_with_code_is_run() -> None:
+    # a page is tutorial-like as soon as it has a block of Python
+    assert {"tutorial.md", "simulation.md"} <= {page.name for page in PAGES}
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
+def test_gallery_holds_every_example(script: Path) -> None:
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert f"```{{example}} {script.stem}\n" in page
+    assert (DOCS / "gallery" / script.stem / "printed.txt").stat().st_size > 0
+
+
+def test_gallery_keeps_what_an_example_prints(tmp_path: Path) -> None:
+    kept = (DOCS / "gallery" / "hertz" / "printed.txt").read_text(encoding="utf-8")
+    assert GALLERY.run_example("hertz", tmp_path) == kept
