@@ -251,8 +251,9 @@ def print_report(result: Result, console: Console, elapsed: float) -> None:
         ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
         ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
     ]
-    if result.error_estimate is not None:
-        rows.append(("estimated error", f"{100.0 * result.error_estimate:.2g} % of pressure"))
+    rows += [("left out", words) for words in result.left_out()]
+    if report.error_estimates:
+        rows.append(("estimated error", result.errors_in_words()))
     stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in report.time_s.items())
     rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))

@@ -1,26 +1,29 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """``model="auto"``: no more model than the scene needs, judged on a coarse copy of the very scene.
 
-The ladder is half-space, elastic upper body, elastic bodies on both sides. Each rung is solved on cells
-about twice as wide; what a rung leaves out is the difference of its coarse solution to that of the fullest
-rung. The cheapest rung that leaves out less than the tolerance is taken. The coarse solution of that rung
-then also tells the discretisation error of the fine one.
+The ladder is half-space, elastic upper body, elastic bodies on both sides; large grids of unlike half-spaces
+have a lower rung, without the coupling of friction and pressure. Each rung is solved on cells about twice as
+wide; what a rung leaves out is the difference of its coarse solution to that of the fullest rung. The
+cheapest rung that leaves out less than the tolerance is taken. The coarse solution of that rung then also
+tells the discretisation error of the fine one, and where the spacing is free, that error chooses the next.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .chart import QUANTITIES
 from .elastic import can_be_elastic
-from .estimate import difference, extrapolated
+from .estimate import ORDER, GridField, difference, extrapolated
 from .layout import Layout
-from .solve import ContactProblem, Solution, mean_tractions, solve_direct, to_global
+from .solve import ContactProblem, Solution, mean_tractions, to_global
 
 Array = NDArray[np.float64]
+Spacing = tuple[float, float]
 
 LADDER = ("half-space", "elastic-upper", "elastic-both")
 
@@ -29,18 +32,62 @@ EFFECTS = {
     "elastic-upper": "elasticity of the upper bodies beyond the half-space",
     "elastic-both": "elasticity of the rail beyond the half-space",
 }
+COUPLING = "opening of the gap by friction between unlike bodies"
 
-#: Share of the tolerance that the model may use up; the rest is for the discretisation.
-MODEL_SHARE = 0.7
+#: Share of the tolerance that the model may use up: where the spacing is given, and where it has to make up
+#: for the rest.
+MODEL_SHARE, SHARE_OF_FREE_SPACING = 0.9, 0.5
+
+#: Share of the tolerance aimed at by the next spacing; its least and largest ratio to the one before.
+AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
+
+#: Least ratio of the areas of cells from which an error is estimated.
+LEAST_COARSENING = 1.2
+
+#: Operations of the finest solve that is tried where the spacing is free: some minutes.
+MOST_OPERATIONS = 2e12
 
 
 @dataclass(frozen=True)
-class Coarse:
-    """A rung solved on wide cells."""
+class Level:
+    """A model solved at a spacing."""
 
     problem: ContactProblem
     solution: Solution
-    spacing: tuple[float, float]
+    spacing: Spacing
+
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of bodies and solution."""
+        return self.problem.operations + self.solution.operations
+
+    @property
+    def cell(self) -> Spacing:
+        """Size [m] of the cells, which fill the contact exactly where they may."""
+        _, x, y = self.problem.axes()[0]
+        sizes = [
+            np.ptp(a) / (a.size - 1) if a.size > 1 else s for a, s in zip((x, y), self.spacing, strict=True)
+        ]
+        return float(sizes[0]), float(sizes[1])
+
+    @property
+    def is_solved(self) -> bool:
+        return self.solution.status == "solved"
+
+    def field(self, quantity: str) -> GridField:
+        """The pressure, or the normal displacement of the lower body, to be compared with others."""
+        coefficients = self.solution.coefficients(self.problem)
+        hats = self.problem.averages is not None
+        if quantity == "displacement" and self.problem.lower.compliance is not None:
+            moved = np.asarray(self.problem.lower.compliance.displacement(coefficients)[2])
+            return GridField(self.problem.axes(), moved, moved if hats else None)
+        means = mean_tractions(self.problem, coefficients)[2]
+        return GridField(self.problem.axes(), means, coefficients[2] if hats else None)
+
+    def force(self) -> Array:
+        """Load (3,) [N] on the lower body."""
+        local = self.solution.coefficients(self.problem) * np.array([[1.0], [1.0], [-1.0]])
+        return np.asarray((self.problem.area * to_global(local, self.problem.points)).sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -50,21 +97,81 @@ class Choice:
     Attributes
     ----------
     model : str
-    omitted : Mapping of effect to its estimated relative size
-    coarse : Coarse or None
+    omitted : Mapping of effect to its estimated relative size, or to words where it was not measured
+    errors : Mapping of quantity to the estimated relative error by what is left out
+        Empty where that was not measured.
+    coupled : bool
+        Whether friction opens the gap between half-spaces.
+    coarse : Level or None
         The rung on wide cells, where it was solved.
+    operations : float
+        Of all that was solved to choose.
     time_s : float
+    fuller : callable or None
+        The choice of the next rung; None for the fullest one.
     """
 
     model: str
-    omitted: Mapping[str, float]
-    coarse: Coarse | None
+    omitted: Mapping[str, float | str] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0))
+    coupled: bool = True
+    coarse: Level | None = None
+    operations: float = 0.0
+    time_s: float = 0.0
+    fuller: Callable[[], Choice] | None = None
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The models a scene has the geometry for, cheapest first, each solved on wide cells.
+
+    Attributes
+    ----------
+    rungs : list of (model, coupled)
+    solved : list of Level
+    quantity : str
+        What sizes are measured in.
+    skip_border : bool
+    is_coarse : bool
+        Whether the cells are wider than those of the scene.
+    time_s : float
+    """
+
+    rungs: list[tuple[str, bool]]
+    solved: list[Level]
+    quantity: str
+    skip_border: bool
+    is_coarse: bool
     time_s: float
 
-    @property
-    def model_error(self) -> float:
-        """Estimated relative error by what is left out."""
-        return float(sum(self.omitted.values()))
+    def cheapest(self, allowed: float) -> Choice:
+        """The first rung that leaves out at most `allowed`."""
+        last = len(self.solved) - 1
+        return self.rung(next((k for k in range(last) if self._apart(k, last) <= allowed), last))
+
+    def rung(self, k: int) -> Choice:
+        """A rung, what it leaves out, and how much by step and altogether."""
+        model, coupled = self.rungs[k]
+        last = len(self.solved) - 1
+        return Choice(
+            model=model,
+            omitted={_effect(self.rungs[j + 1]): self._apart(j, j + 1) for j in range(k, last)},
+            errors={q: self._apart(k, last, q) if k < last else 0.0 for q in QUANTITIES},
+            coupled=coupled,
+            coarse=self.solved[k] if self.is_coarse else None,
+            operations=sum(level.operations for level in self.solved),
+            time_s=self.time_s,
+            fuller=(lambda: self.rung(k + 1)) if k < last else None,
+        )
+
+    def _apart(self, one: int, other: int, quantity: str | None = None) -> float:
+        quantity = quantity or self.quantity
+        return apart(self.solved[one], self.solved[other], quantity, skip_border=self.skip_border)
+
+
+def _effect(rung: tuple[str, bool]) -> str:
+    """What a rung adds to the one below it."""
+    return EFFECTS.get(rung[0], COUPLING)
 
 
 def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[str]:
@@ -77,66 +184,82 @@ def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> lis
     return found
 
 
-def choose(solved: Mapping[str, Coarse], tolerance: float, quantity: str, time_s: float) -> Choice:
-    """The cheapest of the coarsely solved rungs (cheapest first, fullest last) that is full enough."""
-    models = list(solved)
-    fullest = solved[models[-1]]
-    for k, model in enumerate(models[:-1]):
-        gap = apart(solved[model], fullest, quantity)
-        if gap <= MODEL_SHARE * tolerance:
-            names = " and ".join(EFFECTS[m] for m in models[k + 1 :])
-            return Choice(model, {names: gap}, solved[model], time_s)
-    return Choice(models[-1], {}, fullest, time_s)
-
-
-def apart(one: Coarse, other: Coarse, quantity: str) -> float:
-    """Relative difference of two coarse solutions in a quantity."""
-    if one.solution.status != "solved" or other.solution.status != "solved":
+def apart(rough: Level, fine: Level, quantity: str, *, skip_border: bool) -> float:
+    """Relative difference of two solutions in a quantity, infinite if one of them is none."""
+    if not (rough.is_solved and fine.is_solved):
         return float("inf")
     if quantity == "force":
-        forces = [load(c.problem, c.solution).sum(axis=1) for c in (one, other)]
-        return float(np.linalg.norm(forces[0] - forces[1]) / np.linalg.norm(forces[1]))
-    if quantity == "displacement":
-        fields = [closing(c.problem, c.solution) for c in (one, other)]
-    else:
-        fields = [mean_tractions(c.problem, c.solution.coefficients(c.problem))[2] for c in (one, other)]
-    found = difference(other.problem.axes(), one.problem.axes(), (fields[1], fields[0]), skip_border=True)
+        size = float(np.linalg.norm(fine.force()))
+        return float(np.linalg.norm(rough.force() - fine.force())) / size if size > 0.0 else float("inf")
+    found = difference(fine.field(quantity), rough.field(quantity), skip_border=skip_border)
     return float("inf") if found is None else found
 
 
-def closing(problem: ContactProblem, solution: Solution) -> Array:
-    """Normal displacement (n,) [m] of the lower body."""
-    compliance = problem.lower.compliance
-    if compliance is None:
-        return np.zeros(problem.n)
-    return np.asarray(compliance.displacement(solution.coefficients(problem))[2])
+@dataclass(frozen=True)
+class Errors:
+    """Estimated relative errors by quantity.
+
+    Attributes
+    ----------
+    cells : Mapping
+        Of the discretisation, by the same model on wider cells.
+    model : Mapping
+        By what the model leaves out; nothing where that was not measured.
+    """
+
+    cells: Mapping[str, float]
+    model: Mapping[str, float]
+
+    def total(self, quantity: str) -> float:
+        """Both together, as errors that know nothing of each other."""
+        return float(np.hypot(self.cells[quantity], self.model.get(quantity, 0.0)))
+
+    def totals(self) -> dict[str, float]:
+        return {quantity: self.total(quantity) for quantity in self.cells}
 
 
-def load(problem: ContactProblem, solution: Solution) -> Array:
-    """Load (3, n) [N] on the lower body."""
-    local = solution.coefficients(problem) * np.array([[1.0], [1.0], [-1.0]])
-    return problem.area * to_global(local, problem.points)
-
-
-def discretisation_error(
-    fine: ContactProblem,
-    solution: Solution,
-    spacing: tuple[float, float],
-    coarse: Coarse | None,
-    *,
-    skip_border: bool,
-) -> float | None:
-    """Relative L2 error of the pressure away from the border, by the same model on wider cells."""
-    if coarse is None or coarse.solution.status != "solved":
+def estimated(fine: Level, coarse: Level | None, choice: Choice, *, skip_border: bool) -> Errors | None:
+    """Errors of a solution; None without one on wider cells."""
+    if coarse is None or not (coarse.is_solved and fine.is_solved):
         return None
-    pressures = (
-        mean_tractions(fine, solution.coefficients(fine))[2],
-        mean_tractions(coarse.problem, coarse.solution.coefficients(coarse.problem))[2],
-    )
-    found = difference(fine.axes(), coarse.problem.axes(), pressures, skip_border=skip_border)
-    return None if found is None else extrapolated(found, spacing, coarse.spacing)
+    if np.prod(coarse.cell) < LEAST_COARSENING * np.prod(fine.cell):
+        return None
+    gaps = {q: apart(coarse, fine, q, skip_border=skip_border) for q in QUANTITIES}
+    return Errors({q: extrapolated(gap, fine.cell, coarse.cell) for q, gap in gaps.items()}, choice.errors)
 
 
-def coarse_copy(problem: ContactProblem, spacing: tuple[float, float]) -> Coarse:
-    """A problem on wide cells, solved."""
-    return Coarse(problem, solve_direct(problem, with_margin=False), spacing)
+def resolved(
+    solve: Callable[[Spacing, Level | None], tuple[Level, Errors | None]],
+    start: Spacing,
+    tolerance: float,
+    quantity: str,
+) -> tuple[Level, Errors | None, float]:
+    """Solves at finer and finer spacings until the estimated error is within the tolerance.
+
+    Parameters
+    ----------
+    solve : callable
+        Of a spacing and the level before it; returns the level and its estimated errors.
+    start : (dx, dy) [m]
+
+    Returns
+    -------
+    level, its errors, operations of all levels before it.
+    """
+    spacing, level, spent = start, None, 0.0
+    while True:
+        before, (level, errors) = level, solve(spacing, level)
+        if errors is None or errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
+            return level, errors, spent
+        left_out = min(errors.model.get(quantity, 0.0) / tolerance, 0.9)
+        aim = AIM * tolerance * float(np.sqrt(1.0 - left_out**2))
+        factor = (aim / max(errors.cells[quantity], 1e-300)) ** (1.0 / ORDER)
+        factor = float(np.clip(factor, FINEST_STEP, WIDEST_STEP))
+        growth = 6.0
+        if before is not None and before.operations < level.operations:
+            growth = float(np.log(level.operations / before.operations))
+            growth /= float(np.log(before.spacing[0] / level.spacing[0]))
+        if level.operations * factor**-growth > MOST_OPERATIONS:
+            return level, errors, spent
+        spent += level.operations
+        spacing = (spacing[0] * factor, spacing[1] * factor)

@@ -275,6 +275,7 @@ _BY_TYPE: dict[Any, Any] = {
     int: StrictInt,
     str: StrictStr,
     float | None: StrictFloat | None,
+    int | None: StrictInt | None,
 }
 
 

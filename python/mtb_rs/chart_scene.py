@@ -18,7 +18,7 @@ from .chart import Candidate, Chart, ChartPoint, Run, halvings, measure
 from .check import positive
 from .elastic import can_be_elastic
 from .errors import ConvergenceError
-from .estimate import difference, extrapolated
+from .estimate import GridField, difference, extrapolated
 from .geometry import spacing_pair
 from .layout import FieldLayout, ParaboloidLayout, centred
 from .report import Report
@@ -53,6 +53,8 @@ class Fields:
         The latter of the lower body along z; empty if unknown.
     force : (3,) [N]
     spacing : (dx, dy) [m]
+    hats : (n,) [Pa] or None
+        Coefficients of the pressure, where it is made of hats.
     """
 
     axes: list[tuple[Patch, Array, Array]]
@@ -60,14 +62,20 @@ class Fields:
     displacement: Array
     force: Array
     spacing: Spacing
+    hats: Array | None = None
+
+    def _comparable(self, name: str) -> GridField:
+        means = getattr(self, name)
+        hats = None if self.hats is None else self.hats if name == "pressure" else means
+        return GridField(self.axes, means, hats)
 
     def errors(self, reference: Fields, skip_border: bool) -> dict[str, float]:
         """Relative errors against a finer solution."""
         found: dict[str, float] = {}
         for name in ("pressure", "displacement"):
-            fine, own = getattr(reference, name), getattr(self, name)
-            if own.size and fine.size:
-                apart = difference(reference.axes, self.axes, (fine, own), skip_border=skip_border)
+            fine, own = reference._comparable(name), self._comparable(name)
+            if own.means.size and fine.means.size:
+                apart = difference(fine, own, skip_border=skip_border)
                 if apart is not None:
                     found[name] = apart
         size = float(np.linalg.norm(reference.force))
@@ -142,7 +150,8 @@ def _admits(scene: Scene, model: str) -> bool:
 def _spacings(scene: Scene, largest: int = LARGEST) -> list[Spacing]:
     """Spacings from coarse to fine, each with a grid of its own of at least 4 points a side."""
     assert scene.layout is not None
-    own = spacing_pair(scene.spacing)
+    own = scene.layout.start if scene.spacing is None else spacing_pair(scene.spacing)
+    assert own is not None
     wanted: list[Spacing]
     if isinstance(scene.layout, FieldLayout):
         # a given field can be thinned, not refined
@@ -176,8 +185,16 @@ def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
     sheet = scene.layout.sheet(spacing)
     points = sheet.nodes if result.patches == sheet.node_patches else sheet.cells
     axes = [(p, p.view(points.points[0])[0], p.view(points.arc_length)[:, 0]) for p in result.patches]
+    hats = None
+    if points is sheet.nodes and result.coefficients is not None:
+        hats = result.coefficients[2]
     return Fields(
-        axes, result.pressure.ravel(), result.displacement.lower[2].ravel(), result.force, sheet.spacing
+        axes,
+        result.pressure.ravel(),
+        result.displacement.lower[2].ravel(),
+        result.force,
+        sheet.spacing,
+        hats,
     )
 
 

@@ -330,6 +330,7 @@ def elastic_side(
         np.array(work),
         includes_motion=True,
         state=tuple(parts),
+        operations=sum({id(c.flexibility): c.operations for c in condensed}.values()),
     )
 
 

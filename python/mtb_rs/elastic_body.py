@@ -63,6 +63,11 @@ class Condensed:
     cost: Mapping[str, float]
     origin: str
 
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of the condensation."""
+        return float(sum(self.cost[f"{stage}_flops"] for stage in ("factor", "forward", "product")))
+
     @cached_property
     def compliance(self) -> _mtb_rs.Compliance:
         """Traction in, displacement out."""

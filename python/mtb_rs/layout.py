@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 Spacing = tuple[float, float]
 
 
+#: Cells along the side of a grid that is some three times as wide as the contact, to start with.
+START_CELLS = 16
+
+
 class Layout(Protocol):
     """Geometry of a scene, as far as its contact sheet and its pictures need it."""
 
@@ -26,6 +30,10 @@ class Layout(Protocol):
     @property
     def is_grid(self) -> bool:
         """Whether results have the shape (ny, nx) of one grid."""
+
+    @property
+    def start(self) -> Spacing | None:
+        """Where the choice of a spacing starts [m]; None if there is nothing to choose."""
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The potential contact at `spacing` (dx, dy) [m]."""
@@ -78,6 +86,7 @@ class FieldLayout:
     step: Spacing
     is_body_edge: bool = False
     is_grid: bool = True
+    start: None = None
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The field's own grid, or that grid thinned by the whole number nearest to `spacing`."""
@@ -111,6 +120,11 @@ class ParaboloidLayout:
     is_body_edge: bool = False
     is_grid: bool = True
 
+    @property
+    def start(self) -> Spacing:
+        """Some five cells over the radius of contact that fills a third of the width."""
+        return self.width / START_CELLS, self.width / START_CELLS
+
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Points `spacing` apart; each is the centre of a cell."""
         count = [max(2, round(self.width / s) + 1) for s in spacing]
@@ -141,6 +155,11 @@ class BlockLayout:
     is_body_edge: bool = True
     is_grid: bool = True
 
+    @property
+    def start(self) -> Spacing:
+        """Eight cells along the shorter side."""
+        return min(self.width, self.length) / 8.0, min(self.width, self.length) / 8.0
+
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Equal cells that fill the foot of the block."""
         nx, ny = cells_along(self.width, spacing[0]), cells_along(self.length, spacing[1])
@@ -169,6 +188,12 @@ class ShoeLayout:
     rail_length: float
     is_body_edge: bool = True
     is_grid: bool = False
+
+    @property
+    def start(self) -> Spacing:
+        """Four cells across the conforming strip."""
+        step = (self.shoe.conforming_to - self.shoe.inner_edge) / 4.0
+        return step, step
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """One grid per pole over the conforming strip."""
@@ -224,6 +249,13 @@ class WheelLayout:
     def placed(cls, **arguments: Any) -> WheelLayout:
         """The layout of the arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`."""
         return cls(wheel_on_rail_gap(**arguments), tuple(arguments.items()))
+
+    @property
+    def start(self) -> Spacing:
+        """As for the paraboloid, along the shorter side."""
+        place = self.placement
+        shorter = min(n * d for n, d in zip(place.gap.shape[::-1], place.spacing, strict=True))
+        return shorter / START_CELLS, shorter / START_CELLS
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The contact plane's grid at `spacing`."""

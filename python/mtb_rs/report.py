@@ -36,6 +36,16 @@ class Report:
         Forces [N] that must cancel: contact, magnetic, support reactions, and their relative sum.
     omitted : Mapping[str, Any]
         What the model leaves out, with the estimated size of each omission where it was measured.
+    error_estimates : Mapping of "pressure", "force", "displacement" to numbers [-]
+        Estimated relative errors, of the discretisation and by what is left out; of the displacement: the
+        normal one of the lower body (of a rigid one: as the pressure). Empty where they are not known.
+    aim : (quantity, tolerance) or None
+        What was aimed at.
+    spacing : (dx, dy) [m] or None
+        Of the contact points, where they lie on grids.
+    operations : Mapping[str, float]
+        Floating-point operations by stage, counted whether done now or found in the cache: "condensation"
+        and "solution" of what is returned, "choice and estimate" of all that was solved besides.
     wedging_margin : float [-] or None
         mu / mu_sym: below 1 the sliding equilibrium exists and is unique.
     time_s : Mapping[str, float] [s]
@@ -57,6 +67,10 @@ class Report:
     preconditionings: float = 0.0
     force_balance: Mapping[str, Any] = field(default_factory=dict)
     omitted: Mapping[str, Any] = field(default_factory=dict)
+    error_estimates: Mapping[str, float] = field(default_factory=dict)
+    aim: tuple[str, float] | None = None
+    spacing: tuple[float, float] | None = None
+    operations: Mapping[str, float] = field(default_factory=dict)
     wedging_margin: float | None = None
     time_s: Mapping[str, float] = field(default_factory=dict)
     history: tuple[float, ...] = ()

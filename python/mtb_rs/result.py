@@ -150,15 +150,32 @@ class Result:
     def __str__(self) -> str:
         """What was modelled, what was left out, how good it is."""
         lines = [repr(self)[1:-1]]
-        lines.append(f"modelled: {self.model}, {self.report.solver}")
-        for effect, size in self.report.omitted.items():
-            amount = f"about {100.0 * size:.2g} %" if isinstance(size, float) else str(size)
-            lines.append(f"left out: {effect} ({amount})")
-        if self.error_estimate is not None:
-            lines.append(f"estimated total error: {100.0 * self.error_estimate:.2g} % of the pressure")
-        if self.report.wedging_margin:
-            lines.append(f"friction is {self.report.wedging_margin:.2f} of the wedging limit")
+        report = self.report
+        cells = "" if report.spacing is None else f" on cells of {_size(report.spacing)}"
+        lines.append(f"modelled: {self.model}{cells}; {report.solver}")
+        lines += [f"left out: {words}" for words in self.left_out()]
+        if report.error_estimates:
+            lines.append(f"estimated total error: {self.errors_in_words()}")
+        if report.wedging_margin:
+            lines.append(f"friction is {report.wedging_margin:.2f} of the wedging limit")
         return "\n".join(lines)
+
+    def left_out(self) -> list[str]:
+        """What the model leaves out, each with its estimated size."""
+        quantity = self.report.aim[0] if self.report.aim is not None else "pressure"
+        return [
+            f"{effect} ({f'about {_percent(size)} of the {quantity}' if isinstance(size, float) else size})"
+            for effect, size in self.report.omitted.items()
+        ]
+
+    def errors_in_words(self) -> str:
+        """Estimated errors, that of the quantity aimed at first."""
+        quantity, tolerance = self.report.aim or ("pressure", None)
+        errors = dict(self.report.error_estimates)
+        first = f"{_percent(errors.pop(quantity))} of the {quantity}"
+        if tolerance is not None:
+            first += f" ({_percent(tolerance)} aimed at)"
+        return ", ".join([first, *(f"{_percent(value)} of the {name}" for name, value in errors.items())])
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.status))
@@ -184,3 +201,12 @@ class Result:
         from .export import save
 
         return save(self, Path(directory))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
+
+
+def _size(spacing: tuple[float, float]) -> str:
+    unit, scale = ("mm", 1e3) if min(spacing) >= 1e-4 else ("\N{MICRO SIGN}m", 1e6)
+    return f"{scale * spacing[0]:.3g} x {scale * spacing[1]:.3g} {unit}"

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import inspect
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
@@ -13,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .auto import EFFECTS, Choice, Coarse, choose, coarse_copy, discretisation_error, rungs
 from .bodies import HalfSpace, Rigid, Simple, as_body
 from .chart import QUANTITIES, Chart, silent
 from .check import choice, number, pair, positive
+from .direct import choose
+from .direct import solve as solve_scene
 from .elastic import SUPPORTS, averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
-from .estimate import coarsened
 from .friction import InterfaceLayer
 from .geometry import ContactSheet, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
@@ -28,7 +27,6 @@ from .layout import FieldLayout, Layout
 from .loads import PressureDependentFriction
 from .loads import field as load_field
 from .material import Material
-from .normal import solve_normal
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, on_grid
 from .solve import (
@@ -53,10 +51,6 @@ Array = NDArray[np.float64]
 
 MODELS = ("auto", "half-space", "elastic-upper", "elastic-both")
 METHODS = ("direct", "incremental", "staggered")
-#: Points up to which a dense factorisation is faster than convolutions.
-DENSE_POINTS = 2000
-#: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
-CONVOLUTION_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -72,7 +66,8 @@ class Scene:
     gap : (ny, nx) [m]
         Undeformed gap on a regular grid, x fastest; > 0 open. With an elastic body at the nodes of the grid,
         by default the distance of its face from the plane through its end.
-    spacing : float or (dx, dy) [m]
+    spacing : float or (dx, dy) [m], or None
+        None, in ready scenes: :meth:`solve` chooses it by the tolerance.
     friction : float, (ny, nx), callable or table [-]
         Friction coefficient; see :mod:`mtb_rs.loads`.
     sliding_direction : (x, y) or None
@@ -102,7 +97,7 @@ class Scene:
     upper: Material | Simple | ElasticBody
     lower: Material | Simple | ElasticBody
     gap: ArrayLike | None = None
-    spacing: float | Sequence[float] = 1e-3
+    spacing: float | Sequence[float] | None = 1e-3
     friction: Any = 0.0
     sliding_direction: tuple[float, float] | None = (1.0, 0.0)
     force: float | None = None
@@ -123,7 +118,10 @@ class Scene:
         for side in ("upper", "lower"):
             body = getattr(self, side)
             put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
-        put(self, "spacing", spacing_pair(self.spacing))
+        if self.spacing is not None:
+            put(self, "spacing", spacing_pair(self.spacing))
+        elif self.layout is None or self.layout.start is None:
+            raise ValueError("spacing is None: a gap on a grid and elastic bodies need their spacing [m]")
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
         solid = self._solid()
@@ -131,7 +129,7 @@ class Scene:
             gap = None if self.gap is None else gap_field(self.gap)
             put(self, "layout", BodyLayout(solid, solid is self.upper, gap))
         if self.layout is None:
-            put(self, "layout", FieldLayout(gap_field(self.gap), spacing_pair(self.spacing)))
+            put(self, "layout", FieldLayout(gap_field(self.gap), self._pair))
         given = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
         if len(given) != 1 and (given or solid is None):
             what = f"{' and '.join(given)} press" if given else "nothing presses"
@@ -161,6 +159,16 @@ class Scene:
             put(self, "element_size", positive("element_size", self.element_size, "m"))
         if self.velocity is not None:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
+
+    @property
+    def _pair(self) -> tuple[float, float]:
+        """The spacing, where it must be known."""
+        if self.spacing is None:
+            raise ValueError(
+                'spacing is None: only solve() with method="direct" chooses it; elsewhere a spacing [m] is '
+                "needed, for paraboloid_on_plane a number of points"
+            )
+        return spacing_pair(self.spacing)
 
     def _solid(self) -> ElasticBody | None:
         """The elastic body whose contact face carries the grid."""
@@ -205,29 +213,26 @@ class Scene:
                     "model, method and options cannot be chosen"
                 )
             return self._solve_bodies()
-        chosen = None
+        if method == "direct":
+            if options:
+                raise ValueError(f"unknown option {next(iter(options))!r} of the direct method")
+            if model not in ("auto", "half-space"):
+                self._check_elastic(model)
+            return solve_scene(self, model, tolerance, quantity)
         if model == "auto":
-            if method == "direct":
-                chosen = self._choose(tolerance, quantity)
-                model = chosen.model
-            else:
-                model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
+            model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
         if model != "half-space":
             self._check_elastic(model)
         if method == "incremental":
             return self._solve_incremental(model, options)
-        if method == "staggered":
-            return self._solve_staggered(model, options)
-        if options:
-            raise ValueError(f"unknown option {next(iter(options))!r} of the direct method")
-        return self._solve_direct(model, chosen)
+        return self._solve_staggered(model, options)
 
     def _solve_bodies(self) -> Result:
         """Bodies of any geometry, on the nodes of the grid that lie on them."""
         layout = self.layout
         assert isinstance(layout, BodyLayout)
         time_s: dict[str, float] = {}
-        spacing = spacing_pair(self.spacing)
+        spacing = self._pair
         whole = layout.sheet(spacing)
         patch = whole.node_patches[0]
 
@@ -342,25 +347,6 @@ class Scene:
             tolerance,
         )
 
-    def _choose(self, tolerance: float, quantity: str) -> Choice:
-        """The cheapest model that leaves out less than the tolerance, by coarse copies of this scene."""
-        assert self.layout is not None
-        clock = time.perf_counter()
-        models = rungs(self.layout, isinstance(self.upper, HalfSpace), isinstance(self.lower, HalfSpace))
-        if len(models) == 1 or self.magnetic_pressure is None:
-            return Choice(models[0], {}, None, 0.0)
-        spacing = spacing_pair(self.spacing)
-        sheet = self.layout.sheet(spacing)
-        wider = coarsened(spacing, sheet.patches) or spacing
-        solved = {}
-        for model in models:
-            try:
-                solved[model] = coarse_copy(self.problem(model, wider), wider)
-            except ValueError:
-                # bad input is for the fine problem to name
-                return Choice(models[-1], {}, None, time.perf_counter() - clock)
-        return choose(solved, tolerance, quantity, time.perf_counter() - clock)
-
     def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
         known = [f.name for f in fields(IncrementalOptions)]
         for name in options:
@@ -381,7 +367,7 @@ class Scene:
         problem = self.problem(model)
         body = _simple(self.upper)
         assert self.layout is not None
-        sheet = self.layout.sheet(spacing_pair(self.spacing))
+        sheet = self.layout.sheet(self._pair)
         twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
         known = [k for k, p in inspect.signature(staggered).parameters.items() if p.kind is p.KEYWORD_ONLY]
         for name in options:
@@ -397,8 +383,7 @@ class Scene:
         problem: ContactProblem,
         solution: Solution,
         method: str,
-        estimate: float | None = None,
-        omitted: dict[str, Any] | None = None,
+        **known: Any,
     ) -> Result:
         assert self.layout is not None
         return finish(
@@ -407,9 +392,8 @@ class Scene:
             method=method,
             surfaces=self.layout.surfaces(),
             summary=self._summary(),
-            error_estimate=estimate,
-            omitted=omitted,
             bodies=(self.lower, self.upper),
+            **known,
         )
 
     def prepare(
@@ -440,93 +424,10 @@ class Scene:
         choice("model", model, MODELS)
         choice("quantity", quantity, QUANTITIES)
         if model == "auto":
-            model = at_some_speed(self)._choose(tolerance, quantity).model
+            model = choose(at_some_speed(self), tolerance, quantity).model
         if model != "half-space":
             self._check_elastic(model)
         return prepare(self, model, reference_point, standstill_speed)
-
-    def _solve_direct(self, model: str, chosen: Choice | None) -> Result:
-        clock = time.perf_counter()
-        problem = self.problem(model)
-        problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
-        assert self.layout is not None
-        estimate: float | None = None
-        solution, estimate = self._solution(problem)
-        clock = time.perf_counter()
-        omitted: dict[str, Any] = dict(chosen.omitted) if chosen is not None else {}
-        if solution.status == "solved":
-            if estimate is None and not can_be_elastic(self.layout, "elastic-upper"):
-                estimate = self._discretisation_error(problem, solution, None)
-            elif chosen is not None:
-                estimate = self._discretisation_error(problem, solution, chosen.coarse)
-                if estimate is not None:
-                    estimate += chosen.model_error
-            if chosen is None and can_be_elastic(self.layout, "elastic-upper"):
-                models = rungs(self.layout, True, isinstance(self.lower, HalfSpace))
-                omitted = {
-                    EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]
-                }
-        if chosen is not None:
-            problem.time_s["choice of the model"] = chosen.time_s
-        result = self._finish(problem, solution, "direct", estimate, omitted)
-        self._check_reach(problem, result)
-        result.report.time_s["fields and estimate"] = time.perf_counter() - clock  # type: ignore[index]
-        return result
-
-    def _solution(
-        self, problem: ContactProblem, *, with_margin: bool = True
-    ) -> tuple[Solution, float | None]:
-        """The solution by convolutions or dense, whichever suits; with its error estimate if there is one."""
-        if self._is_convolution(problem):
-            return self._solve_convolution(problem)
-        return solve_direct(problem, with_margin=with_margin), None
-
-    def _is_convolution(self, problem: ContactProblem) -> bool:
-        """Whether this is one large flat grid of cells whose friction leaves the gap alone."""
-        flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
-        if problem.model != "half-space" or not flat or self.moments is not None:
-            return False
-        if problem.n <= DENSE_POINTS:
-            return False
-        rests = not problem.direction.any() or (
-            isinstance(problem.friction, np.ndarray) and not problem.friction.any()
-        )
-        mixed = [
-            (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus if m is not None else 0.0
-            for m in (_material(self.upper), _material(self.lower))
-        ]
-        return rests or abs(mixed[0] - mixed[1]) <= 1e-12 * max(map(abs, mixed))
-
-    def _solve_convolution(self, problem: ContactProblem) -> tuple[Solution, float | None]:
-        clock = time.perf_counter()
-        assert self.layout is not None
-        grid, x, y = problem.axes()[0]
-        normal = solve_normal(
-            problem.points.gap.reshape(grid.ny, grid.nx),
-            (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
-            lower=_simple(self.lower),
-            upper=_simple(self.upper),
-            force=None if self.approach is not None else -float(problem.upper.work.sum()),
-            approach=self.approach,
-            tolerance=CONVOLUTION_TOLERANCE,
-            edge="sharp" if self.layout.is_body_edge else "error",
-        )
-        problem.time_s["convolutions"] = time.perf_counter() - clock
-        pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
-        solution = Solution(
-            pressure=pressure,
-            gap=np.ascontiguousarray(normal.gap.reshape(-1)),
-            motion=np.full(problem.upper.work.size, -normal.approach),
-            friction=problem.friction_at(pressure),
-            status="solved",
-            solver=normal.report.solver,
-            iterations=normal.report.iterations,
-            residual=normal.report.residual,
-            wedging_margin=0.0 if problem.direction.any() else None,
-            convolutions=normal.report.convolutions,
-            preconditionings=normal.report.preconditionings,
-        )
-        return solution, normal.error_estimate
 
     def _check_elastic(self, model: str) -> None:
         assert self.layout is not None
@@ -573,7 +474,7 @@ class Scene:
 
     def problem(self, model: str, spacing: tuple[float, float] | None = None) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default)."""
-        spacing = spacing_pair(self.spacing) if spacing is None else spacing
+        spacing = self._pair if spacing is None else spacing
         if model == "half-space":
             return self._half_space_problem(spacing)
         return self._elastic_problem(model, spacing)
@@ -674,7 +575,7 @@ class Scene:
         if not isinstance(spec, np.ndarray) or spec.size in (1, points.gap.size):
             return spec
         assert self.layout is not None
-        own = self.layout.sheet(spacing_pair(self.spacing))
+        own = self.layout.sheet(self._pair)
         for given in (own.patches, own.node_patches):
             if spec.size == sum(p.nx * p.ny for p in given):
                 break
@@ -718,20 +619,6 @@ class Scene:
                 work.extend(float(m) for m in self.moments)
         loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
         return with_loads(upper, np.array(motions), np.array(work))
-
-    def _discretisation_error(
-        self, problem: ContactProblem, solution: Solution, coarse: Coarse | None
-    ) -> float | None:
-        """Relative L2 error of the pressure away from the border, estimated from coarser cells."""
-        assert self.layout is not None
-        spacing = spacing_pair(self.spacing)
-        if coarse is None:
-            wider = coarsened(spacing, problem.patches)
-            if wider is None:
-                return None
-            rough = self.problem(problem.model, wider)
-            coarse = Coarse(rough, self._solution(rough, with_margin=False)[0], wider)
-        return discretisation_error(problem, solution, spacing, coarse, skip_border=self.layout.is_body_edge)
 
     def _check_reach(self, problem: ContactProblem, result: Result) -> None:
         """Contact must exist, and must not be cut off by the edge of the grid."""
@@ -781,10 +668,6 @@ def gap_field(gap: ArrayLike | None) -> Array:
 def _simple(body: Any) -> HalfSpace | Rigid:
     assert isinstance(body, (HalfSpace, Rigid))
     return body
-
-
-def _material(body: Any) -> Material | None:
-    return body.material if isinstance(body, HalfSpace) else None
 
 
 def _cut(patch: Patch) -> slice:

@@ -47,7 +47,7 @@ def paraboloid_on_plane(
     radius: float = 1000.0,
     force: float = 5e6,
     friction: Any = 0.5,
-    points: int = 34,
+    points: int | None = 34,
     *,
     width: float | None = None,
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
@@ -62,16 +62,17 @@ def paraboloid_on_plane(
         Radius of curvature at the tip.
     force : float [N]
     friction : float [-]
-    points : int
-        Points along each side of the grid.
+    points : int or None
+        Points along each side of the grid; None: :meth:`Scene.solve` chooses them by the tolerance.
     width : float [m]
         Distance between the outermost points; by default 3.12 contact radii, for the default
         arguments the thesis' 1 m.
     """
     positive("radius", radius, "m")
     positive("force", force, "N")
-    if isinstance(points, bool) or not isinstance(points, (int, np.integer)) or points < 4:
-        raise ValueError(f"points is {points!r}: a whole number from 4 on is needed")
+    whole = isinstance(points, (int, np.integer)) and not isinstance(points, bool)
+    if points is not None and (not whole or points < 4):
+        raise ValueError(f"points is {points!r}: a whole number from 4 on, or None, is needed")
     if width is None:
         compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
         width = float(np.cbrt(0.75 * force * radius * compliance)) / _THESIS_RADIUS
@@ -79,7 +80,7 @@ def paraboloid_on_plane(
     return Scene(
         upper=upper,
         lower=lower,
-        spacing=width / (points - 1),
+        spacing=None if points is None else width / (points - 1),
         friction=friction,
         sliding_direction=sliding_direction,
         force=force,
@@ -94,7 +95,7 @@ def block_on_plane(
     height: float = 0.1,
     friction: Any = 0.5,
     magnetic_pressure: Any = 3e6,
-    spacing: float | Sequence[float] = 5e-3,
+    spacing: float | Sequence[float] | None = 5e-3,
     *,
     length: float | None = None,
     supports: str = "clamped-top",
@@ -112,6 +113,8 @@ def block_on_plane(
         Along x, along z, and along y (by default the width).
     magnetic_pressure : float [Pa]
         Pulls the foot of the block down.
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
     """
     length = width if length is None else length
     positive("width", width, "m")
@@ -144,7 +147,7 @@ def pole_shoe_on_rail(
     friction: Any = 0.5,
     magnetic_pressure: Any = 3e6,
     velocity: float | None = None,
-    spacing: float | Sequence[float] = 3e-3,
+    spacing: float | Sequence[float] | None = 3e-3,
     supports: str = "driven-top",
     attraction: str = "upper",
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
@@ -177,7 +180,8 @@ def pole_shoe_on_rail(
         Acts on the conforming strip, along the local normal.
     velocity : float [m/s]
         For tables over the velocity.
-    spacing : float or (dx, dy) [m]
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
     supports : "driven-top", "clamped-top" or "points"
         How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
         thesis' five points on top and four at the back.
@@ -229,7 +233,7 @@ def wheel_on_rail(
     rail_inclination: float = 1 / 40,
     lateral: float = 6.2e-3,
     force: float = 36e3,
-    spacing: float | Sequence[float] = 1e-4,
+    spacing: float | Sequence[float] | None = 1e-4,
     *,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
@@ -251,10 +255,12 @@ def wheel_on_rail(
         Shift of the wheelset towards flange contact.
     force : float [N]
         Vertical.
-    spacing : float or (dx, dy) [m]
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
     """
     positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
+    first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
     layout = WheelLayout.placed(
         wheel=wheel,
         rail=rail,
@@ -264,7 +270,7 @@ def wheel_on_rail(
         lateral=lateral,
         force=force,
         contact_modulus=1.0 / compliance,
-        spacing=spacing_pair(spacing),
+        spacing=spacing_pair(first),
     )
     return Scene(
         upper=upper,
@@ -276,6 +282,11 @@ def wheel_on_rail(
         layout=layout,
         name="wheel_on_rail",
     )
+
+
+def _semi_axis(force: float, wheel_radius: float, compliance: float) -> float:
+    """Radius of contact [m] of a sphere as large as the wheel, after Hertz."""
+    return float(np.cbrt(0.75 * force * wheel_radius * compliance))
 
 
 def _elastic(upper: Material | Simple, lower: Material | Simple) -> list[Material]:

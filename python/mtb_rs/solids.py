@@ -52,6 +52,7 @@ class BodyLayout:
     gap: Array | None = None
     is_body_edge: bool = True
     is_grid: bool = True
+    start: None = None
 
     def sheet(self, spacing: tuple[float, float]) -> ContactSheet:
         """Cells of about `spacing` that fill the bounding box of the contact face."""

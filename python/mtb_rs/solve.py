@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 FRICTION_TOLERANCE = 1e-10
 FRICTION_ROUNDS = 60
 
+#: Floating-point operations of an entry of a dense influence matrix, about.
+ENTRY = 50.0
+
 
 @dataclass(frozen=True)
 class Side:
@@ -53,6 +56,8 @@ class Side:
         Whether the reported displacement contains the rigid part.
     state
         What the body needs to recover its inside from a solution (finite elements).
+    operations : float
+        Floating-point operations of its condensation, whether done now or found in the cache.
     """
 
     compliance: _mtb_rs.Compliance | None
@@ -61,6 +66,7 @@ class Side:
     work: Array
     includes_motion: bool = False
     state: Any = None
+    operations: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -100,6 +106,11 @@ class ContactProblem:
     def n(self) -> int:
         """Number of contact points."""
         return int(self.area.size)
+
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of the condensation of both bodies."""
+        return self.upper.operations + self.lower.operations
 
     def friction_at(self, pressure: Array) -> Array:
         """Friction coefficient (n,)."""
@@ -145,6 +156,7 @@ class Solution:
     unstable: bool = False
     convolutions: float = 0.0
     preconditionings: float = 0.0
+    operations: float = 0.0
 
     def coefficients(self, problem: ContactProblem) -> Array:
         """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""
@@ -252,7 +264,13 @@ def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_
         residual=out["residual"],
         wedging_margin=margin,
         unstable=out["unstable"],
+        operations=dense_operations(problem.n, int((out["pressure"] > 0.0).sum()), iterations),
     )
+
+
+def dense_operations(points: int, contact: int, iterations: int) -> float:
+    """Floating-point operations of a dense solve: its matrix, and a factorisation and a product each time."""
+    return ENTRY * points**2 + iterations * (2.0 / 3.0 * contact**3 + 2.0 * points**2)
 
 
 def finish(
@@ -262,11 +280,22 @@ def finish(
     method: str,
     surfaces: tuple[Surface, ...],
     summary: Mapping[str, Any],
-    error_estimate: float | None = None,
     omitted: Mapping[str, Any] | None = None,
+    errors: Mapping[str, float] | None = None,
+    aim: tuple[str, float] | None = None,
+    choosing: float = 0.0,
+    spacing: tuple[float, float] | None = None,
     bodies: tuple[Any, Any] = (None, None),
 ) -> Result:
     """Tractions, displacements, forces and the report of a solution.
+
+    Parameters
+    ----------
+    errors : Mapping of quantity to its estimated relative error
+    aim : (quantity, tolerance)
+    choosing : float
+        Floating-point operations of what was solved besides, to choose and to estimate.
+    spacing : (dx, dy) [m]
 
     Raises
     ------
@@ -311,6 +340,14 @@ def finish(
         preconditionings=solution.preconditionings,
         force_balance=balance,
         omitted=dict(omitted or {}),
+        error_estimates=dict(errors or {}),
+        aim=aim,
+        spacing=spacing,
+        operations={
+            "condensation": problem.operations,
+            "solution": solution.operations,
+            "choice and estimate": choosing,
+        },
         wedging_margin=solution.wedging_margin,
         time_s=dict(problem.time_s),
     )
@@ -330,7 +367,7 @@ def finish(
         normal_force=float(mean[2] @ area),
         approach=_approach(problem, solution),
         model=problem.model,
-        error_estimate=error_estimate,
+        error_estimate=(errors or {}).get("pressure"),
         report=report,
         patches=problem.patches,
         surfaces=surfaces,

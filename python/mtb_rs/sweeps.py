@@ -27,6 +27,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from . import scenes
+from .direct import choose
 from .errors import ConvergenceError
 from .geometry import Profile
 from .result import Result
@@ -143,7 +144,7 @@ class _Work:
         try:
             scene = varied(self.scene, case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
-                model = scene._choose(**{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
+                model = choose(scene, **{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
                 self.options["model"] = model
             if model != "auto":
                 scene.problem(model)
