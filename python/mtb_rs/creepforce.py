@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .friction import Coulomb, Friction, StaticKinetic, native_law
 from .patch import PressureField, pressure_field
+from .result import Pictured
 
 Array = NDArray[np.float64]
 Bound = Literal["parabolic", "elliptic"]
@@ -42,12 +43,16 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
     return KalkerCoefficients(*_mtb_rs.kalker_coefficients(float(ratio), float(poisson_ratio)))
 
 
-@dataclass(frozen=True)
-class FoundationResult:
+@dataclass(frozen=True, repr=False)
+class FoundationResult(Pictured):
     """Fields of the simplified theory; vectors act on the lower body.
 
     Attributes
     ----------
+    points : (2, ny, nx) [m]
+        Cell centres.
+    area : (ny, nx) [m2]
+    pressure : (ny, nx) [Pa]
     traction : (3, ny, nx) [Pa]
     slip : (2, ny, nx) [-]
     status : (ny, nx) int
@@ -57,11 +62,27 @@ class FoundationResult:
     spin_moment : float [N m]
     """
 
+    points: Array
+    area: Array
+    pressure: Array
     traction: Array
     slip: Array
     status: NDArray[np.int8]
     force: Array
     spin_moment: float
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of pressure times area [N]."""
+        return -float(self.force[2])
+
+    def __repr__(self) -> str:
+        ny, nx = self.pressure.shape
+        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        return (
+            f"FoundationResult({nx} x {ny} cells, {stick} stick, {slip} slip, "
+            f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N)"
+        )
 
 
 def _bound(field: PressureField, bound: Bound) -> Array:
@@ -150,6 +171,9 @@ def fastsim(
     status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
     fx, fy, moment = found["forces"][0]
     return FoundationResult(
+        points=np.stack(np.meshgrid(*field.coordinates())),
+        area=np.full(field.pressure.shape, field.spacing[0] * field.spacing[1]),
+        pressure=field.pressure,
         traction=np.concatenate([found["traction"], np.zeros((1, *field.pressure.shape))]),
         slip=found["slip"],
         status=status,

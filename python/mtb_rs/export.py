@@ -18,18 +18,44 @@ from typing import Any
 import numpy as np
 
 from .grids import flat, patches
-from .result import Result
+from .plot import drawable
+from .result import Pictured, Result
 
 #: Where a pole shoe is cut for line plots [m]: its inner edge and inside the conforming strip, as in
 #: [Steininger2025, Figs. 3.6, 3.8].
 POLE_SHOE_CUTS = (6e-3, 12e-3)
 
 
+#: What a result may hold, of what goes into `fields.npz`; the last ones are totals, not fields.
+FIELDS = (
+    "points",
+    "area",
+    "normal",
+    "pressure",
+    "traction",
+    "slip",
+    "friction_coefficient",
+    "gap",
+    "initial_gap",
+    "status",
+)
+TOTALS = (
+    "force",
+    "moment",
+    "spin_moment",
+    "reference_point",
+    "normal_force",
+    "approach",
+    "tilts",
+    "creepage",
+)
+
+
 class PictureWarning(UserWarning):
     """A file that was left out, and what to install to have it."""
 
 
-def save(result: Result, directory: str | Path) -> list[Path]:
+def save(result: Pictured, directory: str | Path) -> list[Path]:
     """Writes a result into a directory, which is made if need be.
 
     ========================== =====================================================================
@@ -37,9 +63,9 @@ def save(result: Result, directory: str | Path) -> list[Path]:
     fields.npz                 every array of the result, under its own name
     contact.vtp                the patches with all fields, for ParaView (needs pyvista)
     body_<name>.vtp            the bodies with their displacement (needs pyvista)
-    pressure.png ...           maps: pressure, vertical displacement, status
+    pressure.png ...           maps: pressure, traction, slip, vertical displacement, status, as there are
     pressure_lines.png ...     cuts along x: pressure, vertical displacement
-    view.png                   the three-dimensional view (needs pyvista and a GL driver)
+    view.png                   the three-dimensional view of a scene (needs pyvista and a GL driver)
     ========================== =====================================================================
 
     Everything is written beside the directory first and then moved in: what stands in the directory
@@ -79,7 +105,7 @@ def save(result: Result, directory: str | Path) -> list[Path]:
     return [target / name for name in [*names, "summary.json"]]
 
 
-def summary(result: Result, files: list[str], notices: list[str]) -> dict[str, Any]:
+def summary(result: Pictured, files: list[str], notices: list[str]) -> dict[str, Any]:
     """What `summary.json` holds: plain data, None for what is not finite."""
     from . import __version__
 
@@ -94,22 +120,16 @@ def summary(result: Result, files: list[str], notices: list[str]) -> dict[str, A
         }
         for patch in patches(result)
     }
-    content = {
-        "mtb_rs": __version__,
-        "inputs": result.summary,
-        "model": result.model,
-        "error_estimate": result.error_estimate,
-        "normal_force": result.normal_force,
-        "force": result.force,
-        "moment": result.moment,
-        "reference_point": result.reference_point,
-        "approach": result.approach,
-        "points": int(pressure.size),
-        "patches": by_patch,
-        "report": result.report.as_dict(),
-        "files": files,
-        "notices": notices,
-    }
+    content: dict[str, Any] = {"mtb_rs": __version__, "result": type(result).__name__}
+    if isinstance(result, Result):
+        content["inputs"] = result.summary
+    for name in ("motion", "model", "error_estimate", *TOTALS):
+        if hasattr(result, name) and not (name == "motion" and isinstance(result, Result)):
+            content[name] = getattr(result, name)
+    content |= {"points": int(pressure.size), "patches": by_patch}
+    if hasattr(result, "report"):
+        content["report"] = result.report.as_dict()
+    content |= {"files": files, "notices": notices}
     return {key: plain(value) for key, value in content.items()}
 
 
@@ -132,27 +152,13 @@ def plain(value: Any) -> Any:
     return str(value)
 
 
-def _write_fields(result: Result, draft: Path) -> list[str]:
-    fields: dict[str, Any] = {
-        name: getattr(result, name)
-        for name in (
-            "points",
-            "area",
-            "normal",
-            "pressure",
-            "traction",
-            "gap",
-            "initial_gap",
-            "status",
-            "force",
-            "moment",
-            "reference_point",
-            "approach",
-        )
-    }
-    fields["displacement_upper"] = result.displacement.upper
-    fields["displacement_lower"] = result.displacement.lower
-    np.savez_compressed(draft / "fields.npz", **fields)
+def _write_fields(result: Pictured, draft: Path) -> list[str]:
+    fields = {name: getattr(result, name) for name in FIELDS if hasattr(result, name)}
+    if isinstance(result, Result):
+        fields["displacement_upper"] = result.displacement.upper
+        fields["displacement_lower"] = result.displacement.lower
+    totals = {name: getattr(result, name) for name in TOTALS if hasattr(result, name)}
+    np.savez_compressed(draft / "fields.npz", **fields, **totals)
     try:
         from .view import bodies, body_mesh, contact_mesh
 
@@ -161,11 +167,10 @@ def _write_fields(result: Result, draft: Path) -> list[str]:
         return ["no VTK files: they need pyvista, pip install 'mtb-rs[viz]'"]
     data = contact.cell_data if patches(result) else contact.point_data
     for name, values in fields.items():
-        # all but the points themselves and the totals belong to the cells
-        if name not in ("points", "force", "moment", "reference_point", "approach"):
+        if name != "points":
             data[name] = np.ascontiguousarray(flat(result, values).T)
     contact.save(draft / "contact.vtp")
-    for surface in bodies(result):
+    for surface in bodies(result) if isinstance(result, Result) else ():
         mesh = body_mesh(surface)
         if surface.displacement is not None:
             mesh.point_data["displacement"] = np.ascontiguousarray(surface.displacement.T)
@@ -173,14 +178,22 @@ def _write_fields(result: Result, draft: Path) -> list[str]:
     return []
 
 
-def _write_pictures(result: Result, draft: Path) -> list[str]:
-    for quantity in ("pressure", "vertical_displacement", "status"):
-        result.plot(quantity).savefig(draft / f"{quantity}.png")
+def _write_pictures(result: Pictured, draft: Path) -> list[str]:
+    known = drawable(result)
+    maps = ["pressure", "vertical_displacement", "status"]
+    if "slip" in known:
+        maps += ["traction", "slip"]
+    for quantity in maps:
+        if quantity in known:
+            result.plot(quantity).savefig(draft / f"{quantity}.png")
     if patches(result):
-        shoe = result.summary.get("scene") == "pole_shoe_on_rail"
+        shoe = isinstance(result, Result) and result.summary.get("scene") == "pole_shoe_on_rail"
         for quantity in ("pressure", "vertical_displacement"):
-            picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
-            picture.savefig(draft / f"{quantity}_lines.png")
+            if quantity in known:
+                picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
+                picture.savefig(draft / f"{quantity}_lines.png")
+    if not isinstance(result, Result):
+        return []
     from .view import missing_for_view
 
     missing = missing_for_view()

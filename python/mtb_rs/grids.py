@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .result import Array, Patch, Result
+from .result import Array, Patch, Pictured
 
 
-def flat(result: Result, values: NDArray[Any]) -> NDArray[Any]:
+def flat(result: Pictured, values: NDArray[Any]) -> NDArray[Any]:
     """A field of `result`, (..., ny, nx) or (..., n), with its points in one row: (..., n)."""
     lead = values.ndim - result.pressure.ndim
     return values.reshape(*values.shape[:lead], -1)
 
 
-def patches(result: Result) -> tuple[Patch, ...]:
+def patches(result: Pictured) -> tuple[Patch, ...]:
     """The regular grids of a result, for use with :func:`flat`; none where the points are scattered."""
     if result.pressure.ndim == 2:
         ny, nx = result.pressure.shape
         return (Patch("contact", 0, nx, ny),)
-    return tuple(result.patches)
+    return tuple(getattr(result, "patches", ()))
 
 
 def borders(centres: Array, halved: tuple[bool, bool] = (False, False)) -> Array:
@@ -39,7 +39,7 @@ def borders(centres: Array, halved: tuple[bool, bool] = (False, False)) -> Array
     return np.concatenate([start, 0.5 * (centres[..., 1:] + centres[..., :-1]), end], axis=-1)
 
 
-def corners(result: Result, patch: Patch, values: Array) -> Array:
+def corners(result: Pictured, patch: Patch, values: Array) -> Array:
     """Corners (..., ny + 1, nx + 1) of the cells of `patch`, from `values` (..., n) at all points.
 
     Points may be the centres of cells, or nodes whose border cells are halved by the edge of the body:
@@ -51,7 +51,7 @@ def corners(result: Result, patch: Patch, values: Array) -> Array:
     return np.swapaxes(borders(np.swapaxes(inside, -1, -2), _halved(rows)), -1, -2)
 
 
-def row_borders(result: Result, patch: Patch, values: Array) -> Array:
+def row_borders(result: Pictured, patch: Patch, values: Array) -> Array:
     """Borders along x (ny, nx + 1) of the cells in each row of `patch`, from `values` (n,) at all points."""
     columns = patch.view(flat(result, result.area)).mean(axis=0)
     return borders(patch.view(values), _halved(columns))

@@ -17,6 +17,7 @@ from .check import choice, number, positive
 from .errors import ConvergenceError
 from .material import Material
 from .report import Report
+from .result import Pictured
 
 Array = NDArray[np.float64]
 
@@ -36,8 +37,8 @@ _FAILURES = {
 }
 
 
-@dataclass(frozen=True)
-class NormalResult:
+@dataclass(frozen=True, repr=False)
+class NormalResult(Pictured):
     """The solved frictionless contact; arrays (ny, nx), SI units.
 
     Attributes

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from .grids import corners, flat, patches, row_borders
-from .result import Array, Patch, Result
+from .result import Array, Patch, Pictured, Result
 
 Limits = tuple[float, float]
 Body = Literal["upper", "lower"]
@@ -42,39 +42,79 @@ MILLIMETRE = 1e-3
 _PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "-": ((1.0, "-"), (1e-3, "10⁻³"), (1e-6, "10⁻⁶"), (1e-9, "10⁻⁹")),
 }
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A field that can be drawn: how it is called, where it comes from, and its SI unit."""
+    """A field that can be drawn: how it is called, which attribute it comes from and how, its SI unit."""
 
     label: str
     unit: str
-    values: Callable[[Result, Body], Array]
+    source: str
+    values: Callable[[Any, Body], Array]
     contact_only: bool = False
     by_body: bool = False
     colours: str | None = None
 
 
-def _displacement(component: int) -> Callable[[Result, Body], Array]:
+def _displacement(component: int) -> Callable[[Any, Body], Array]:
     return lambda result, body: np.asarray(getattr(result.displacement, body)[component])
 
 
+def _of(source: str, component: int | None = None) -> Callable[[Any, Body], Array]:
+    def values(result: Any, _: Body) -> Array:
+        field = np.asarray(getattr(result, source), dtype=float)
+        return field if component is None else field[component]
+
+    return values
+
+
+def _size(source: str) -> Callable[[Any, Body], Array]:
+    return lambda result, _: np.asarray(np.linalg.norm(getattr(result, source), axis=0))
+
+
 QUANTITIES: dict[str, Quantity] = {
-    "pressure": Quantity("pressure", "Pa", lambda r, _: r.pressure, contact_only=True),
-    "traction": Quantity(
-        "|traction|", "Pa", lambda r, _: np.linalg.norm(r.traction, axis=0), contact_only=True
+    "pressure": Quantity("pressure", "Pa", "pressure", _of("pressure"), contact_only=True),
+    "traction": Quantity("|traction|", "Pa", "traction", _size("traction"), contact_only=True),
+    "longitudinal_traction": Quantity(
+        "longitudinal traction", "Pa", "traction", _of("traction", 0), contact_only=True
     ),
-    "longitudinal_traction": Quantity("longitudinal traction", "Pa", lambda r, _: r.traction[0], True),
-    "lateral_traction": Quantity("lateral traction", "Pa", lambda r, _: r.traction[1], True),
-    "gap": Quantity("gap", "m", lambda r, _: r.gap, colours="viridis_r"),
-    "initial_gap": Quantity("initial gap", "m", lambda r, _: r.initial_gap, colours="viridis_r"),
-    "status": Quantity("status", "", lambda r, _: r.status.astype(float)),
-    "vertical_displacement": Quantity("vertical displacement", "m", _displacement(2), by_body=True),
-    "longitudinal_displacement": Quantity("longitudinal displacement", "m", _displacement(0), by_body=True),
-    "lateral_displacement": Quantity("lateral displacement", "m", _displacement(1), by_body=True),
+    "lateral_traction": Quantity("lateral traction", "Pa", "traction", _of("traction", 1), contact_only=True),
+    "slip": Quantity("|slip|", "slip", "slip", _size("slip"), contact_only=True),
+    "longitudinal_slip": Quantity("longitudinal slip", "slip", "slip", _of("slip", 0), contact_only=True),
+    "lateral_slip": Quantity("lateral slip", "slip", "slip", _of("slip", 1), contact_only=True),
+    "friction_coefficient": Quantity(
+        "friction coefficient", "-", "friction_coefficient", _of("friction_coefficient"), contact_only=True
+    ),
+    "gap": Quantity("gap", "m", "gap", _of("gap"), colours="viridis_r"),
+    "initial_gap": Quantity("initial gap", "m", "initial_gap", _of("initial_gap"), colours="viridis_r"),
+    "status": Quantity("status", "", "status", _of("status")),
+    "vertical_displacement": Quantity(
+        "vertical displacement", "m", "displacement", _displacement(2), by_body=True
+    ),
+    "longitudinal_displacement": Quantity(
+        "longitudinal displacement", "m", "displacement", _displacement(0), by_body=True
+    ),
+    "lateral_displacement": Quantity(
+        "lateral displacement", "m", "displacement", _displacement(1), by_body=True
+    ),
 }
+
+
+def drawable(result: Pictured) -> tuple[str, ...]:
+    """The quantities this kind of result has."""
+    return tuple(name for name, asked in QUANTITIES.items() if hasattr(result, asked.source))
+
+
+def quantity_of(result: Pictured, name: str) -> Quantity:
+    """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
+    known = drawable(result)
+    if name not in known:
+        raise ValueError(f"quantity is {name!r}: one of {', '.join(known)} is needed")
+    asked = QUANTITIES[name]
+    return replace(asked, unit=result.slip_unit) if asked.unit == "slip" else asked
 
 
 class ResultFigure(Figure):
@@ -87,7 +127,7 @@ class ResultFigure(Figure):
 
 
 def plot(
-    result: Result,
+    result: Pictured,
     quantity: str = "pressure",
     kind: str | None = None,
     *,
@@ -102,9 +142,10 @@ def plot(
     Parameters
     ----------
     quantity : str
-        One of `QUANTITIES`: "pressure", "traction" (its magnitude), "longitudinal_traction",
-        "lateral_traction", "gap", "initial_gap", "status", "vertical_displacement",
-        "longitudinal_displacement", "lateral_displacement".
+        What the result has of "pressure", "traction" (its magnitude, with arrows where it turns),
+        "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
+        "lateral_slip", "friction_coefficient", "gap", "initial_gap", "status",
+        "vertical_displacement", "longitudinal_displacement", "lateral_displacement".
     kind : "map", "line" or "3d"
         A map over the patches (default), cuts along x (default where `y` is given), or the bodies in
         space with the quantity on the contact patch.
@@ -124,8 +165,7 @@ def plot(
     -------
     matplotlib.figure.Figure or pyvista.Plotter
     """
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(QUANTITIES)} is needed")
+    quantity_of(result, quantity)
     if body not in ("lower", "upper"):
         raise ValueError(f'body is {body!r}: "lower" or "upper" is needed')
     if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
@@ -137,6 +177,8 @@ def plot(
             raise ValueError('y and ax have no meaning for kind="3d"')
         from .view import view
 
+        if not isinstance(result, Result):
+            raise ValueError(f"{type(result).__name__} has no bodies to draw in space: kind is map or line")
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
         raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')
@@ -150,7 +192,7 @@ def plot(
 
 
 def animate(
-    history: Sequence[Result],
+    history: Sequence[Pictured],
     path: str | Path,
     quantity: str = "pressure",
     *,
@@ -163,8 +205,8 @@ def animate(
 
     Parameters
     ----------
-    history : sequence of Result
-        At least one, in order.
+    history : sequence of results
+        At least one, in order, all of one kind.
     path : str or Path
     frames_per_second : float [1/s]
     **options
@@ -173,10 +215,9 @@ def animate(
     target = Path(path)
     if target.suffix not in (".gif", ".webp", ".png"):
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(QUANTITIES)} is needed")
     if not history:
         raise ValueError("history is empty: at least one result is needed")
+    quantity_of(history[0], quantity)
     if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
         raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
     plot_options = {"limits": _shared_limits(history, quantity, options), **options}
@@ -186,7 +227,7 @@ def animate(
     return target
 
 
-def _frame(result: Result, quantity: str, options: dict[str, Any]) -> NDArray[np.uint8]:
+def _frame(result: Pictured, quantity: str, options: dict[str, Any]) -> NDArray[np.uint8]:
     picture = plot(result, quantity, **options)
     if isinstance(picture, Figure):
         canvas: Any = FigureCanvasAgg(picture)
@@ -197,11 +238,11 @@ def _frame(result: Result, quantity: str, options: dict[str, Any]) -> NDArray[np
     return image
 
 
-def _shared_limits(history: Sequence[Result], quantity: str, options: dict[str, Any]) -> Limits | None:
+def _shared_limits(history: Sequence[Pictured], quantity: str, options: dict[str, Any]) -> Limits | None:
     """Ends of one scale for all results; None for the status, which has no scale."""
     if quantity == "status":
         return None
-    asked, body = QUANTITIES[quantity], options.get("body", "lower")
+    asked, body = quantity_of(history[0], quantity), options.get("body", "lower")
     kept = []
     for result in history:
         values = np.asarray(asked.values(result, body), dtype=float)
@@ -215,11 +256,11 @@ def _shared_limits(history: Sequence[Result], quantity: str, options: dict[str, 
     return (low, high) if low < high else None
 
 
-def draw_map(result: Result, quantity: str, body: Body, limits: Limits | None, ax: Axes | None) -> Figure:
+def draw_map(result: Pictured, quantity: str, body: Body, limits: Limits | None, ax: Axes | None) -> Figure:
     """The quantity over all patches, seen from above, on one colour scale."""
-    asked = QUANTITIES[quantity]
+    asked = quantity_of(result, quantity)
     grids = patches(result)
-    x, y, _ = flat(result, result.points)
+    x, y = flat(result, result.points)[:2]
     values = flat(result, asked.values(result, body)).astype(float)
     closed = flat(result, result.status) > 0
     shown = closed if asked.contact_only else np.ones_like(closed)
@@ -271,12 +312,15 @@ def draw_map(result: Result, quantity: str, body: Body, limits: Limits | None, a
     ax.set_title(
         _title(_label(asked, body), values[shown] / factor, unit), loc="left", fontsize=10.5, color=INK
     )
-    _friction_arrow(figure, ax, result)
+    if hasattr(result, "traction"):
+        if quantity in ("traction", "slip"):
+            _arrows(ax, result, getattr(result, asked.source))
+        _friction_arrow(figure, ax, result)
     return figure
 
 
 def draw_lines(
-    result: Result,
+    result: Pictured,
     quantity: str,
     y: float | Iterable[float] | None,
     body: Body,
@@ -284,11 +328,11 @@ def draw_lines(
     ax: Axes | None,
 ) -> Figure:
     """The quantity along x on the rows nearest to `y`; what is constant by cell is drawn as steps."""
-    asked = QUANTITIES[quantity]
+    asked = quantity_of(result, quantity)
     grids = patches(result)
     if not grids:
         raise ValueError('kind="line" needs a regular grid of contact points; this result has scattered ones')
-    x, height, _ = flat(result, result.points)
+    x, height = flat(result, result.points)[:2]
     rows = [_Row(patch, j) for patch in grids for j in range(patch.ny)]
     row_y = np.array([row.of(height).mean() for row in rows])
     if y is None:
@@ -328,7 +372,7 @@ def draw_lines(
         ax.set_ylim(-0.3, 2.3)
     elif limits is not None:
         ax.set_ylim(limits[0] / factor, limits[1] / factor)
-    elif not asked.by_body and "traction" not in quantity:
+    elif not asked.by_body and not quantity.startswith(("longitudinal", "lateral")):
         ax.set_ylim(bottom=0.0)
     ax.margins(x=0.02)
     ax.set_xlabel("x [mm]")
@@ -463,7 +507,40 @@ def _scattered(ax: Axes, x: Array, y: Array, field: Any, style: dict[str, Any]) 
     return ax.tripcolor(net, np.ma.getdata(field), shading="flat", **style)
 
 
-def _friction_arrow(figure: Figure, ax: Axes, result: Result) -> None:
+#: Arrows along the longer side of a map at the most.
+_ARROWS = 26
+
+
+def _arrows(ax: Axes, result: Any, field: Array) -> None:
+    """The directions of a field that turns over a regular grid; in gross sliding one arrow says it all."""
+    size = np.hypot(field[0], field[1])
+    if field.ndim != 3 or not size.any():
+        return
+    direction = field[:2] / np.where(size > 0.0, size, 1.0)
+    if np.ptp(direction[:, size > 0.0], axis=1).max() < 1e-3:
+        return
+    rows, columns = np.nonzero(result.status > 0)
+    extent = max(np.ptp(rows), np.ptp(columns)) + 1
+    step = max(1, int(np.ceil(extent / _ARROWS)))
+    thin = (slice(rows.min() % step, None, step), slice(columns.min() % step, None, step))
+    x, y = (result.points[c][thin] / MILLIMETRE for c in (0, 1))
+    shown = (result.status > 0)[thin] & (size[thin] > 0.02 * size.max())
+    spacing = step * float(np.hypot(*(np.ptp(result.points[c]) for c in (0, 1)))) / np.hypot(*size.shape)
+    ax.quiver(
+        x[shown],
+        y[shown],
+        *(field[c][thin][shown] / size.max() for c in (0, 1)),
+        color="white",
+        edgecolor=INK,
+        linewidth=0.3,
+        angles="xy",
+        scale_units="xy",
+        scale=MILLIMETRE / spacing,
+        width=0.003,
+    )
+
+
+def _friction_arrow(figure: Figure, ax: Axes, result: Any) -> None:
     """The direction in which friction drags the lower body, as an arrow below the picture."""
     pull = (flat(result, result.traction) * flat(result, result.area)).sum(axis=1)[:2]
     size = float(np.hypot(*pull))

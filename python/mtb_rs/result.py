@@ -59,8 +59,43 @@ class Surface:
     displacement: Array | None = None
 
 
+class Pictured:
+    """A result that draws and saves itself.
+
+    It has at least ``points`` (2 or 3, ...), ``area``, ``pressure`` and ``status`` (...) on a grid (ny, nx),
+    or on patches in rows (n,).
+    """
+
+    points: Array
+    area: Array
+    pressure: Array
+    status: NDArray[np.int8]
+
+    @property
+    def slip_unit(self) -> str:
+        """Unit of the slip, if there is one: relative in rolling."""
+        return "-"
+
+    def _repr_png_(self) -> bytes:
+        """The pressure map, for notebooks."""
+        picture: bytes = self.plot("pressure")._repr_png_()
+        return picture
+
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
+        from .plot import plot
+
+        return plot(self, quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
+        from .export import save
+
+        return save(self, Path(directory))
+
+
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Pictured):
     """The solved contact.
 
     Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, (n,) where
@@ -184,23 +219,6 @@ class Result:
             f"<Result: {self.model}, {self.status.size} points, {closed} in contact, normal force "
             f"{self.normal_force:.6g} N, peak pressure {self.report.peak_pressure:.4g} Pa, {outcome}>"
         )
-
-    def _repr_png_(self) -> bytes:
-        """The pressure map, for notebooks."""
-        picture: bytes = self.plot("pressure")._repr_png_()
-        return picture
-
-    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
-        from .plot import plot
-
-        return plot(self, quantity, kind, **options)
-
-    def save(self, directory: str | Path) -> list[Path]:
-        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
-        from .export import save
-
-        return save(self, Path(directory))
 
 
 def _percent(share: float) -> str:

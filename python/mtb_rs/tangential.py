@@ -18,6 +18,7 @@ from .friction import Friction, InterfaceLayer, native_law
 from .material import Material
 from .patch import PressureField, pressure_field
 from .report import Report
+from .result import Pictured
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -122,14 +123,15 @@ class TangentialState:
     coefficient: Array
 
 
-@dataclass(frozen=True)
-class TangentialResult:
+@dataclass(frozen=True, repr=False)
+class TangentialResult(Pictured):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
     ----------
     points : (2, ny, nx) [m]
         Cell centres.
+    area : (ny, nx) [m2]
     pressure : (ny, nx) [Pa]
     traction : (3, ny, nx) [Pa]
         Friction on the lower body; the third component is zero.
@@ -146,11 +148,14 @@ class TangentialResult:
         Sum of (x q_y - y q_x) area.
     creepage : (3,)
         (xi, eta, phi) in rolling, (x, y [m], rotation [rad]) in a shift: given, or found for a force.
+    motion : Rolling or Shift
+        As asked for.
     state : TangentialState
         For the next shift or transient step.
     """
 
     points: Array
+    area: Array
     pressure: Array
     traction: Array
     slip: Array
@@ -159,8 +164,28 @@ class TangentialResult:
     force: Array
     spin_moment: float
     creepage: Array
+    motion: Rolling | Shift
     state: TangentialState
     report: Report
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of pressure times area [N]."""
+        return -float(self.force[2])
+
+    @property
+    def slip_unit(self) -> str:
+        """Relative in rolling, metres in a shift."""
+        return "m" if isinstance(self.motion, Shift) else "-"
+
+    def __repr__(self) -> str:
+        ny, nx = self.pressure.shape
+        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        return (
+            f"TangentialResult({nx} x {ny} cells, {stick} stick, {slip} slip, "
+            f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N, "
+            f"{self.report.status})"
+        )
 
 
 class _Key(NamedTuple):
@@ -440,6 +465,7 @@ def _result(
     state = TangentialState(traction=tangential, pressure=field.pressure, coefficient=coefficient)
     return TangentialResult(
         points=np.stack(np.meshgrid(x, y)),
+        area=np.full(field.pressure.shape, area),
         pressure=field.pressure,
         traction=traction,
         slip=slip,
@@ -448,6 +474,7 @@ def _result(
         force=force,
         spin_moment=found["spin_moment"],
         creepage=np.array([*found["drive"], spin]),
+        motion=motion,
         state=state,
         report=report,
     )

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .grids import corners, flat, patches, quads
-from .result import Array, Result, Surface
+from .result import Array, Pictured, Result, Surface
 
 if TYPE_CHECKING:
     import pyvista
@@ -111,9 +111,9 @@ def view(
         raise ViewError(missing)
     import pyvista
 
-    from .plot import QUANTITIES, STATUS_COLOURS, STATUS_NAMES, colour_scale
+    from .plot import STATUS_COLOURS, STATUS_NAMES, colour_scale, quantity_of
 
-    asked = QUANTITIES[quantity]
+    asked = quantity_of(result, quantity)
     surfaces = bodies(result)
     if scale is None:
         scale = _default_scale(surfaces, result)
@@ -172,16 +172,19 @@ def view(
     return plotter
 
 
-def contact_mesh(result: Result, scale: float = 0.0, lift: float = 0.0) -> pyvista.PolyData:
+def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyvista.PolyData:
     """The contact patches as cells of the lower surface: quadrilaterals, or vertices where scattered.
 
     Cells are in the order of the result's points. `scale` times the lower body's displacement and
-    `lift` [m] along the normal move them.
+    `lift` [m] along the normal move them. Results on a height field are drawn in the plane z = 0.
     """
     import pyvista
 
-    points = flat(result, result.points) + scale * flat(result, result.displacement.lower)
-    points = points + lift * flat(result, result.normal)
+    points = flat(result, result.points)
+    if isinstance(result, Result):
+        points = points + scale * flat(result, result.displacement.lower) + lift * flat(result, result.normal)
+    else:
+        points = np.concatenate([points[:2], np.zeros((1, points.shape[1]))])
     grids = patches(result)
     if not grids:
         return pyvista.PolyData(points.T)

@@ -21,7 +21,7 @@ import mtb_rs as mtb
 from mtb_rs import view
 from mtb_rs.export import PictureWarning, plain, save
 from mtb_rs.grids import borders, corners, quads
-from mtb_rs.plot import QUANTITIES, animate
+from mtb_rs.plot import animate, drawable
 from mtb_rs.result import Result
 
 ROOT = Path(__file__).parents[2]
@@ -37,14 +37,46 @@ def pixels(figure: Figure) -> np.ndarray:
     return matplotlib.pyplot.imread(buffer)
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
-def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result, quantity: str) -> None:
-    for picture in (
-        pole_shoe_result.plot(quantity),
-        pole_shoe_result.plot(quantity, y=(6e-3, 12e-3), body="upper"),
-    ):
-        assert pixels(picture).std() > 0.05
+def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result) -> None:
+    known = drawable(pole_shoe_result)
+    assert len(known) == 10
+    for quantity in known:
+        for picture in (
+            pole_shoe_result.plot(quantity),
+            pole_shoe_result.plot(quantity, y=(6e-3, 12e-3), body="upper"),
+        ):
+            assert pixels(picture).std() > 0.05
     assert matplotlib.pyplot.get_fignums() == []
+
+
+def test_results_on_fields_draw_and_save_themselves(tmp_path: Path) -> None:
+    hertz = mtb.hertz(20e3, radii=(0.46, 0.3), lower=mtb.steel, upper=mtb.steel)
+    normal = hertz.on_grid((24, 20), (0.4e-3, 0.4e-3))
+    friction = mtb.Coulomb(0.3)
+    rolling = mtb.solve_tangential(normal, mtb.Rolling(creepage=(5e-4, 3e-4, 0.6)), friction)
+    shift = mtb.solve_tangential(normal, mtb.Shift(displacement=(3e-6, 0.0)), friction)
+    fastsim = mtb.fastsim(normal, (5e-4, 3e-4, 0.6), friction)
+    for result, quantities in ((normal, 4), (rolling, 9), (shift, 9), (fastsim, 8)):
+        known = drawable(result)
+        assert len(known) == quantities
+        assert all(pixels(result.plot(quantity)).std() > 0.02 for quantity in known)
+        written = result.save(tmp_path / type(result).__name__)
+        summary = json.loads(written[-1].read_text(encoding="utf-8"))
+        assert summary["normal_force"] == pytest.approx(20e3, rel=1e-6)
+        with np.load(written[0].parent / "fields.npz") as fields:
+            np.testing.assert_array_equal(fields["pressure"], result.pressure)
+    # slip is relative in rolling, a length in a shift; arrows show where tractions turn
+    assert [r.plot("slip").axes[1].get_ylabel() for r in (rolling, shift)] == ["|slip| [10⁻³]", "|slip| [µm]"]
+    assert len(rolling.plot("traction").axes[0].collections) > len(
+        normal.plot("pressure").axes[0].collections
+    )
+    with Image.open(animate([rolling, shift], tmp_path / "two.gif", "traction")) as moving:
+        assert moving.n_frames == 2
+    with pytest.raises(ValueError, match="quantity is 'slip': one of pressure, gap"):
+        normal.plot("slip")
+    with pytest.raises(ValueError, match="NormalResult has no bodies"):
+        normal.plot(kind="3d")
+    assert len(repr(rolling)) < 200
 
 
 def test_line_names_the_row_it_shows(pole_shoe_result: Result) -> None:
