@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, ClassVar
@@ -28,13 +29,15 @@ class Records(SphinxDirective):
     """Some columns and rows of a CSV file as a table.
 
     The argument is the file, from this folder. `columns` names what is shown, parted by semicolons, each
-    ``name``, ``name = heading`` or ``name:format = heading``; ``where`` keeps rows, ``name = value | value``.
+    ``name``, ``name = heading`` or ``name:format = heading``; ``where`` keeps rows, ``name = value | value``,
+    and `sort` orders them by a column of numbers.
     """
 
     required_arguments = 1
     option_spec: ClassVar[dict[str, Any]] = {
         "columns": directives.unchanged_required,
         "where": directives.unchanged,
+        "sort": directives.unchanged,
     }
 
     def run(self) -> list[nodes.Node]:
@@ -52,6 +55,8 @@ class Records(SphinxDirective):
             rows = [row for row in rows if row[key] in kept]
         if not rows:
             raise self.error(f"{path}: no rows where {self.options['where']}")
+        if "sort" in self.options:
+            rows.sort(key=lambda row: float(row[self.options["sort"]]))
         columns = [column(text) for text in parts(self.options.get("columns", ";".join(rows[0])))]
         for name, _, _ in columns:
             if name not in rows[0]:
@@ -100,7 +105,7 @@ def shown(text: str, style: str) -> str:
 
 def is_number(text: str) -> bool:
     try:
-        float(text)
+        float(text.rstrip("%"))
     except ValueError:
         return text in {"–", "none", "never"}
     return True
@@ -142,8 +147,9 @@ class Example(SphinxDirective):
         if not (kept / "printed.txt").exists():
             raise self.error(f"{kept} is missing: run docs/gallery.py {name}")
         question = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
-        title, _, rest = question.partition("\n\n")
-        lines = [f"## {' '.join(title.split()).rstrip('.')}", "", rest, ""]
+        # the first sentence, or what stands before its colon, is the heading
+        title, mark, rest = re.split(r"([?.:])\s+", question + " ", maxsplit=1)
+        lines = [f"## {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
         for picture in sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif")):
             lines += [f"```{{image}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", "```", ""]
         lines += [f"```{{literalinclude}} gallery/{name}/printed.txt", ":language: text", "```", ""]

@@ -27,10 +27,10 @@ def _gallery() -> ModuleType:
 
 
 GALLERY = _gallery()
-PAGES = [ROOT / "README.md", *GALLERY.pages()]
+PAGES = [ROOT / "README.md", ROOT / "rust" / "capi" / "README.md", *GALLERY.pages()]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = page.read_text(encoding="utf-8")
     if '"3d"' in text and page.name != "README.md" and missing_for_view():
@@ -46,7 +46,7 @@ def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_every_page_with_code_is_run() -> None:
     # a page is tutorial-like as soon as it has a block of Python
-    assert {"tutorial.md", "simulation.md"} <= {page.name for page in PAGES}
+    assert {"tutorial.md", "fields.md", "simulation.md"} <= {page.name for page in PAGES}
 
 
 @pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
