@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .friction import Coulomb, Friction, StaticKinetic, native_law
+from .check import array, choice, pair, positive
+from .friction import (
+    Coulomb,
+    FallingFriction,
+    Friction,
+    StaticKinetic,
+    TabulatedFriction,
+    coulomb_field,
+    native_law,
+)
 from .patch import PressureField, pressure_field
 from .result import Pictured
 
@@ -88,18 +97,51 @@ class FoundationResult(Pictured):
 def _bound(field: PressureField, bound: Bound) -> Array:
     if bound == "elliptic":
         return field.pressure
-    if bound == "parabolic":
-        # the square of an ellipse is a parabola; scaled to the same force, on any patch
-        square = field.pressure**2
-        return np.ascontiguousarray(square * (field.pressure.sum() / square.sum()))
-    raise ValueError(f'bound is {bound!r}: "parabolic" or "elliptic" is needed')
+    # the square of an ellipse is a parabola; scaled to the same force, on any patch
+    square = field.pressure**2
+    return np.ascontiguousarray(square * (field.pressure.sum() / square.sum()))
 
 
 def _rows(creepages: ArrayLike) -> Array:
-    rows = np.ascontiguousarray(np.atleast_2d(np.asarray(creepages, dtype=float)))
+    rows = np.ascontiguousarray(np.atleast_2d(array("creepages", creepages, "(n, 3)")))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
     return rows
+
+
+class _Ellipse(NamedTuple):
+    """One contact as the approximations see it."""
+
+    field: PressureField
+    cut: tuple[slice, slice]
+    semi_axes: tuple[float, float]
+    centre: tuple[float, float]
+
+
+def _ellipses(field: PressureField, semi_axes: tuple[float, float] | None, method: str) -> list[_Ellipse]:
+    """Each separate contact with the ellipse of its own second moments, or the one given."""
+    if field.reference is not None:
+        raise ValueError(f"pressure is a line contact: {method} needs a patch, solve_tangential takes both")
+    if not np.any(field.pressure > 0.0):
+        raise ValueError("the pressure is zero everywhere: there is no contact to roll")
+    parts = field.patches()
+    if semi_axes is None:
+        return [_Ellipse(part, cut, part.semi_axes(), part.centre()) for cut, part in parts]
+    a, b = pair("semi_axes", semi_axes, "m")
+    axes = positive("semi_axes[0]", a, "m"), positive("semi_axes[1]", b, "m")
+    if len(parts) > 1:
+        raise ValueError(
+            f"semi_axes is {semi_axes!r}, one ellipse, and the pressure has {len(parts)} separate contacts: "
+            "None is needed, which gives each its own"
+        )
+    cut, part = parts[0]
+    return [_Ellipse(part, cut, axes, part.centre())]
+
+
+def _local(rows: Array, centre: tuple[float, float]) -> Array:
+    """Creepages about `centre`: spin about the origin moves it, by (-phi y, phi x)."""
+    x, y = centre
+    return np.ascontiguousarray(rows + rows[:, 2:] * np.array([-y, x, 0.0]))
 
 
 def _fastsim(
@@ -111,29 +153,45 @@ def _fastsim(
     order: int,
     speed: float,
     semi_axes: tuple[float, float] | None,
-) -> tuple[PressureField, dict[str, Any]]:
-    if flexibilities not in (1, 3):
+) -> tuple[PressureField, dict[str, Array]]:
+    """Forces (n, 3) over the creepages, and the fields at the last one."""
+    choice("bound", bound, ("parabolic", "elliptic"))
+    if isinstance(flexibilities, bool) or flexibilities not in (1, 3):
         raise ValueError(f"flexibilities is {flexibilities!r}: 1 or 3 is needed")
-    if order not in (1, 2):
+    if isinstance(order, bool) or order not in (1, 2):
         raise ValueError(f"order is {order!r}: 1 (FASTSIM) or 2 (second order) is needed")
+    positive("speed", speed, "m/s")
     field = pressure_field(normal)
     shape = field.pressure.shape
     modulus, ratio = field.pair_modulus()
-    law = native_law(friction, shape, (slice(0, shape[0]), slice(0, shape[1])))
-    found = _mtb_rs.fastsim_curve(
-        _bound(field, bound),
-        field.spacing,
-        field.start,
-        semi_axes or field.semi_axes(),
-        modulus,
-        ratio,
-        rows,
-        float(speed),
-        law,
-        flexibilities == 1,
-        order == 2,
-    )
-    return field, found
+    whole = {
+        "forces": np.zeros((len(rows), 3)),
+        "traction": np.zeros((2, *shape)),
+        "slip": np.zeros((2, *shape)),
+        "slipping": np.zeros(shape, dtype=bool),
+    }
+    for part, cut, axes, centre in _ellipses(field, semi_axes, "FASTSIM"):
+        x, y = centre
+        found = _mtb_rs.fastsim_curve(
+            _bound(part, bound),
+            part.spacing,
+            (part.start[0] - x, part.start[1] - y),
+            axes,
+            modulus,
+            ratio,
+            _local(rows, centre),
+            float(speed),
+            native_law(friction, shape, cut),
+            flexibilities == 1,
+            order == 2,
+        )
+        forces = found["forces"]
+        whole["forces"] += forces
+        whole["forces"][:, 2] += x * forces[:, 1] - y * forces[:, 0]
+        for name in ("traction", "slip", "slipping"):
+            # rectangles of separate contacts may overlap, their cells do not
+            whole[name][(..., *cut)] += found[name]
+    return field, whole
 
 
 def fastsim(
@@ -147,6 +205,9 @@ def fastsim(
     semi_axes: tuple[float, float] | None = None,
 ) -> FoundationResult:
     """FASTSIM: the simplified theory of rolling contact [Kalker1982].
+
+    Separate contacts are solved each by itself, with the ellipse of its own second moments and the
+    creepages about its own centre of pressure; that they move each other elastically is left out.
 
     Parameters
     ----------
@@ -165,7 +226,8 @@ def fastsim(
         Of the integration along the rolling direction; 2 as in FASTSIM2.
     speed : float [m/s]
     semi_axes : (a, b) or None [m]
-        Ellipse whose linear theory sets the flexibilities; None takes the one of equal second moments.
+        Ellipse whose linear theory sets the flexibilities, for a single contact; None takes the one of
+        equal second moments.
     """
     field, found = _fastsim(normal, _rows(creepage), friction, bound, flexibilities, order, speed, semi_axes)
     status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
@@ -208,18 +270,21 @@ def polach(
 ) -> Array:
     """Polach's closed-form creep force [Polach1999], with reduction factors [Polach2005].
 
+    Separate contacts add up, each with its own ellipse and the creepages about its own centre.
+
     Parameters
     ----------
     normal : NormalResult, Result or PressureField
     creepage : (3,) or (n, 3)
         (xi, eta, phi) [-, -, 1/m].
     friction : Friction
-        Taken at the slip speed of the rigid bodies, `speed` times the size of (xi, eta).
+        Taken at the slip speed of the rigid bodies, `speed` times the size of (xi, eta) at the centre;
+        a coefficient that varies over the patch as its mean weighted by the pressure.
     reduction : (k_A, k_S)
         Of the stiffness where the surfaces stick and where they slip.
     speed : float [m/s]
     semi_axes : (a, b) or None [m]
-        None takes the ellipse with the second moments of the pressure.
+        None takes the ellipse with the second moments of the pressure, for each contact its own.
 
     Returns
     -------
@@ -228,15 +293,23 @@ def polach(
     """
     field = pressure_field(normal)
     rows = _rows(creepage)
-    if isinstance(friction, Coulomb):
-        mu = np.full(len(rows), float(np.mean(np.asarray(friction.coefficient, dtype=float))))
-    elif isinstance(friction, StaticKinetic):
-        mu = np.full(len(rows), friction.kinetic)
-    else:
-        mu = friction.sliding(speed * np.hypot(rows[:, 0], rows[:, 1]))
+    positive("speed", speed, "m/s")
+    reductions = pair("reduction", reduction)
     modulus, ratio = field.pair_modulus()
-    axes = semi_axes or field.semi_axes()
-    forces = _mtb_rs.polach_curve(
-        axes, modulus, ratio, field.normal_force, rows, np.ascontiguousarray(mu), reduction
-    )
+    forces = np.zeros((len(rows), 2))
+    for part, cut, axes, centre in _ellipses(field, semi_axes, "Polach's formula"):
+        local = _local(rows, centre)
+        if isinstance(friction, Coulomb):
+            coefficient = coulomb_field(friction, field.pressure.shape)[cut]
+            mean = float(np.average(coefficient, weights=part.pressure))
+            mu = np.full(len(rows), mean)
+        elif isinstance(friction, StaticKinetic):
+            mu = np.full(len(rows), friction.kinetic)
+        elif isinstance(friction, (FallingFriction, TabulatedFriction)):
+            mu = friction.sliding(speed * np.hypot(local[:, 0], local[:, 1]))
+        else:
+            raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
+        forces += _mtb_rs.polach_curve(
+            axes, modulus, ratio, part.normal_force, local, np.ascontiguousarray(mu), reductions
+        )
     return forces if np.ndim(creepage) == 2 else forces[0]

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .check import array, number, pair, positive, whole
 from .friction import Coulomb
 from .material import Material
 from .reference import elliptic_pressure
@@ -52,6 +54,19 @@ class CreepForceTable:
     forces: Array
     cells: int
 
+    def __post_init__(self) -> None:
+        ratios = _rising(self.ratios)
+        scale = array("scale", self.scale, "(m,)")
+        forces = array("forces", self.forces, "(k, m, 2 m - 1, m, 3)")
+        m = scale.size
+        if scale.ndim != 1 or m < 4 or scale[0] != 0.0 or not np.allclose(np.diff(scale), scale[1]):
+            raise ValueError(f"scale is {self.scale!r}: at least 4 even steps from 0 are needed")
+        if forces.shape != (ratios.size, m, 2 * m - 1, m, 3):
+            wanted = (ratios.size, m, 2 * m - 1, m, 3)
+            raise ValueError(f"forces has shape {forces.shape}: {wanted} is needed")
+        for name, values in (("ratios", ratios), ("scale", scale), ("forces", forces)):
+            object.__setattr__(self, name, values)
+
     @classmethod
     def build(
         cls,
@@ -76,10 +91,9 @@ class CreepForceTable:
         progress : callable or None
             Called with the share done.
         """
-        rising = np.asarray(ratios, dtype=float)
-        if rising.ndim != 1 or rising.size < 1 or np.any(rising <= 0.0) or np.any(np.diff(rising) <= 0.0):
-            raise ValueError(f"ratios is {ratios!r}: rising positive numbers are needed")
-        if nodes < 4:
+        rising = _rising(ratios)
+        whole("cells", cells)
+        if whole("nodes", nodes) < 4:
             raise ValueError(f"nodes is {nodes}: at least 4 are needed")
         scale = np.linspace(0.0, _END, nodes)
         signed = np.concatenate([-scale[:0:-1], scale])
@@ -121,22 +135,29 @@ class CreepForceTable:
             Of both bodies.
         friction : float [-]
         creepages : (n, 3)
-            (xi, eta, phi) [-, -, 1/m].
+            (xi, eta, phi) [-, -, 1/m]; beyond the end of the table, where all slides, they are shortened
+            along their direction.
 
         Returns
         -------
         (n, 3) float
             Fx, Fy [N], Mz [N m].
         """
-        a, b = semi_axes
-        ratio = a / b
+        a, b = pair("semi_axes", semi_axes, "m")
+        ratio = positive("semi_axes[0]", a, "m") / positive("semi_axes[1]", b, "m")
+        positive("normal_force", normal_force, "N")
+        positive("shear_modulus", shear_modulus, "Pa")
+        if number("friction", friction) < 0.0:
+            raise ValueError(f"friction is {friction!r}: a number of at least 0 is needed")
         low, high = self.ratios[0], self.ratios[-1]
         if not low * (1 - 1e-9) <= ratio <= high * (1 + 1e-9):
             raise ValueError(f"semi_axes have the ratio {ratio:g}: the table holds {low:g} to {high:g}")
         limit = friction * normal_force
-        rows = np.atleast_2d(np.asarray(creepages, dtype=float))
-        if rows.shape[1] != 3:
+        rows = np.atleast_2d(array("creepages", creepages, "(n, 3)"))
+        if rows.ndim != 2 or rows.shape[1] != 3:
             raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+        if limit == 0.0:
+            return np.zeros((len(rows), 3))
         c = rows * (a * b * shear_modulus / limit) * np.array([1.0, 1.0, np.sqrt(a * b)])
         # mirror images: xi -> -xi turns Fx only; (eta, phi) -> -(eta, phi) turns Fy and Mz
         turn_x = np.where(c[:, 0] < 0.0, -1.0, 1.0)
@@ -163,9 +184,9 @@ class CreepForceTable:
         return np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
 
     def save(self, path: str | Path) -> None:
-        """Writes the table as NPZ."""
+        """Writes the table as NPZ; the ending .npz is added where it is missing."""
         np.savez_compressed(
-            path,
+            _npz(path),
             poisson_ratio=self.poisson_ratio,
             ratios=self.ratios,
             scale=self.scale,
@@ -175,18 +196,39 @@ class CreepForceTable:
 
     @classmethod
     def load(cls, path: str | Path) -> CreepForceTable:
-        """Reads a table written by :meth:`save`."""
-        with np.load(path) as data:
-            missing = {"poisson_ratio", "ratios", "scale", "forces", "cells"} - set(data.files)
-            if missing:
-                raise ValueError(f"{path} is no creep-force table: {sorted(missing)} missing")
-            return cls(
-                poisson_ratio=float(data["poisson_ratio"]),
-                ratios=data["ratios"],
-                scale=data["scale"],
-                forces=data["forces"],
-                cells=int(data["cells"]),
-            )
+        """Reads a table written by :meth:`save`, at the same path.
+
+        Raises
+        ------
+        ValueError
+            For a file that holds no such table.
+        """
+        try:
+            with np.load(_npz(path)) as data:
+                missing = {"poisson_ratio", "ratios", "scale", "forces", "cells"} - set(data.files)
+                if missing:
+                    raise ValueError(f"{sorted(missing)} missing")
+                return cls(
+                    poisson_ratio=float(data["poisson_ratio"]),
+                    ratios=data["ratios"],
+                    scale=data["scale"],
+                    forces=data["forces"],
+                    cells=int(data["cells"]),
+                )
+        except (ValueError, EOFError, AttributeError, TypeError, BadZipFile) as error:
+            raise ValueError(f"{path} is no creep-force table: {error}") from None
+
+
+def _npz(path: str | Path) -> Path:
+    path = Path(path)
+    return path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
+
+
+def _rising(ratios: ArrayLike) -> Array:
+    rising = array("ratios", ratios, "(k,)")
+    if rising.ndim != 1 or rising.size < 1 or np.any(rising <= 0.0) or np.any(np.diff(rising) <= 0.0):
+        raise ValueError(f"ratios is {ratios!r}: rising positive numbers are needed")
+    return rising
 
 
 def _creepage(t: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mtb_rs
+from .check import array
 
 Array = NDArray[np.float64]
 
@@ -36,8 +37,8 @@ class Coulomb:
     coefficient: float | Array
 
     def __post_init__(self) -> None:
-        values = np.asarray(self.coefficient, dtype=float)
-        if not np.all(np.isfinite(values)) or np.any(values < 0.0):
+        values = array("coefficient", self.coefficient, "a number of at least 0, or (ny, nx) of them,")
+        if values.size == 0 or np.any(values < 0.0):
             raise ValueError(f"coefficient is {self.coefficient!r}: numbers of at least 0 are needed")
 
     def at_rest(self) -> float:
@@ -132,14 +133,18 @@ class TabulatedFriction:
     memory_min_slip: float = 1e-3
 
     def __post_init__(self) -> None:
-        speed = np.asarray(self.slip_speed, dtype=float)
-        values = np.asarray(self.coefficient, dtype=float)
+        speed = array("slip_speed", self.slip_speed, "(k,) [m/s]")
+        values = array("coefficient", self.coefficient, "(k,)")
         if speed.ndim != 1 or speed.size < 1 or speed[0] != 0.0 or np.any(np.diff(speed) <= 0.0):
             raise ValueError("slip_speed must rise strictly from 0")
         if values.shape != speed.shape:
             raise ValueError(f"coefficient has {values.size} entries, slip_speed has {speed.size}")
-        if not np.all(np.isfinite(values)) or np.any(values < 0.0):
-            raise ValueError("coefficient must be finite and at least 0 everywhere")
+        if np.any(values < 0.0):
+            at = int(np.argmin(values))
+            raise ValueError(f"coefficient[{at}] is {values[at]:g}: numbers of at least 0 are needed")
+        if self.memory is not None:
+            _number("memory", self.memory, strictly=True)
+        _number("memory_min_slip", self.memory_min_slip, strictly=True)
 
     def at_rest(self) -> float:
         """Coefficient at rest [-]."""
@@ -176,13 +181,18 @@ class InterfaceLayer:
         return self.thickness / self.shear_modulus
 
 
+def coulomb_field(friction: Coulomb, shape: tuple[int, int]) -> Array:
+    """The coefficient (ny, nx) on a grid of that shape."""
+    values = np.asarray(friction.coefficient, dtype=float)
+    if values.ndim and values.shape != shape:
+        raise ValueError(f"coefficient has shape {values.shape}, the patch has {shape}")
+    return np.broadcast_to(values, shape)
+
+
 def native_law(friction: Friction, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
     """The law as the solver takes it, on the part `cut` of a grid of `shape` (ny, nx)."""
     if isinstance(friction, Coulomb):
-        values = np.asarray(friction.coefficient, dtype=float)
-        if values.ndim and values.shape != shape:
-            raise ValueError(f"coefficient has shape {values.shape}, the patch has {shape}")
-        field = np.broadcast_to(values, shape)[cut]
+        field = coulomb_field(friction, shape)[cut]
         return _mtb_rs.Friction.coulomb(np.ascontiguousarray(field).ravel())
     if isinstance(friction, StaticKinetic):
         return _mtb_rs.Friction.static_kinetic(float(friction.static), float(friction.kinetic))

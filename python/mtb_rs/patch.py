@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .bodies import Rigid
+from .check import array, pair, positive
 from .material import Material
 
 Array = NDArray[np.float64]
@@ -42,27 +43,32 @@ class PressureField:
     reference: float | None = None
 
     def __post_init__(self) -> None:
-        pressure = np.ascontiguousarray(self.pressure, dtype=float)
+        pressure = array("pressure", self.pressure, "(ny, nx) [Pa]")
         if pressure.ndim != 2 or pressure.size == 0:
             raise ValueError(f"pressure has shape {pressure.shape}: (ny, nx) is needed")
-        if not np.all(np.isfinite(pressure)):
-            raise ValueError("pressure holds numbers that are not finite")
         if np.any(pressure < 0.0):
             where = np.unravel_index(int(np.argmin(pressure)), pressure.shape)
             at = tuple(int(k) for k in where)
             raise ValueError(f"pressure at {at} is {pressure[where]:g} Pa: it must not be negative")
-        dx, dy = (float(d) for d in self.spacing)
-        if not (np.isfinite([dx, dy]).all() and dx > 0.0 and dy > 0.0):
+        dx, dy = pair("spacing", self.spacing, "m")
+        if dx <= 0.0 or dy <= 0.0:
             raise ValueError(f"spacing is {self.spacing!r} m: two positive numbers are needed")
-        if self.reference is not None and pressure.shape[0] != 1:
-            raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
+        if self.reference is not None:
+            positive("reference", self.reference, "m")
+            if pressure.shape[0] != 1:
+                raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
+        for name in ("lower", "upper"):
+            body = getattr(self, name)
+            if body is not None and not isinstance(body, Material):
+                raise ValueError(f"{name} is {body!r}: a Material is needed, or None for a rigid body")
         if self.lower is None and self.upper is None:
             raise ValueError("both bodies are rigid: one of them must be elastic")
         ny, nx = pressure.shape
-        origin = self.origin or (-0.5 * (nx - 1) * dx, -0.5 * (ny - 1) * dy)
+        middle = (-0.5 * (nx - 1) * dx, -0.5 * (ny - 1) * dy)
+        origin = middle if self.origin is None else pair("origin", self.origin, "m")
         object.__setattr__(self, "pressure", pressure)
         object.__setattr__(self, "spacing", (dx, dy))
-        object.__setattr__(self, "origin", (float(origin[0]), float(origin[1])))
+        object.__setattr__(self, "origin", (origin[0], origin[1]))
 
     @property
     def start(self) -> tuple[float, float]:
@@ -82,6 +88,27 @@ class PressureField:
         x: Array = np.asarray(x0 + self.spacing[0] * np.arange(nx))
         y: Array = np.asarray(y0 + self.spacing[1] * np.arange(ny))
         return x, y
+
+    def centre(self) -> tuple[float, float]:
+        """Centre of pressure (x, y) [m]."""
+        x, y = self.coordinates()
+        p = self.pressure / self.pressure.sum()
+        return float(x @ p.sum(axis=0)), float(y @ p.sum(axis=1))
+
+    def patches(self) -> list[tuple[tuple[slice, slice], PressureField]]:
+        """The separate contacts, each on its smallest rectangle (rows, columns) of the grid.
+
+        Cells that touch, be it at a corner, are one contact.
+        """
+        found = []
+        for label, cut in _labelled(self.pressure > 0.0):
+            part = np.where(label, self.pressure[cut], 0.0)
+            start = (
+                self.start[0] + cut[1].start * self.spacing[0],
+                self.start[1] + cut[0].start * self.spacing[1],
+            )
+            found.append((cut, replace(self, pressure=part, origin=start)))
+        return found
 
     def semi_axes(self) -> tuple[float, float]:
         """Semi-axes (a along x, b along y) [m] of the Hertzian ellipse with the same second moments.
@@ -105,6 +132,46 @@ class PressureField:
                 flexibility += 0.5 / body.shear_modulus
                 ratio += 0.5 * body.poisson_ratio / body.shear_modulus
         return 1.0 / flexibility, ratio / flexibility
+
+
+def _labelled(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
+    """The connected parts of a mask: each with its smallest rectangle, and the mask of the part on it."""
+    padded = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
+    padded[:, 1:-1] = mask
+    # runs of cells, row by row: (row, first, end)
+    change = np.diff(padded, axis=1)
+    rows, first = np.nonzero(change == 1)
+    _, end = np.nonzero(change == -1)
+    parent = list(range(len(rows)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    begin = np.searchsorted(rows, np.arange(mask.shape[0] + 1))
+    for row in range(1, mask.shape[0]):
+        above, here = int(begin[row - 1]), int(begin[row])
+        while above < begin[row] and here < begin[row + 1]:
+            if first[above] <= end[here] and first[here] <= end[above]:
+                parent[root(here)] = root(above)
+            # the run that ends first meets no later one
+            if end[above] < end[here]:
+                above += 1
+            else:
+                here += 1
+    roots = np.array([root(k) for k in range(len(rows))], dtype=int)
+    parts = []
+    for label in np.unique(roots):
+        own = np.flatnonzero(roots == label)
+        top, left = int(rows[own].min()), int(first[own].min())
+        cut = (slice(top, int(rows[own].max()) + 1), slice(left, int(end[own].max())))
+        part = np.zeros((cut[0].stop - top, cut[1].stop - left), dtype=bool)
+        for k in own:
+            part[rows[k] - top, first[k] - left : end[k] - left] = True
+        parts.append((part, cut))
+    return parts
 
 
 def pressure_field(normal: Any) -> PressureField:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
+from .check import array, choice, number, numbers, pair, positive
 from .errors import ConvergenceError
 from .friction import Friction, InterfaceLayer, native_law
 from .material import Material
@@ -57,12 +58,14 @@ class Rolling:
     step: float | None = None
 
     def __post_init__(self) -> None:
-        _finite("creepage", self.creepage, 3)
-        _finite("angle", (self.angle,), 1)
-        for name in ("speed", "step"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value!r}: a positive number is needed")
+        numbers("creepage", self.creepage, 3)
+        _check_force(self.force)
+        number("angle", self.angle, "rad")
+        positive("speed", self.speed, "m/s")
+        if not isinstance(self.transient, (bool, np.bool_)):
+            raise ValueError(f"transient is {self.transient!r}: True or False is needed")
+        if self.step is not None:
+            positive("step", self.step, "m")
 
     def step_vector(self, spacing: Pair) -> Pair:
         """The step (x, y) [m] on cells of the size `spacing` [m]."""
@@ -93,16 +96,20 @@ class Shift:
     duration: float = 1.0
 
     def __post_init__(self) -> None:
-        _finite("displacement", self.displacement, 2)
-        _finite("spin", (self.spin,), 1)
-        if not (math.isfinite(self.duration) and self.duration > 0.0):
-            raise ValueError(f"duration is {self.duration!r} s: a positive number is needed")
+        pair("displacement", self.displacement, "m")
+        _check_force(self.force)
+        number("spin", self.spin, "rad")
+        positive("duration", self.duration, "s")
 
 
-def _finite(name: str, values: Any, count: int) -> None:
-    numbers = np.asarray(values, dtype=float)
-    if numbers.shape != (count,) or not np.all(np.isfinite(numbers)):
-        raise ValueError(f"{name} is {values!r}: {count} finite number{'s' if count > 1 else ''} needed")
+def _check_force(force: Any) -> None:
+    if force is None:
+        return
+    if not isinstance(force, (tuple, list, np.ndarray)) or len(force) != 2:
+        raise ValueError(f"force is {force!r}: (Fx, Fy) [N] is needed, None for a given component")
+    for k, value in enumerate(force):
+        if value is not None:
+            number(f"force[{k}]", value, "N")
 
 
 @dataclass(frozen=True)
@@ -121,6 +128,21 @@ class TangentialState:
     traction: Array
     pressure: Array
     coefficient: Array
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.pressure)
+        for name, unit in (("pressure", "Pa"), ("coefficient", "-")):
+            values = array(f"state.{name}", getattr(self, name), f"(ny, nx) [{unit}]")
+            if values.ndim != 2 or values.shape != shape or np.any(values < 0.0):
+                raise ValueError(
+                    f"state.{name} has shape {values.shape} and the least value {values.min():g}: "
+                    "(ny, nx) like the pressure, nowhere negative, is needed"
+                )
+            object.__setattr__(self, name, values)
+        traction = array("state.traction", self.traction, "(2, ny, nx) [Pa]")
+        if traction.shape != (2, *shape):
+            raise ValueError(f"state.traction has shape {traction.shape}: {(2, *shape)} is needed")
+        object.__setattr__(self, "traction", traction)
 
 
 @dataclass(frozen=True, repr=False)
@@ -284,8 +306,9 @@ def solve_tangential(
     ConvergenceError
         With the last iterate as ``.result``.
     """
-    if coupling not in ("one-way", "full"):
-        raise ValueError(f'coupling is {coupling!r}: "one-way" or "full" is needed')
+    choice("coupling", coupling, ("one-way", "full"))
+    _check_problem(motion, layer, state)
+    number("tolerance", tolerance)
     if coupling == "full":
         return _alternate(normal, motion, friction, layer, state, tolerance)
     started = time.perf_counter()
@@ -303,8 +326,6 @@ def solve_tangential(
     else:
         given, spin, speed = motion.displacement, motion.spin, 1.0 / motion.duration
     forces = motion.force if motion.force is not None else (None, None)
-    if len(forces) != 2:
-        raise ValueError(f"force is {motion.force!r}: (Fx, Fy) is needed, None for a given component")
     drive = [(float(g), False) if f is None else (float(f), True) for g, f in zip(given, forces, strict=True)]
     earlier = None
     if state is not None:
@@ -332,6 +353,15 @@ def solve_tangential(
             result,
         )
     return result
+
+
+def _check_problem(motion: Any, layer: Any, state: Any) -> None:
+    if not isinstance(motion, (Rolling, Shift)):
+        raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed")
+    if layer is not None and not isinstance(layer, InterfaceLayer):
+        raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed, or None")
+    if state is not None and not isinstance(state, TangentialState):
+        raise ValueError(f"state is {state!r}: the TangentialState of an earlier result is needed, or None")
 
 
 #: Largest change of the pressure, over its peak, at which the alternation of both problems ends.
@@ -510,10 +540,12 @@ def creep_curve(
     ConvergenceError
         Naming the creepages that did not converge; ``.result`` holds all forces, those as NaN.
     """
-    rows = np.ascontiguousarray(np.atleast_2d(np.asarray(creepages, dtype=float)))
+    rows = np.ascontiguousarray(np.atleast_2d(array("creepages", creepages, "(n, 3)")))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    number("tolerance", tolerance)
     field = pressure_field(normal)
+    _check_problem(Rolling(speed=speed), layer, None)
     operators, cut, origin = _prepare(field, Rolling(speed=speed), layer, None)
     law = native_law(friction, field.pressure.shape, cut)
     pressure = np.ascontiguousarray(field.pressure[cut])

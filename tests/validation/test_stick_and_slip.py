@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import gzip
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -355,3 +356,59 @@ def test_unlike_bodies_change_their_pressure_a_little() -> None:
     # what moves the gap at the leading edge up moves it down at the trailing one
     shift = np.sum(full.pressure * full.points[0]) / np.sum(full.pressure)
     assert abs(shift) > 1e-6
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-14, 1e-15])
+def test_tiny_drives_are_linear(size: float) -> None:
+    patch = reference.elliptic_pressure(1e4, (3e-3, 4e-3), (40, 40), BODY, BODY)
+    direction = np.array([1.0, 0.7, 100.0])
+
+    def of_creepage(scale: float) -> np.ndarray:
+        found = mtb.solve_tangential(patch, mtb.Rolling(creepage=tuple(scale * direction)), MU)
+        return np.array([*found.force[:2], found.spin_moment]) / scale
+
+    assert of_creepage(size) == pytest.approx(of_creepage(1e-7), rel=1e-6)
+    for motion in (mtb.Rolling, mtb.Shift):
+        large, small = (
+            mtb.solve_tangential(patch, motion(force=(share * LIMIT, 0.4 * share * LIMIT)), MU)
+            for share in (1e-4, 1e3 * size)
+        )
+        assert small.creepage[:2] / (1e3 * size) == pytest.approx(large.creepage[:2] / 1e-4, rel=1e-6)
+        assert small.force[:2] / (1e3 * size * LIMIT) == pytest.approx([1.0, 0.4], rel=1e-6)
+
+
+def two_contacts(distance: float, cells: int = 30) -> mtb.PressureField:
+    """Two ellipses side by side, loaded by 10 kN and 8 kN."""
+    one = reference.elliptic_pressure(1e4, (3e-3, 4e-3), (cells, cells), BODY, BODY)
+    between = np.zeros((round(distance / one.spacing[1]) - cells, cells))
+    return mtb.PressureField(np.vstack([one.pressure, between, 0.8 * one.pressure]), one.spacing, BODY, BODY)
+
+
+@pytest.mark.parametrize("creepage", [(1e-3, 0.0, 0.0), (3e-4, 3e-4, 0.05), (0.0, 5e-4, 0.02)])
+def test_fast_approximations_on_two_contacts(creepage: tuple[float, float, float]) -> None:
+    both = two_contacts(16e-3)
+    limit = 0.3 * both.normal_force
+    full = mtb.solve_tangential(both, mtb.Rolling(creepage=creepage), MU)
+    simple = mtb.fastsim(both, creepage, MU)
+    # what the theory itself is off on one ellipse, not more
+    assert np.abs(simple.force[:2] - full.force[:2]).max() < 0.05 * limit
+    assert simple.spin_moment == pytest.approx(full.spin_moment, abs=0.03 * limit * 16e-3)
+    assert np.abs(mtb.polach(both, creepage, MU) - full.force[:2]).max() < 0.07 * limit
+    # the same contacts one by one, with the creepages that spin makes of their places
+    apart = [
+        mtb.fastsim(replace(part, origin=None), (creepage[0] - creepage[2] * y, *creepage[1:]), MU)
+        for _, part in both.patches()
+        for y in [part.centre()[1]]
+    ]
+    assert simple.force == pytest.approx(apart[0].force + apart[1].force, rel=1e-9, abs=1e-9)
+
+
+def test_contacts_that_touch_at_a_corner_are_one() -> None:
+    def count(rows: list[list[int]]) -> int:
+        pressure = np.array(rows, dtype=float)
+        return len(mtb.PressureField(pressure, (1e-3, 1e-3), BODY, BODY).patches())
+
+    assert count([[1, 0], [0, 1]]) == 1
+    assert count([[1, 0, 1], [1, 0, 1], [1, 1, 1]]) == 1
+    assert count([[1, 1, 1], [1, 0, 1], [0, 0, 0], [1, 0, 1]]) == 3
+    assert count([[0, 1, 0, 1], [1, 0, 1, 0]]) == 1

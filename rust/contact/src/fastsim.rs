@@ -130,18 +130,18 @@ pub fn solve(
     let stiffness = [f.longitudinal, f.lateral];
     // the spin acts with its own flexibility on those of the two directions
     let spin = stiffness.map(|l| creepage[2] * l / f.spin);
-    for j in 0..ny {
-        let y = problem.origin[1] + j as f64 * dy;
-        let rigid = |x: f64| [creepage[0] - spin[0] * y, creepage[1] + spin[1] * x];
-        let mut strip = Strip::default();
-        for i in (0..nx).rev() {
+    // all strips side by side: they do not wait for one another, the cells of one strip do
+    let mut strips = vec![Strip::default(); ny];
+    for i in (0..nx).rev() {
+        let x = problem.origin[0] + i as f64 * dx;
+        for (j, strip) in strips.iter_mut().enumerate() {
             let k = j * nx + i;
             let bound = problem.bound[k];
             if bound <= 0.0 {
-                strip = Strip::default();
+                *strip = Strip::default();
                 continue;
             }
-            let x = problem.origin[0] + i as f64 * dx;
+            let y = problem.origin[1] + j as f64 * dy;
             // from the leading edge to the first cell centre it is half a cell
             let (ahead, length) = match problem.order {
                 Order::First => (0.0, dx),
@@ -149,7 +149,10 @@ pub fn solve(
                 Order::Second => (0.25 * dx, 0.5 * dx),
             };
             let cell = Cell {
-                rigid: rigid(x + ahead),
+                rigid: [
+                    creepage[0] - spin[0] * y,
+                    creepage[1] + spin[1] * (x + ahead),
+                ],
                 length,
                 bound,
                 flexibility: stiffness,
@@ -229,7 +232,7 @@ struct Cell<'a> {
 }
 
 /// State at the last cell of a strip.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Strip {
     traction: [f64; 2],
     is_inside: bool,
@@ -283,6 +286,15 @@ fn length(v: [f64; 2]) -> f64 {
     (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
+/// Square of the size `g` of the traction `c / (L + d)`, and `-1/2` its derivative over `d`.
+fn dragged([lx, ly]: [f64; 2], pull: [f64; 2], d: f64) -> (f64, f64) {
+    let (ax, ay) = (lx + d, ly + d);
+    let each = 1.0 / (ax * ay);
+    let (qx, qy) = (pull[0] * ay * each, pull[1] * ax * each);
+    let (xx, yy) = (qx * qx, qy * qy);
+    (xx + yy, (xx * ay + yy * ax) * each)
+}
+
 /// The `d >= 0` for which `c / (L + d)` has the size `g`, by Newton's method on `1 / size`.
 fn drag(flexibility: [f64; 2], pull: [f64; 2], size: f64) -> f64 {
     let [lx, ly] = flexibility;
@@ -292,12 +304,11 @@ fn drag(flexibility: [f64; 2], pull: [f64; 2], size: f64) -> f64 {
     // exact where both flexibilities are equal
     let mut d = length(pull) * (1.0 / size - 1.0 / length([pull[0] / lx, pull[1] / ly]));
     for _ in 0..30 {
-        let q = [pull[0] / (lx + d), pull[1] / (ly + d)];
-        let length = length(q);
-        let slope = -(q[0] * q[0] / (lx + d) + q[1] * q[1] / (ly + d)) / length;
-        let change = (length - size) / size * length / -slope;
+        let (square, steep) = dragged(flexibility, pull, d);
+        let change = (square.sqrt() - size) * square / (size * steep);
         d += change;
-        if change.abs() <= 1e-7 * (d + lx) {
+        // quadratic: the error left is about the square
+        if change.abs() <= 1e-4 * (d + lx) {
             break;
         }
     }
@@ -319,8 +330,8 @@ fn along_mean(cell: &Cell<'_>, old: [f64; 2], pull: [f64; 2], size: f64) -> Opti
     let mut q = old;
     for _ in 0..4 {
         let mean = [old[0] + q[0], old[1] + q[1]];
-        let length = length(mean);
-        let n = [mean[0] / length / lx, mean[1] / length / ly];
+        let scale = 1.0 / length(mean);
+        let n = [mean[0] * scale / lx, mean[1] * scale / ly];
         let p = [pull[0] / lx, pull[1] / ly];
         // |p - a n| = size, the smaller a
         let (nn, pn) = (n[0] * n[0] + n[1] * n[1], n[0] * p[0] + n[1] * p[1]);
@@ -333,7 +344,12 @@ fn along_mean(cell: &Cell<'_>, old: [f64; 2], pull: [f64; 2], size: f64) -> Opti
         if a < 0.0 {
             return None;
         }
-        q = [p[0] - a * n[0], p[1] - a * n[1]];
+        let new = [p[0] - a * n[0], p[1] - a * n[1]];
+        let change = [new[0] - q[0], new[1] - q[1]];
+        q = new;
+        if length(change) <= 1e-4 * size {
+            break;
+        }
     }
     Some(q)
 }
@@ -341,31 +357,49 @@ fn along_mean(cell: &Cell<'_>, old: [f64; 2], pull: [f64; 2], size: f64) -> Opti
 /// Traction bound of a cell that slips under a slip-dependent law: the root of `g = mu(s(g)) p`, the
 /// largest one (the least slip) if there are several.
 fn falling_bound(law: &SlipLaw, cell: &Cell<'_>, pull: [f64; 2]) -> f64 {
-    let excess = |g: f64| {
-        let slip = drag(cell.flexibility, pull, g) * g / cell.length;
-        law.evaluate(slip * cell.speed).0 * cell.bound - g
+    // as a function of the drag, which gives traction and slip at once
+    let excess = |d: f64| {
+        let g = dragged(cell.flexibility, pull, d).0.sqrt();
+        let slip = d * g / cell.length;
+        (law.evaluate(slip * cell.speed).0 * cell.bound - g, g)
     };
     let rest = law.evaluate(0.0).0 * cell.bound;
-    // walk down from rest to the first change of sign, then halve
-    let steps = 16;
-    let (mut upper, mut lower) = (rest, 0.0);
-    for k in 1..steps {
-        let g = rest * (1.0 - f64::from(k) / f64::from(steps));
-        if excess(g) >= 0.0 {
-            lower = g;
+    // less traction, step by step, up to the first change of sign
+    let (mut low, mut high) = (0.0, 0.0);
+    let (mut below, mut g) = excess(0.0);
+    let mut above = below;
+    let first = if rest > 0.0 { rest } else { g };
+    let mut next = first;
+    for k in 1..100 {
+        high = low + length(pull) * (1.0 / next - 1.0 / g).max(0.0);
+        (above, g) = excess(high);
+        if above >= 0.0 {
             break;
         }
-        upper = g;
+        (low, below) = (high, above);
+        // evenly over most of the range, then by halves towards no traction at all
+        next -= if k < 12 { first / 16.0 } else { 0.5 * next };
     }
-    while upper - lower > 1e-10 * rest {
-        let middle = 0.5 * (lower + upper);
-        if excess(middle) >= 0.0 {
-            lower = middle;
+    if above < 0.0 {
+        return 0.0;
+    }
+    // false position, the weight of an end that stays halved
+    for _ in 0..100 {
+        let middle = (low * above - high * below) / (above - below);
+        let value;
+        (value, g) = excess(middle);
+        if value.abs() <= 1e-10 * g {
+            break;
+        }
+        if value > 0.0 {
+            (high, above) = (middle, value);
+            below *= 0.5;
         } else {
-            upper = middle;
+            (low, below) = (middle, value);
+            above *= 0.5;
         }
     }
-    0.5 * (lower + upper)
+    g
 }
 
 #[cfg(test)]
@@ -441,6 +475,41 @@ mod tests {
         // over two halvings: rate above 1.3 against about 1
         assert!((second[0] / second[2]).log2() / 2.0 > 1.3, "{second:?}");
         assert!((first[0] / first[2]).log2() / 2.0 > 0.8, "{first:?}");
+    }
+
+    #[test]
+    fn a_slipping_cell_meets_its_law() {
+        let table = SlipLaw::Table {
+            slip_speed: vec![0.0, 1.0, 2.0],
+            coefficient: vec![0.0, 0.3, 0.2],
+        };
+        let falling = SlipLaw::Exponential {
+            at_rest: 0.33,
+            kinetic: 0.14,
+            half_slip: 0.3,
+        };
+        for law in [&table, &falling] {
+            for (x, y) in [(0.05, 0.0), (0.1, -0.2), (-2.0, 0.5), (0.05, 0.1)] {
+                let cell = Cell {
+                    rigid: [x, y],
+                    length: 1e-4,
+                    bound: 1e9,
+                    flexibility: [1e-14, 2.3e-14],
+                    speed: 10.0,
+                    law: CellLaw::Slip(law),
+                    order: Order::First,
+                };
+                let mut strip = Strip::default();
+                let slip = strip.advance(&cell);
+                let bound = law.evaluate(length(slip) * 10.0).0 * 1e9;
+                let q = strip.traction;
+                assert!(strip.is_slipping);
+                let error = length(q) / bound - 1.0;
+                assert!(error.abs() < 1e-6, "{law:?} {x} {y} {error}");
+                let across = q[0] * slip[1] - q[1] * slip[0];
+                assert!(across.abs() < 1e-9 * length(q) * length(slip));
+            }
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::Error;
-use crate::error::{check, check_positive};
+use crate::error::{check, check_number, check_positive};
 use crate::kalker::CreepCoefficients;
 
 /// An elliptic contact and its reduction factors.
@@ -44,7 +44,12 @@ pub fn creep_force(
     check_positive("b", b)?;
     check_positive("shear modulus", contact.shear_modulus)?;
     check_positive("normal force", contact.normal_force)?;
-    check_positive("friction coefficient", friction)?;
+    check_number(
+        "friction coefficient",
+        friction,
+        friction >= 0.0,
+        "it must not be negative",
+    )?;
     check_positive("reduction in adhesion", contact.reduction_adhesion)?;
     check_positive("reduction in slip", contact.reduction_slip)?;
     let [xi, eta, phi] = creepage;
@@ -56,7 +61,7 @@ pub fn creep_force(
         eta
     };
     let size = xi.hypot(lateral);
-    if size == 0.0 {
+    if size == 0.0 || limit == 0.0 {
         return Ok([0.0; 2]);
     }
     let c = &contact.coefficients;
@@ -119,6 +124,14 @@ mod tests {
         assert!((fy / (scale * c.c22 * e) - 1.0).abs() < 1e-4);
         let spin = scale * (k.a * k.b).sqrt() * c.c23 * e / k.a;
         assert!((fs / spin - 1.0).abs() < 1e-3, "{}", fs / spin);
+    }
+
+    #[test]
+    fn no_friction_gives_no_force() {
+        assert_eq!(
+            creep_force(&contact(), [1e-3, 1e-3, 0.1], 0.0).unwrap(),
+            [0.0; 2]
+        );
     }
 
     #[test]

@@ -158,11 +158,11 @@ fn newton(
             Iterate::first(problem, &outcome.field, &outcome.multipliers, &mut products)
         }
     };
-    let mut history = vec![iterate.merit()];
-    while iterate.merit() > options.tolerance && history.len() <= options.max_iterations {
+    let mut history = vec![iterate.relative()];
+    while iterate.relative() > options.tolerance && history.len() <= options.max_iterations {
         let progress = Progress {
             iteration: history.len() - 1,
-            residual: iterate.merit(),
+            residual: iterate.relative(),
         };
         if monitor(progress).is_break() {
             return Err(Error::Interrupted);
@@ -173,13 +173,13 @@ fn newton(
         products += outcome.products;
         preconditionings += outcome.preconditionings;
         iterate = search(problem, &iterate, &outcome, &mut products);
-        history.push(iterate.merit());
+        history.push(iterate.relative());
         if !iterate.merit().is_finite() {
             break;
         }
     }
     Ok(DiscSolution {
-        converged: iterate.merit() <= options.tolerance,
+        converged: iterate.relative() <= options.tolerance,
         iterations: history.len() - 1,
         field: iterate.field,
         image: iterate.image,
@@ -247,6 +247,8 @@ pub(super) struct Iterate {
     /// `(|z| / g - 1) diagonal` on the rim, zero elsewhere.
     pub(super) curvature: Vec<f64>,
     pub(super) bound_norm: f64,
+    /// Size of the field that the offset drives, or of the one found: what the residual is measured by.
+    size: f64,
     residual: f64,
     defect: f64,
 }
@@ -299,11 +301,14 @@ impl Iterate {
         let mut normal = vec![0.0; 2 * n];
         let mut curvature = vec![0.0; n];
         let mut square = 0.0;
+        let mut driven = 0.0;
         for i in 0..n {
             let g = radius[i];
             if g <= 0.0 {
                 continue;
             }
+            let offset = problem.offset[i].hypot(problem.offset[n + i]);
+            driven += (offset / problem.diagonal).min(g).powi(2);
             let z = [
                 field[i] - image[i] / problem.diagonal,
                 field[n + i] - image[n + i] / problem.diagonal,
@@ -328,6 +333,7 @@ impl Iterate {
             defect += ((found - resultant.value) / reach(&resultant.weight, &radius)).powi(2);
         }
         Self {
+            size: driven.sqrt().max(norm(&field)).min(bound_norm),
             residual: square.sqrt() / bound_norm,
             defect: defect.sqrt(),
             field,
@@ -353,9 +359,18 @@ impl Iterate {
         self.curvature.fill(0.0);
     }
 
-    /// Residual of the projection equation and of the resultants together, relative.
+    /// Residual of the projection equation and of the resultants together, over the bounds.
     fn merit(&self) -> f64 {
         self.residual.hypot(self.defect)
+    }
+
+    /// The same over the size of the field: far below its bounds a field is as exact as near them.
+    fn relative(&self) -> f64 {
+        let merit = self.merit();
+        if merit == 0.0 {
+            return 0.0;
+        }
+        merit * (self.bound_norm / self.size.max(f64::MIN_POSITIVE))
     }
 }
 

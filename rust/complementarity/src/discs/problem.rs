@@ -74,7 +74,8 @@ pub enum DiscStart {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct DiscOptions {
-    /// Residual `||q - P(q - F / diagonal)|| / ||g||` aimed at.
+    /// Residual `||q - P(q - F / diagonal)|| / ||q||` aimed at; where `q` is smaller still, over the
+    /// field that the offset drives in one step.
     pub tolerance: f64,
     /// Newton steps at most.
     pub max_iterations: usize,

@@ -143,6 +143,52 @@ proptest! {
     }
 }
 
+#[test]
+fn what_is_far_below_its_bounds_is_solved_as_well() {
+    let n = 8;
+    let matrix = dominant(2 * n, 3);
+    let inverse = jacobi(&matrix);
+    let radius = vec![1.0; n];
+    let solve = |scale: f64, by_sum: bool| {
+        let offset: Vec<f64> = (0..2 * n)
+            .map(|i| {
+                if by_sum {
+                    0.0
+                } else {
+                    scale * (i as f64).sin()
+                }
+            })
+            .collect();
+        let ones = [vec![1.0; n], vec![0.0; n]].concat();
+        let resultants = Vec::from_iter(by_sum.then(|| Resultant {
+            direction: ones.clone(),
+            weight: ones,
+            value: scale,
+            softness: 0.0,
+        }));
+        let problem = DiscProblem {
+            operator: &matrix,
+            preconditioner: &inverse,
+            offset: &offset,
+            radius: Radius::Fixed(&radius),
+            resultants: &resultants,
+            diagonal: matrix.entries[0],
+        };
+        let solution = solve_discs(&problem, &start(n, resultants.len()), TIGHT, &unmonitored);
+        let solution = solution.unwrap();
+        assert!(solution.converged);
+        solution.field
+    };
+    for by_sum in [false, true] {
+        let large = solve(1e-3, by_sum);
+        for scale in [1e-9, 1e-14, 1e-40] {
+            for (small, large) in solve(scale, by_sum).iter().zip(&large) {
+                assert!((small / scale - large / 1e-3).abs() < 1e-6);
+            }
+        }
+    }
+}
+
 /// Radius that falls with the magnitude of the image at the same point.
 struct Falling(f64);
 
