@@ -155,7 +155,7 @@ def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], pat
         closed = np.argwhere(found.status > 0)
         (low_y, low_x), (high_y, high_x) = closed.min(axis=0) - 8, closed.max(axis=0) + 8
         ax.set(xlim=(x[0, low_x], x[0, high_x]), ylim=(y[low_y, 0], y[high_y, 0]), aspect="equal")
-        ax.set(title=f"{name} profiles: pressure [MPa]", xlabel="x, along the rail [mm]", ylabel="across [mm]")
+        ax.set(title=f"{name} profiles: pressure [MPa]", xlabel="x, along [mm]", ylabel="across [mm]")
         figure.colorbar(shown, ax=ax)
     ax = places["times"]
     kinds = {"paper_v11_1_s": "paper, version 11.1", "paper_v12_1_s": "paper, version 12.1"}
