@@ -358,6 +358,12 @@ def test_unlike_bodies_change_their_pressure_a_little() -> None:
     assert abs(shift) > 1e-6
 
 
+def test_a_drive_too_small_for_its_squares_is_none(circle: mtb.PressureField) -> None:
+    found = mtb.solve_tangential(circle, mtb.Rolling(creepage=(0.0, 1e-158, 0.0)), MU)
+    assert found.report.converged
+    assert np.abs(found.force[:2]).max() < 1e-100 * LIMIT
+
+
 @pytest.mark.parametrize("size", [1e-12, 1e-14, 1e-15])
 def test_tiny_drives_are_linear(size: float) -> None:
     patch = reference.elliptic_pressure(1e4, (3e-3, 4e-3), (40, 40), BODY, BODY)

@@ -12,6 +12,9 @@ const FORCING: f64 = 0.1;
 /// Shortest step of the line search.
 const SHORTEST_STEP: f64 = 1.0 / 16.0;
 
+/// Size over the bounds below which a field counts as none, well before its squares underflow.
+const LEAST_SIZE: f64 = 1e-60;
+
 /// Solves a variational inequality on discs by a damped semismooth Newton method.
 ///
 /// Points inside their disc keep both components free; on the rim the component along the normal
@@ -370,7 +373,7 @@ impl Iterate {
         if merit == 0.0 {
             return 0.0;
         }
-        merit * (self.bound_norm / self.size.max(f64::MIN_POSITIVE))
+        merit / (self.size / self.bound_norm).max(LEAST_SIZE)
     }
 }
 
