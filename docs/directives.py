@@ -153,8 +153,9 @@ class Example(SphinxDirective):
         for picture in sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif")):
             lines += [f"```{{image}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", "```", ""]
         lines += [f"```{{literalinclude}} gallery/{name}/printed.txt", ":language: text", "```", ""]
-        lines += [f"```{{literalinclude}} ../examples/{name}.py", ":language: python"]
-        lines += [f":caption: examples/{name}.py", "```"]
+        lines += ["```{raw} html", f"<details><summary>examples/{name}.py</summary>", "```", ""]
+        lines += [f"```{{literalinclude}} ../examples/{name}.py", ":language: python", "```", ""]
+        lines += ["```{raw} html", "</details>", "```"]
         self.env.note_dependency(str(script))
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
