@@ -24,7 +24,7 @@ def solved(shape: str, n: int) -> tuple[list, np.ndarray, float]:
     gap = np.zeros((n, n)) if shape == "punch" else (x[None] ** 2 + x[:, None] ** 2) / (2 * 10.0)
     edge = "sharp" if shape == "punch" else "error"
     found = mtb.solve_normal(gap, side / n, force=2e5, edge=edge, **pair)
-    return [(Patch("contact", 0, n, n), x, x)], found.pressure.ravel(), found.approach
+    return [(Patch("contact", 0, n, n, (side / n, side / n)), x, x)], found.pressure.ravel(), found.approach
 
 
 rows = []

@@ -105,7 +105,10 @@ def pole_shoe_result() -> Result:
         model="half-space",
         error_estimate=None,
         report=report,
-        patches=(Patch("left pole", 0, nx, ny), Patch("right pole", nx * ny, nx, ny)),
+        patches=(
+            Patch("left pole", 0, nx, ny, (3e-3, 3e-3)),
+            Patch("right pole", nx * ny, nx, ny, (3e-3, 3e-3)),
+        ),
         surfaces=(
             sheet("rail", rx, ry, rail_height(ry)),
             box("left pole", (-48e-3, 48e-3), (6e-3, 36e-3), 28.2e-3),

@@ -39,8 +39,10 @@ from pydantic_core import ErrorDetails
 
 from . import scenes
 from .bodies import Rigid
+from .check import choice, path_of
 from .errors import CaseError
 from .friction import InterfaceLayer
+from .geometry import STANDARD_PROFILES, UNITS, Profile
 from .loads import GaussianPressure, VelocityTable
 from .material import Material
 from .result import Result
@@ -189,7 +191,7 @@ def _field(given: Any, info: ValidationInfo) -> Any:
         if keys == {"velocity", "value"}:
             return VelocityTable(_numbers("velocity", given["velocity"]), _field(_list(given["value"]), info))
         if keys == {"file"}:
-            return _table_file((info.context or {}).get("directory", Path()) / str(given["file"]))
+            return _table_file((info.context or {}).get("directory", Path()) / path_of("file", given["file"]))
         if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
             return GaussianPressure(
                 _numbers("peak", [given["peak"]])[0],
@@ -237,6 +239,33 @@ def _table_file(path: Path) -> VelocityTable:
     return VelocityTable([v for v, _ in numbers], [value for _, value in numbers])
 
 
+def _profile(given: Any, info: ValidationInfo) -> str | Profile:
+    """A profile by name, the path of its file, or a table with the file and how to read it."""
+    if isinstance(given, Profile) or (isinstance(given, str) and given in STANDARD_PROFILES):
+        return given
+    known = f"one of {', '.join(STANDARD_PROFILES)}, the path of a profile file"
+    if isinstance(given, str):
+        given = {"file": given}
+    accepted = ("file", *_PROFILE_WORDS)
+    if not isinstance(given, Mapping) or "file" not in given or not set(given) <= set(accepted):
+        raise ValueError(f"{known}, or a table of {', '.join(accepted)} is needed")
+    for name, choices in _PROFILE_WORDS.items():
+        if name in given:
+            choice(name, given[name], choices)
+    path = (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
+    if not path.is_file():
+        raise ValueError(f"there is no file {path}: {known} is needed")
+    return Profile.from_file(path, **{k: v for k, v in given.items() if k != "file"})
+
+
+#: How a profile file is to be read, where it does not say so itself.
+_PROFILE_WORDS = {
+    "unit": tuple(UNITS),
+    "interpolation": ("smooth", "linear"),
+    "z_axis": ("up", "down", "guess"),
+}
+
+
 def _layer(given: Any) -> InterfaceLayer:
     if isinstance(given, InterfaceLayer):
         return given
@@ -267,8 +296,8 @@ _BY_NAME: dict[str, Any] = {
     "sliding_direction": Annotated[Any, PlainValidator(_pair)],
     "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
     "layer": Annotated[Any, PlainValidator(_layer)],
-    "rail": StrictStr,
-    "wheel": StrictStr,
+    "rail": Annotated[Any, PlainValidator(_profile)],
+    "wheel": Annotated[Any, PlainValidator(_profile)],
 }
 _BY_TYPE: dict[Any, Any] = {
     float: StrictFloat,

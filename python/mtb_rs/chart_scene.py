@@ -216,7 +216,7 @@ def closed_form(scene: Scene) -> Fields | None:
     n = CLOSED_FORM_CELLS
     step = 1.06 * layout.width / n
     x = centred(n, step)
-    axes = [(Patch("contact", 0, n, n), x, x)]
+    axes = [(Patch("contact", 0, n, n, (step, step)), x, x)]
     grid_x, grid_y = np.meshgrid(x, x)
     return Fields(
         axes,

@@ -4,18 +4,31 @@
 from __future__ import annotations
 
 import math
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+#: Numbers larger than this, and positive ones smaller than its inverse, are refused: their products
+#: would overflow or vanish, and nothing in SI units is so large or so small.
+LARGEST = 1e30
 
 
 def number(name: str, value: Any, unit: str = "") -> float:
     """`value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ValueError(f"{name} is {value!r}: a finite number{_in(unit)} is needed")
-    if not math.isfinite(value):
+    try:
+        checked = float(value)
+    except OverflowError:
+        checked = 2.0 * LARGEST
+    if not math.isfinite(checked):
         raise ValueError(f"{name} is {value!r}: a finite number{_in(unit)} is needed")
-    return float(value)
+    if abs(checked) > LARGEST:
+        raise ValueError(f"{name} is {_short(value)}: a number{_in(unit)} of at most {LARGEST:g} is needed")
+    return checked
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
@@ -23,6 +36,10 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     checked = number(name, value, unit)
     if checked <= 0.0:
         raise ValueError(f"{name} is {value!r}: a positive number{_in(unit)} is needed")
+    if checked < 1.0 / LARGEST:
+        raise ValueError(
+            f"{name} is {value:.6g}: a number{_in(unit)} of at least {1.0 / LARGEST:g} is needed"
+        )
     return checked
 
 
@@ -74,6 +91,49 @@ def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name} is {value!r}: one of {', '.join(map(repr, choices))} is needed")
     return value
+
+
+def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
+    """`values` as a C-ordered array of finite floats, of any shape."""
+    try:
+        given = np.asanyarray(values)
+    except (TypeError, ValueError):  # ragged nesting
+        given = np.empty(0, dtype=object)
+    if given.dtype.kind not in "fiu":
+        raise ValueError(f"{name} is {_short(values)}: real numbers{_in(unit)} are needed")
+    masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else None
+    array = np.ascontiguousarray(np.asarray(given), dtype=float).reshape(given.shape)
+    if masked is not None and masked.any():
+        raise ValueError(
+            f"{name}{_at(masked)} is masked: masks are not taken up, give every point a number{_in(unit)}"
+        )
+    bad = ~(np.abs(array) <= LARGEST)
+    if bad.any():
+        value = float(array[bad][0])
+        need = f"numbers of at most {LARGEST:g}" if math.isfinite(value) else "finite numbers"
+        raise ValueError(f"{name}{_at(bad)} is {value:.6g}: {need}{_in(unit)} are needed")
+    return array
+
+
+def path_of(name: str, value: Any) -> Path:
+    """`value`, a str or path object, as a Path."""
+    if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
+        raise ValueError(f"{name} is {value!r}: a path is needed")
+    if not os.fspath(value) or "\0" in os.fspath(value):
+        raise ValueError(f"{name} is {value!r}: a path is needed")
+    return Path(value)
+
+
+def _at(bad: NDArray[np.bool_]) -> str:
+    """Place of the first bad entry."""
+    if bad.ndim == 0:
+        return ""
+    return str([int(k) for k in np.argwhere(bad)[0]])
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _in(unit: str) -> str:

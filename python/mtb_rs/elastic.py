@@ -24,9 +24,6 @@ from .supports import Guide, Support
 
 Array = NDArray[np.float64]
 
-SUPPORTS = ("driven-top", "clamped-top", "points", "fixed-points")
-
-
 #: Share of its area by which a patch may miss the face of its elastic body.
 COVERAGE = 0.01
 

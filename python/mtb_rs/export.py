@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from .check import path_of
 from .grids import flat, patches
 from .plot import drawable
 from .result import Pictured, Result
@@ -81,7 +82,7 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
         For what is left out because a package or a GL driver is missing; also in the summary, under
         "notices".
     """
-    target = Path(directory)
+    target = path_of("directory", directory)
     if target.exists() and not target.is_dir():
         raise ValueError(f"cannot save into {target}: it is not a directory")
     target.parent.mkdir(parents=True, exist_ok=True)

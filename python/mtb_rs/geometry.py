@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
+from .check import choice, number, reals, path_of, positive
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -21,32 +22,25 @@ Interpolation = Literal["smooth", "linear"]
 STANDARD_PROFILES = ("60E1", "S1002")
 
 
-def floats(name: str, values: ArrayLike) -> Array:
-    """`values` as a C-ordered array of floats."""
-    try:
-        return np.asarray(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name}: an array of numbers is needed ({error})") from None
+#: Metres per unit of length.
+UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 
 
 def metres(unit: str) -> float:
     """Length of a unit known by name [m]."""
-    units = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
-    if unit not in units:
-        raise ValueError(f"unit is {unit!r}: {', '.join(units)} are accepted")
-    return units[unit]
+    return UNITS[choice("unit", unit, tuple(UNITS))]
 
 
 def spacing_pair(spacing: float | Sequence[float]) -> tuple[float, float]:
     """`spacing` as (dx, dy) [m]: a number means both."""
-    pair = floats("spacing", spacing)
-    if pair.shape not in ((), (2,)):
-        raise ValueError(f"spacing is {spacing!r}: a number or (dx, dy) in metres is needed")
-    dx, dy = np.broadcast_to(pair, 2).tolist()
-    for name, value in (("dx", dx), ("dy", dy)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"spacing {name} is {value:g} m: it must be positive and finite")
-    return dx, dy
+    try:
+        dx, dy = spacing  # type: ignore[misc]
+    except TypeError:
+        side = positive("spacing", spacing, "m")
+        return side, side
+    except ValueError:
+        raise ValueError(f"spacing is {spacing!r}: a number or (dx, dy) in metres is needed") from None
+    return positive("spacing dx", dx, "m"), positive("spacing dy", dy, "m")
 
 
 class Profile:
@@ -77,7 +71,7 @@ class Profile:
     def standard(cls, name: str) -> Profile:
         """Profile known by name: "60E1" or "S1002"."""
         makers = {"60E1": _mtb_rs.Profile.rail_60e1, "S1002": _mtb_rs.Profile.wheel_s1002}
-        if name not in makers:
+        if not isinstance(name, str) or name not in makers:
             raise ValueError(f"profile {name!r} is unknown: {', '.join(STANDARD_PROFILES)} are known by name")
         return cls(makers[name](), name, (cls.standard, (name,)))
 
@@ -89,7 +83,7 @@ class Profile:
 
         "smooth" is a cubic spline, "linear" keeps every irregularity of the table.
         """
-        y, z = np.atleast_1d(floats("y", y)), np.atleast_1d(floats("z", z))
+        y, z = np.atleast_1d(reals("y", y)), np.atleast_1d(reals("z", z))
         if y.ndim != 1 or z.ndim != 1:
             raise ValueError(
                 f"y and z have shapes {y.shape} and {z.shape}: one-dimensional arrays are needed"
@@ -119,16 +113,18 @@ class Profile:
             Way of z in the file; guessed, the larger departure from the median height is down: rails
             fall off at their flanks, wheels at their flange.
         """
+        path = path_of("path", path)
         try:
-            text = Path(path).read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise ValueError(f"profile file {str(path)!r} cannot be read: {error}") from None
+            reason = getattr(error, "strerror", None) or error
+            raise ValueError(f"profile file {str(path)!r} cannot be read: {reason}") from None
         try:
             core = _mtb_rs.Profile.parse(text, metres(unit), z_axis, interpolation)
         except ValueError as error:
             raise ValueError(f"profile file {str(path)!r}: {error}") from None
-        recipe = (cls._parsed, (text, metres(unit), z_axis, interpolation, Path(path).name))
-        return cls(core, Path(path).name, recipe)
+        recipe = (cls._parsed, (text, metres(unit), z_axis, interpolation, path.name))
+        return cls(core, path.name, recipe)
 
     @classmethod
     def _parsed(cls, text: str, unit: float, z_axis: str, interpolation: str, name: str) -> Profile:
@@ -154,7 +150,7 @@ class Profile:
         return self._core.breaks()
 
     def _stations(self, y: ArrayLike) -> Array:
-        y = floats("y", y)
+        y = reals("y", y)
         return self._core.stations(y.ravel()).reshape(5, *y.shape)
 
     def height(self, y: ArrayLike) -> Array:
@@ -175,12 +171,12 @@ class Profile:
 
     def arc_length(self, y: ArrayLike) -> Array:
         """Arc length s [m] from y = 0 to `y` [m], rising with y."""
-        y = floats("y", y)
+        y = reals("y", y)
         return self._core.arc_length(y.ravel()).reshape(y.shape)
 
     def position(self, s: ArrayLike) -> Array:
         """Lateral position y [m] at arc length `s` [m]: the inverse of :meth:`arc_length`."""
-        s = floats("s", s)
+        s = reals("s", s)
         return self._core.position(s.ravel()).reshape(s.shape)
 
 
@@ -257,13 +253,15 @@ class ContactSheet:
 def contact_sheet(fields: dict[str, Any], names: Sequence[str]) -> ContactSheet:
     """A sheet from what the core returns, with a name for each of its grids."""
     grids = list(zip(names, fields["grids"], strict=True))
+    dx, dy = fields["spacing"]
+    spacing = (dx, dy)
     return ContactSheet(
         cells=SheetPoints(**fields["cells"]),
         nodes=SheetPoints(**fields["nodes"]),
         area=fields["area"],
-        spacing=tuple(fields["spacing"]),
-        patches=tuple(Patch(name, start, nx, ny) for name, (nx, ny, start, _) in grids),
-        node_patches=tuple(Patch(name, start, nx + 1, ny + 1) for name, (nx, ny, _, start) in grids),
+        spacing=spacing,
+        patches=tuple(Patch(name, start, nx, ny, spacing) for name, (nx, ny, start, _) in grids),
+        node_patches=tuple(Patch(name, start, nx + 1, ny + 1, spacing) for name, (nx, ny, _, start) in grids),
     )
 
 
@@ -302,15 +300,20 @@ class PoleShoe:
     rail: str | Profile = field(default="60E1")
 
     def __post_init__(self) -> None:
-        for name in ("height", "length", "inner_edge", "outer_edge", "conforming_to", "relief_slope"):
-            _finite(name, getattr(self, name))
-        for name in ("lateral", "yaw"):
-            _finite(name, getattr(self, name))
+        put = object.__setattr__
+        for name in ("inner_edge", "outer_edge", "conforming_to", "lateral"):
+            put(self, name, number(name, getattr(self, name), "m"))
+        for name in ("height", "length"):
+            put(self, name, positive(name, getattr(self, name), "m"))
+        put(self, "yaw", number("yaw", self.yaw, "rad"))
+        put(self, "relief_slope", number("relief_slope", self.relief_slope))
+        if isinstance(self.poles, bool) or not isinstance(self.poles, (int, np.integer)):
+            raise ValueError(f"poles is {self.poles!r}: the whole number 1 or 2 is needed")
         if self.poles not in (1, 2):
             raise ValueError(f"poles is {self.poles!r}: a shoe has 1 or 2 poles")
-        object.__setattr__(self, "rail", as_profile(self.rail))
-        # a metre: one cell per pole, for the core to judge the rest at birth
-        self.sheet(1.0)
+        put(self, "rail", as_profile(self.rail))
+        # one row of cells per pole, for the core to judge the rest at birth
+        self.sheet((self.length, 1.0))
         if self.height <= max(0.0, float(self.sole(self.outer_edge))):
             raise ValueError(f"height is {self.height:g} m: the top must lie above the sole and the crown")
 
@@ -321,7 +324,7 @@ class PoleShoe:
 
     def sole(self, y: ArrayLike) -> Array:
         """Height z [m] of the sole in the shoe's own frame at `y` [m], any shape."""
-        distance = np.abs(floats("y", y))
+        distance = np.abs(reals("y", y))
         end = self.conforming_to
         worn = self.profile.height(np.minimum(distance, end))
         return np.asarray(worn + self.relief_slope * np.maximum(distance - end, 0.0))
@@ -449,21 +452,26 @@ def wheel_on_rail_gap(
         Distance between the backs of the flanges, and of the tape circle from them.
     """
     pair = spacing_pair(spacing)
+    wheel_radius = positive("wheel_radius", wheel_radius, "m")
+    gauge = positive("gauge", gauge, "m")
+    rail_inclination = number("rail_inclination", rail_inclination, "rad")
+    lateral = number("lateral", lateral, "m")
+    force = positive("force", force, "N")
     fields = _mtb_rs.wheel_on_rail_gap(
         as_profile(wheel)._core,
         as_profile(rail)._core,
         wheel_radius=wheel_radius,
         gauge=gauge,
-        gauge_depth=gauge_depth,
+        gauge_depth=number("gauge_depth", gauge_depth, "m"),
         rail_inclination=rail_inclination,
-        flange_back=flange_back,
-        tape_circle=tape_circle,
+        flange_back=number("flange_back", flange_back, "m"),
+        tape_circle=number("tape_circle", tape_circle, "m"),
         lateral=lateral,
         force=force,
-        contact_modulus=contact_modulus,
-        approach=approach,
+        contact_modulus=positive("contact_modulus", contact_modulus, "Pa"),
+        approach=None if approach is None else number("approach", approach, "m"),
         spacing=pair,
-        scale=scale,
+        scale=positive("scale", scale),
     )
     x0, y0 = fields.pop("start")
     across, up = fields.pop("origin")
@@ -477,8 +485,3 @@ def wheel_on_rail_gap(
         rotation=np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]),
         **fields,
     )
-
-
-def _finite(name: str, value: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating)) or not np.isfinite(value):
-        raise ValueError(f"{name} is {value!r}: a finite number is needed")

@@ -49,8 +49,8 @@ def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing
         nodes=nodes,
         area=np.full(nx * ny, spacing[0] * spacing[1]),
         spacing=spacing,
-        patches=(Patch("contact", 0, nx, ny),),
-        node_patches=(Patch("contact", 0, nx + 1, ny + 1),),
+        patches=(Patch("contact", 0, nx, ny, spacing),),
+        node_patches=(Patch("contact", 0, nx + 1, ny + 1, spacing),),
     )
 
 
@@ -76,6 +76,26 @@ def centred(n: int, step: float) -> Array:
 def cells_along(length: float, step: float) -> int:
     """Cells of about `step` that fill `length` exactly."""
     return max(1, round(length / step))
+
+
+#: More cells than this are a slip of the pen.
+MOST_CELLS = 1e8
+
+
+def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
+    """Cells (nx, ny) of about `spacing` that fill a contact of `size` [m] exactly.
+
+    Raises
+    ------
+    ValueError
+        If the cells are wider than the contact, or beyond count.
+    """
+    for name, length, step in zip(("dx", "dy"), size, spacing, strict=True):
+        if step > length * (1.0 + 1e-9):
+            raise ValueError(f"spacing {name} is {step:g} m: the contact measures only {length:.6g} m there")
+    if size[0] / spacing[0] * (size[1] / spacing[1]) > MOST_CELLS:
+        raise ValueError(f"spacing is {spacing} m: it would take more than {MOST_CELLS:g} cells")
+    return cells_along(size[0], spacing[0]), cells_along(size[1], spacing[1])
 
 
 @dataclass(frozen=True)
@@ -127,7 +147,7 @@ class ParaboloidLayout:
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Points `spacing` apart; each is the centre of a cell."""
-        count = [max(2, round(self.width / s) + 1) for s in spacing]
+        count = [n + 1 for n in cells_over((self.width, self.width), spacing)]
         dx, dy = (self.width / (n - 1) for n in count)
         fields = []
         for extra in (0, 1):
@@ -162,7 +182,7 @@ class BlockLayout:
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Equal cells that fill the foot of the block."""
-        nx, ny = cells_along(self.width, spacing[0]), cells_along(self.length, spacing[1])
+        nx, ny = cells_over((self.width, self.length), spacing)
         dx, dy = self.width / nx, self.length / ny
         cells = flat_points(centred(nx, dx), centred(ny, dy), np.zeros((ny, nx)))
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
@@ -189,6 +209,14 @@ class ShoeLayout:
     is_body_edge: bool = True
     is_grid: bool = False
 
+    def __post_init__(self) -> None:
+        shoe = self.shoe
+        reach = 0.5 * shoe.length * np.cos(shoe.yaw) + shoe.conforming_to * abs(np.sin(shoe.yaw))
+        if reach > 0.5 * self.rail_length * (1.0 + 1e-9):
+            raise ValueError(
+                f"rail_length is {self.rail_length:g} m: the shoe presses on {2.0 * reach:.6g} m of the rail"
+            )
+
     @property
     def start(self) -> Spacing:
         """Four cells across the conforming strip."""
@@ -197,6 +225,9 @@ class ShoeLayout:
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """One grid per pole over the conforming strip."""
+        shoe = self.shoe
+        ends = shoe.profile.arc_length([shoe.inner_edge, shoe.conforming_to])
+        cells_over((shoe.length, float(ends[1] - ends[0])), spacing)
         return self.shoe.sheet(spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:

@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .check import LARGEST, number, reals, pair, positive
 from .result import Patch
 
 Array = NDArray[np.float64]
+
+#: No pair of bodies rubs more than this; what is larger is a slip of the pen.
+LARGEST_FRICTION = 1e3
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,13 @@ class GaussianPressure:
     floor: float = 0.25
 
     def __post_init__(self) -> None:
-        numbers = (self.peak, *self.center, *self.sigma, self.floor)
-        if not np.all(np.isfinite(numbers)):
-            raise ValueError(f"a Gaussian pressure needs finite numbers, not {self}")
-        if min(self.sigma) <= 0.0:
-            raise ValueError(f"sigma is {self.sigma}: both widths [m] must be positive")
+        put = object.__setattr__
+        put(self, "peak", number("peak", self.peak, "Pa"))
+        put(self, "center", pair("center", self.center, "m"))
+        put(self, "sigma", pair("sigma", self.sigma, "m"))
+        for k, width in enumerate(self.sigma):
+            positive(f"sigma[{k}]", width, "m")
+        put(self, "floor", number("floor", self.floor))
 
     def __call__(self, x: Array, y: Array) -> Array:
         """Pressure [Pa] at x, y [m]."""
@@ -66,16 +72,20 @@ class VelocityTable:
     value: Sequence[Any]
 
     def __post_init__(self) -> None:
-        velocity = tuple(float(v) for v in self.velocity)
-        if len(velocity) < 2 or len(velocity) != len(self.value):
+        speeds = reals("velocity of a table", self.velocity, "m/s")
+        if isinstance(self.value, (str, bytes, dict)) or not isinstance(self.value, Iterable):
+            raise ValueError(f"value of a table is {self.value!r}: one entry for each velocity is needed")
+        value = tuple(self.value)
+        if speeds.ndim != 1 or speeds.size < 2 or speeds.size != len(value):
             raise ValueError(
-                f"a velocity table has {len(velocity)} velocities and {len(self.value)} values: "
+                f"a velocity table has {speeds.size} velocities and {len(value)} values: "
                 "at least two of each, and as many of one as of the other, are needed"
             )
-        if not np.all(np.isfinite(velocity)) or np.any(np.diff(velocity) <= 0.0):
+        velocity = tuple(speeds.tolist())
+        if np.any(np.diff(speeds) <= 0.0):
             raise ValueError(f"velocity is {velocity}: finite numbers [m/s] that rise are needed")
         object.__setattr__(self, "velocity", velocity)
-        object.__setattr__(self, "value", tuple(self.value))
+        object.__setattr__(self, "value", value)
 
     def bracket(self, velocity: float) -> tuple[Any, Any, float]:
         """The two values around `velocity` [m/s] and the weight of the second."""
@@ -101,9 +111,13 @@ class PressureDependentFriction:
 
     function: Callable[[Array], ArrayLike]
 
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise ValueError(f"function is {self.function!r}: a function of pressure (n,) [Pa] is needed")
+
     def at(self, pressure: Array) -> Array:
         """Friction coefficient (n,) at `pressure` (n,) [Pa], checked."""
-        return _checked("friction", np.broadcast_to(self.function(pressure), pressure.shape), 0.0)
+        return _called("friction", self.function, (pressure,), "pressure (n,) [Pa]", 0.0, LARGEST_FRICTION)
 
 
 def field(
@@ -112,56 +126,117 @@ def field(
     points: Array,
     patches: tuple[Patch, ...],
     velocity: float | None,
-    minimum: float | None = None,
+    lowest: float | None = None,
+    highest: float = LARGEST,
 ) -> Array:
     """Values (n,) at the contact points of anything a user may state a field by.
 
     Parameters
     ----------
     spec
-        A number, an array (n,) or of the grid's shape, one entry per pole (list or tuple, left
-        first), a callable of x and y [m], or a :class:`VelocityTable` of these.
+        A number, an array (n,) or of the grid's shape (ny, nx) or (poles, ny, nx), one entry per pole
+        (list or tuple, left first), a callable of x and y [m], or a :class:`VelocityTable` of these.
     points : (3, n) [m]
-    minimum : float
-        Smallest value accepted.
+    lowest, highest : float
+        Smallest and largest value accepted.
+
+    Raises
+    ------
+    ValueError
+        Anything else, values that are not finite or out of range, arrays of another shape, functions that
+        fail or give another length.
     """
     n = points.shape[1]
     if isinstance(spec, VelocityTable):
         if velocity is None:
             raise ValueError(f"{name} is a table over velocity: give velocity=... [m/s]")
         first, second, weight = spec.bracket(velocity)
-        parts = [field(name, part, points, patches, velocity, minimum) for part in (first, second)]
+        parts = [field(name, part, points, patches, velocity, lowest, highest) for part in (first, second)]
         return (1.0 - weight) * parts[0] + weight * parts[1]
     if isinstance(spec, (list, tuple)) and len(spec) == len(patches) > 1:
         out = np.empty(n)
         for patch, part in zip(patches, spec, strict=True):
             cut = slice(patch.start, patch.start + patch.nx * patch.ny)
-            whole = (Patch(patch.name, 0, patch.nx, patch.ny),)
-            out[cut] = field(f"{name}[{patch.name}]", part, points[:, cut], whole, velocity, minimum)
+            whole = (replace(patch, start=0),)
+            place = f"{name}[{patch.name}]"
+            out[cut] = field(place, part, points[:, cut], whole, velocity, lowest, highest)
         return out
     if callable(spec):
-        spec = np.broadcast_to(np.asarray(spec(points[0], points[1]), dtype=float), (n,))
-    try:
-        values = np.asarray(spec, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"{name} is {spec!r}: a number, an array, a callable of x and y, or a table over velocity "
-            "is needed"
-        ) from error
+        return _called(name, spec, (points[0], points[1]), "x and y (n,) [m]", lowest, highest)
+    if spec is None or isinstance(spec, (bool, str, bytes, dict)):
+        raise ValueError(f"{name} is {spec!r}: {_FORMS} is needed")
+    values = reals(name, spec)
     if values.ndim == 0:
         values = np.full(n, float(values))
-    if values.size != n:
-        raise ValueError(f"{name} has shape {values.shape}: there are {n} contact points")
-    return _checked(name, values.reshape(n), minimum)
+    if not fits(values, patches):
+        raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
+    return _within(name, values.reshape(n), lowest, highest)
 
 
-def _checked(name: str, given: Any, minimum: float | None) -> Array:
-    values: Array = np.ascontiguousarray(given, dtype=float)
-    bad = ~np.isfinite(values)
-    if minimum is not None:
-        bad |= values < minimum
+def friction_field(spec: Any, points: Array, patches: tuple[Patch, ...], velocity: float | None) -> Array:
+    """Friction coefficients (n,) at the contact points, as :func:`field`."""
+    return field("friction", spec, points, patches, velocity, 0.0, LARGEST_FRICTION)
+
+
+_FORMS = "a number, an array, one entry per pole, a callable of x and y, or a table over velocity"
+
+
+def fits(values: NDArray[Any], patches: tuple[Patch, ...]) -> bool:
+    """Whether an array has a shape that gives each point of the patches its value."""
+    return values.shape in _accepted(patches)
+
+
+def _accepted(patches: tuple[Patch, ...]) -> list[tuple[int, ...]]:
+    grids = {(p.ny, p.nx) for p in patches}
+    shapes: list[tuple[int, ...]] = [(sum(p.nx * p.ny for p in patches),)]
+    if len(grids) == 1:
+        (grid,) = grids
+        shapes.append(grid if len(patches) == 1 else (len(patches), *grid))
+    return shapes
+
+
+def _shapes(patches: tuple[Patch, ...]) -> str:
+    named = [str(shape) for shape in _accepted(patches)]
+    what = (
+        "(n,)"
+        if len(named) == 1
+        else ("(n,) or (ny, nx)" if len(patches) == 1 else "(n,) or (poles, ny, nx)")
+    )
+    return f"an array {what} = {' or '.join(named)}"
+
+
+def _called(
+    name: str,
+    function: Callable[..., ArrayLike],
+    arguments: tuple[Array, ...],
+    of: str,
+    lowest: float | None,
+    highest: float,
+) -> Array:
+    """What a user's function gives for (n,) arguments, checked."""
+    n = arguments[0].size
+    try:
+        given = function(*arguments)
+    except Exception as error:
+        raise ValueError(
+            f"{name} is a function that fails with {type(error).__name__}: {error}; "
+            f"a function of {of} is needed"
+        ) from error
+    values = reals(f"what the function for {name} gives", given)
+    if values.shape not in ((), (1,), (n,)):
+        raise ValueError(
+            f"the function for {name} gives an array of shape {values.shape}: "
+            f"one number or shape ({n},) is needed"
+        )
+    return _within(name, np.array(np.broadcast_to(values, (n,))), lowest, highest)
+
+
+def _within(name: str, values: Array, lowest: float | None, highest: float) -> Array:
+    bad = values > highest
+    if lowest is not None:
+        bad |= values < lowest
     if bad.any():
         at = int(np.argmax(bad))
-        need = "a finite number" if minimum is None else f"a finite number not below {minimum:g}"
-        raise ValueError(f"{name} is {values[at]!r} at point {at}: {need} is needed")
+        need = f"at most {highest:g}" if lowest is None else f"from {lowest:g} to {highest:g}"
+        raise ValueError(f"{name} is {values[at]:.6g} at point {at}: numbers {need} are needed")
     return values

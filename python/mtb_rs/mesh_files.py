@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import io
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,16 +15,14 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from .check import choice, positive
+from .check import path_of, positive
+from .geometry import metres
 from .mesh import EDGES, TetraMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 #: Which points (n, 3) [m] are on the contact face of a body with these vertices (k, 3) [m].
 Near = Callable[[Array, Array], NDArray[np.bool_]]
-
-#: Metres per unit.
-UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 25.4e-3}
 
 #: Files of closed surfaces; all others are taken for ready meshes.
 SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
@@ -51,29 +50,59 @@ def read_mesh(
     near : function of points (n, 3) and the surface's vertices (k, 3) [m]
         Which points are on the contact face.
     """
-    scale = UNITS[choice("unit", unit, tuple(UNITS))]
+    scale = metres(unit)
     if isinstance(source, TetraMesh):
         return TetraMesh(source.nodes * scale, source.cells, source.node_sets)
     if isinstance(source, trimesh.Trimesh):
         return filled(np.asarray(source.vertices) * scale, np.asarray(source.faces), size, near)
     if isinstance(source, (str, Path)):
-        path = Path(source)
+        path = path_of("mesh file", source)
         if not path.is_file():
             raise ValueError(f"{path} is no file")
+        if path.stat().st_size == 0:
+            raise ValueError(f"{path} is empty: a mesh is needed")
         if path.suffix.lower() in SURFACE_FILES:
-            surface = trimesh.load_mesh(path)
-            if not isinstance(surface, trimesh.Trimesh):
-                raise ValueError(f"{path} holds {type(surface).__name__}, one closed surface is needed")
-            return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
-        import meshio
-
-        try:
-            source = meshio.read(path)
-        except (meshio.ReadError, SystemExit) as error:
-            raise ValueError(f"{path} cannot be read: {error}") from None
+            surface = read_surface(path)
+            try:
+                return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
+            except ValueError as error:
+                raise ValueError(f"{path}: {error}") from None
+        source = _read_by_meshio(path)
     if hasattr(source, "cells_dict") and hasattr(source, "points"):
         return _from_meshio(source, scale)
     raise ValueError(f"{source!r} is no mesh: a path, a trimesh, meshio or TetraMesh object is needed")
+
+
+def read_surface(path: Path) -> trimesh.Trimesh:
+    """The one triangulated surface of a file, as trimesh reads it."""
+    try:
+        # degenerate and doubled triangles stay: they are for us to name
+        surface = trimesh.load_mesh(path, process=False)
+    except ImportError as error:
+        raise ValueError(
+            f"{path} cannot be read: trimesh needs {error.name or error} for {path.suffix} files"
+        ) from None
+    except Exception as error:  # its readers raise whatever they stumble over
+        raise ValueError(f"{path} cannot be read: no {path.suffix} file of one surface ({error})") from None
+    if not isinstance(surface, trimesh.Trimesh):
+        raise ValueError(f"{path} holds {type(surface).__name__}, one closed surface is needed")
+    if not len(surface.faces):
+        raise ValueError(f"{path} holds no triangles: a closed surface is needed")
+    return surface
+
+
+def _read_by_meshio(path: Path) -> Any:
+    import meshio
+
+    try:
+        # it prints what it then raises
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            return meshio.read(path)
+    except SystemExit:
+        raise ValueError(f"{path} cannot be read: it is no {path.suffix} file that meshio knows") from None
+    except Exception as error:  # its readers raise whatever they stumble over
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ValueError(f"{path} cannot be read as a mesh: {reason}") from None
 
 
 def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
@@ -84,8 +113,16 @@ def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
             f"the mesh has cells {', '.join(sorted(blocks))}: either 4-node or 10-node tetrahedra are needed"
         )
     cells = np.asarray(blocks[kinds[0]], dtype=np.int64)
+    points = np.asarray(mesh.points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 3 or not cells.size:
+        raise ValueError(
+            f"the mesh has points {points.shape} and {len(cells)} tetrahedra: (n, 3) and some are needed"
+        )
+    if cells.min() < 0 or cells.max() >= len(points):
+        wrong = cells[(cells < 0) | (cells >= len(points))][0]
+        raise ValueError(f"tetrahedra name the node {wrong}: there are 0 to {len(points) - 1}")
     used, cells = np.unique(cells, return_inverse=True)
-    nodes = np.asarray(mesh.points, dtype=float)[used, :3] * scale
+    nodes = points[used] * scale
     return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64)))
 
 
@@ -107,6 +144,16 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
     ValueError
         Naming the first triangle or edge that is wrong.
     """
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ValueError(
+            f"vertices and triangles of the surface have shapes {vertices.shape} and {triangles.shape}: "
+            "(n, 3) and (m, 3) are needed"
+        )
+    if not len(triangles):
+        raise ValueError("the surface has no triangles")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        wrong = triangles[(triangles < 0) | (triangles >= len(vertices))][0]
+        raise ValueError(f"triangles name the vertex {wrong}: there are 0 to {len(vertices) - 1}")
     if not np.isfinite(vertices).all():
         bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
         raise ValueError(

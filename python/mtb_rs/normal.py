@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import Rigid, Simple, as_body
-from .check import choice, number, positive
+from .check import choice, number, reals, positive
 from .errors import ConvergenceError
+from .geometry import spacing_pair
 from .material import Material
 from .report import Report
 from .result import Pictured
@@ -121,7 +122,7 @@ def solve_normal(
     force : float [N]
         Normal force; or
     approach : float [m]
-        how far the bodies moved together.
+        how far the bodies moved together; up to the smallest gap they do not touch.
     moments : (float or None, float or None) [N m]
         First moments of the pressure about the middle of the grid, along x and along y; a tilt whose moment
         is given is free, the others are locked.
@@ -165,7 +166,7 @@ def solve_normal(
     """
     started = time.perf_counter()
     heights = _gap(gap)
-    sides = _spacing(spacing)
+    sides = spacing_pair(spacing)
     bodies = as_body("lower", lower), as_body("upper", upper)
     elastic = [
         (body.material.shear_modulus, body.material.poisson_ratio)
@@ -247,27 +248,10 @@ def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
 
 
 def _gap(gap: ArrayLike) -> Array:
-    heights = np.asarray(gap)
-    if heights.dtype.kind not in "fiu":
-        raise ValueError(f"gap has dtype {heights.dtype}: real numbers are needed")
-    heights = np.ascontiguousarray(heights, dtype=float)
+    heights = reals("gap", gap, "m")
     if heights.ndim != 2 or heights.size == 0:
         raise ValueError(f"gap has shape {heights.shape}: (ny, nx) is needed")
-    wrong = ~np.isfinite(heights)
-    if wrong.any():
-        at = tuple(int(k) for k in np.argwhere(wrong)[0])
-        raise ValueError(f"gap at {at} is {heights[at]:g} m: finite numbers are needed")
     return heights
-
-
-def _spacing(spacing: float | tuple[float, float]) -> tuple[float, float]:
-    if np.ndim(spacing) == 0:
-        side = positive("spacing", spacing, "m")
-        return side, side
-    values = tuple(spacing)  # type: ignore[arg-type]
-    if len(values) != 2:
-        raise ValueError(f"spacing is {spacing!r}: one or two positive numbers [m] are needed")
-    return positive("spacing[0]", values[0], "m"), positive("spacing[1]", values[1], "m")
 
 
 def _moments(
@@ -303,10 +287,12 @@ def _reaches_edge(pressure: Array) -> bool:
 
 def _is_plane(gap: Array) -> bool:
     ny, nx = gap.shape
-    x, y = np.linspace(-1.0, 1.0, nx)[None, :], np.linspace(-1.0, 1.0, ny)[:, None]
-    mean = float(gap.mean())
-    slopes = [float((gap * c).sum() / max((c * c * np.ones_like(gap)).sum(), 1e-300)) for c in (x, y)]
-    rest = gap - mean - slopes[0] * x - slopes[1] * y
+    rest = gap - gap.mean()
+    for axis, n in ((0, ny), (1, nx)):
+        along = np.expand_dims(np.arange(n) - 0.5 * (n - 1), 1 - axis)
+        square = float((along * along).sum()) * (gap.size // n)
+        if square > 0.0:
+            rest = rest - float((gap * along).sum()) / square * along
     return bool(np.abs(rest).max() <= 1e-9 * np.abs(gap).max())
 
 
@@ -336,7 +322,7 @@ def _continued(gap: Array, shape: tuple[int, int]) -> Array:
         fitted = max(3, n // 4)
         if n < 3:
             raise ValueError(
-                f"a grid of {n} cells cannot be continued: at least 3 are needed along each side"
+                f"a grid of {n} cells cannot be continued: at least 3 along each side are needed"
             )
         parts = [gap]
         for count, inner in (
@@ -379,6 +365,12 @@ def _is_met(solution: dict[str, Any], force: float | None, normal_force: float) 
     return bool(solution["residual"] <= max(10.0 * solution["tolerance"], ROUNDING))
 
 
+def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
+    if loaded.any():
+        return "converged"
+    return f"converged: the bodies do not touch, approach is {approach:g} m, the smallest gap {gap.min():g} m"
+
+
 def _result(
     solution: dict[str, Any],
     gap: Array,
@@ -401,7 +393,9 @@ def _result(
         }
     report = Report(
         converged=converged,
-        status="converged" if converged else _FAILURES[solution["status"]].format(**solution),
+        status=_outcome(loaded, gap, solution["approach"])
+        if converged
+        else _FAILURES[solution["status"]].format(**solution),
         model="half-space",
         method="direct",
         solver="active set, dense LU" if solution["is_dense"] else "conjugate gradients, FFT",

@@ -25,6 +25,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from PIL import Image
 
+from .check import path_of
 from .grids import corners, flat, patches, row_borders
 from .result import Array, Patch, Pictured, Result
 
@@ -212,7 +213,7 @@ def animate(
     **options
         As for :func:`plot`, `kind` and `y` included; not `ax`.
     """
-    target = Path(path)
+    target = path_of("path", path)
     if target.suffix not in (".gif", ".webp", ".png"):
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
     if not history:
@@ -281,7 +282,7 @@ def draw_map(result: Pictured, quantity: str, body: Body, limits: Limits | None,
     drawn = None
     for patch in grids:
         field = np.ma.masked_where(~patch.view(shown), patch.view(values) / factor)
-        edges = [corners(result, patch, c) / MILLIMETRE for c in (x, y)]
+        edges = list(corners(result, patch, flat(result, result.points))[:2] / MILLIMETRE)
         ax.pcolormesh(*edges, np.ones(field.shape), cmap=ListedColormap([OPEN_COLOUR]), rasterized=True)
         drawn = ax.pcolormesh(*edges, field, **style)
         if quantity != "status":
@@ -363,7 +364,7 @@ def draw_lines(
         if asked.unit == "m":
             ax.plot(centres, field, color=colour, linewidth=1.6, label=label)
         else:
-            edges = row_borders(result, row.patch, x)[row.index] / MILLIMETRE
+            edges = row_borders(result, row.patch)[row.index] / MILLIMETRE
             ax.stairs(field, edges, baseline=None, color=colour, linewidth=1.6, label=label)
         if centres.size <= 80:
             ax.plot(centres, field, ".", color=colour, markersize=4)

@@ -35,13 +35,15 @@ class Displacement(NamedTuple):
 class Patch:
     """A regular grid of contact points inside the flat arrays of a result.
 
-    ``points[:, start:start + nx * ny].reshape(3, ny, nx)`` is the patch's grid, x fastest.
+    ``points[:, start:start + nx * ny].reshape(3, ny, nx)`` is the patch's grid, x fastest; its points are
+    `spacing` (dx, dy) [m] apart.
     """
 
     name: str
     start: int
     nx: int
     ny: int
+    spacing: tuple[float, float]
 
     def view(self, values: NDArray[Any]) -> NDArray[Any]:
         """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""
@@ -91,7 +93,7 @@ class Pictured:
         """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
         from .export import save
 
-        return save(self, Path(directory))
+        return save(self, directory)
 
 
 @dataclass(frozen=True, repr=False)

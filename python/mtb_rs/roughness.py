@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bodies import Simple
 from .check import number, positive, whole
+from .geometry import spacing_pair
 from .material import Material
 from .normal import solve_normal
 
@@ -47,7 +48,7 @@ def roughness(
         Wavelengths: no waves longer than `longest` (default: the whole surface), a flat spectrum from there
         to `roll_off` (default: none), no waves shorter than `shortest` (default: two cells).
     seed : int
-        The same seed gives the same surface.
+        From 0 on; the same seed gives the same surface.
 
     Returns
     -------
@@ -61,10 +62,10 @@ def roughness(
     >>> round(float(heights.std()) / 1e-7, 9)
     1.0
     """
-    ny, nx = (shape, shape) if np.ndim(shape) == 0 else shape  # type: ignore[misc]
-    ny, nx = whole("shape[0]", ny), whole("shape[1]", nx)
-    dx, dy = (spacing, spacing) if np.ndim(spacing) == 0 else spacing  # type: ignore[misc]
-    dx, dy = positive("spacing[0]", dx, "m"), positive("spacing[1]", dy, "m")
+    ny, nx = _shape(shape)
+    dx, dy = spacing_pair(spacing)
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"seed is {seed!r}: a whole number from 0 on is needed")
     if not 0.0 < number("hurst", hurst) <= 1.0:
         raise ValueError(f"hurst is {hurst:g}: a number in (0, 1] is needed")
     if (rms_height is None) == (rms_slope is None):
@@ -93,7 +94,23 @@ def roughness(
         return np.asarray(heights * (positive("rms_height", rms_height, "m") / heights.std()))
     slopes = [np.fft.irfft2(1j * c * spectrum, s=(ny, nx)) for c in (kx, ky)]
     now = math.sqrt(float(np.mean(slopes[0] ** 2 + slopes[1] ** 2)))
+    if now == 0.0:
+        raise ValueError(
+            f"rms_slope is {rms_slope!r}: the only waves on {nx} x {ny} cells are two cells long, "
+            "whose slope is zero at every cell; more cells or rms_height are needed"
+        )
     return np.asarray(heights * (positive("rms_slope", rms_slope) / now))
+
+
+def _shape(shape: int | tuple[int, int]) -> tuple[int, int]:
+    try:
+        ny, nx = shape  # type: ignore[misc]
+    except TypeError:
+        n = whole("shape", shape)
+        return n, n
+    except ValueError:
+        raise ValueError(f"shape is {shape!r}: a whole number or (ny, nx) is needed") from None
+    return whole("shape[0]", ny), whole("shape[1]", nx)
 
 
 class AreaLoadCurve(NamedTuple):

@@ -14,18 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid, Simple, as_body
 from .chart import QUANTITIES, Chart, silent
-from .check import choice, number, pair, positive
+from .check import LARGEST, choice, number, reals, pair, positive
 from .direct import choose
 from .direct import solve as solve_scene
-from .elastic import SUPPORTS, averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
+from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
 from .friction import InterfaceLayer
 from .geometry import ContactSheet, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
-from .layout import FieldLayout, Layout
-from .loads import PressureDependentFriction
-from .loads import field as load_field
+from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout
+from .loads import PressureDependentFriction, fits, friction_field
 from .material import Material
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, on_grid
@@ -42,6 +41,7 @@ from .solve import (
 )
 from .staggered import staggered
 from .start_of_sliding import StartOfSliding, start_of_sliding
+from .supports import held_by
 from .symmetry import folded
 
 if TYPE_CHECKING:
@@ -89,9 +89,10 @@ class Scene:
         A third body that shears between the two. It changes nothing once everything slides; it softens
         the start, see :meth:`start_of_sliding`.
     supports : str or sequence of Support
-        How elastic bodies of ready scenes are held.
+        How the elastic bodies of block_on_plane and pole_shoe_on_rail are held; the half-space model,
+        which has no top, does without.
     element_size : float [m]
-        Of the finite elements of the upper body at the contact; None: that of the contact grid.
+        Of the finite elements of their upper body at the contact; None: that of the contact grid.
     """
 
     upper: Material | Simple | ElasticBody
@@ -146,8 +147,17 @@ class Scene:
             value = getattr(self, name)
             if value is not None:
                 put(self, name, positive(name, value, "N" if name == "force" else "m"))
-        if isinstance(self.supports, str):
-            choice("supports", self.supports, SUPPORTS)
+        if not isinstance(self.layout, (BlockLayout, ShoeLayout)):
+            for name in ("supports", "element_size"):
+                if getattr(self, name) is not None:
+                    raise ValueError(
+                        f"{name} is {getattr(self, name)!r}: it is for the elastic bodies of "
+                        "block_on_plane and pole_shoe_on_rail; an ElasticBody has its own"
+                    )
+        if self.supports is not None:
+            put(self, "supports", held_by(self.supports))
+        if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
+            raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
         choice("attraction", self.attraction, ("upper", "both"))
         if self.sliding_direction is not None:
             put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
@@ -241,7 +251,7 @@ class Scene:
             if self.magnetic_pressure is None or not (upper or self.attraction == "both"):
                 return np.zeros(n)
             spec = self.magnetic_pressure
-            if isinstance(spec, np.ndarray) and spec.size == patch.nx * patch.ny:
+            if isinstance(spec, np.ndarray) and fits(spec, (patch,)):
                 spec = spec.reshape(-1)[contact_nodes(points)]
             return magnetic_field(spec, points, (replace(patch, nx=n, ny=1),), self.velocity)
 
@@ -253,11 +263,11 @@ class Scene:
         contact = body_contact(layout, bodies, spacing, pulls, time_s)  # type: ignore[arg-type]
         points, n = contact.points, contact.kept.size
         friction = self.friction
-        if isinstance(friction, np.ndarray) and friction.size == patch.nx * patch.ny:
+        if isinstance(friction, np.ndarray) and fits(friction, (patch,)):
             friction = friction.reshape(-1)[contact.kept]
         if not isinstance(friction, PressureDependentFriction):
             line = (replace(patch, nx=n, ny=1),)
-            friction = load_field("friction", friction, points.points, line, self.velocity, 0.0)
+            friction = friction_field(friction, points.points, line, self.velocity)
         upper = contact.upper
         loads: dict[str, Any] = {}
         if self.moments is not None:
@@ -490,7 +500,7 @@ class Scene:
         pull = magnetic_field(spec, points, patches, self.velocity)
         for patch in patches:
             total = float(pull[_cut(patch)].sum())
-            if total <= 0.0:
+            if total < 1.0 / LARGEST:
                 raise ValueError(
                     f"magnetic_pressure on patch {patch.name!r} is {total / (patch.nx * patch.ny):.6g} Pa "
                     "on average: it does not press the bodies together (it must be positive)"
@@ -568,18 +578,16 @@ class Scene:
         if isinstance(self.friction, PressureDependentFriction):
             return self.friction
         spec = self._on(points, patches, self.friction)
-        return load_field("friction", spec, points.points, patches, self.velocity, 0.0)
+        return friction_field(spec, points.points, patches, self.velocity)
 
     def _on(self, points: SheetPoints, patches: tuple[Patch, ...], spec: Any) -> Any:
         """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `points`."""
-        if not isinstance(spec, np.ndarray) or spec.size in (1, points.gap.size):
+        if not isinstance(spec, np.ndarray) or spec.ndim == 0 or fits(spec, patches):
             return spec
         assert self.layout is not None
         own = self.layout.sheet(self._pair)
-        for given in (own.patches, own.node_patches):
-            if spec.size == sum(p.nx * p.ny for p in given):
-                break
-        else:
+        given = next((p for p in (own.patches, own.node_patches) if fits(spec, p)), None)
+        if given is None:
             return spec
         values = np.empty(points.gap.size)
         for to, patch in zip(patches, given, strict=True):
@@ -601,7 +609,7 @@ class Scene:
             shares = [-self.force / len(sheet.patches)] * len(sheet.patches)
         motions, work = [], []
         for patch, share in zip(sheet.patches, shares, strict=True):
-            if share >= 0.0:
+            if -share < 1.0 / LARGEST:
                 raise ValueError(
                     f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
                     "bodies together (it must be negative)"
@@ -652,16 +660,9 @@ def gap_field(gap: ArrayLike | None) -> Array:
     """A gap (ny, nx) [m] as floats, checked."""
     if gap is None:
         raise ValueError("gap is missing: a height field (ny, nx) [m] is needed")
-    try:
-        values = np.array(gap, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"gap is {type(gap).__name__}: an array (ny, nx) of numbers is needed") from error
+    values = np.array(reals("gap", gap, "m"))
     if values.ndim != 2 or min(values.shape) < 3:
         raise ValueError(f"gap has shape {values.shape}: (ny, nx) with at least 3 points a side is needed")
-    bad = ~np.isfinite(values)
-    if bad.any():
-        iy, ix = np.argwhere(bad)[0]
-        raise ValueError(f"gap is {values[iy, ix]} at [{iy}, {ix}]: finite numbers are needed")
     return values
 
 

@@ -14,10 +14,8 @@ from .check import positive
 from .friction import InterfaceLayer
 from .geometry import PoleShoe, Profile, spacing_pair
 from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
-from .material import Material
+from .material import Material, steel
 from .scene import Scene
-
-steel = Material.from_shear_modulus(80e9, 0.3)
 
 #: Thesis Table 3.1: contact radius of its paraboloid [m], for which its grids span 1 m.
 _THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
@@ -68,15 +66,14 @@ def paraboloid_on_plane(
         Distance between the outermost points; by default 3.12 contact radii, for the default
         arguments the thesis' 1 m.
     """
-    positive("radius", radius, "m")
-    positive("force", force, "N")
+    radius, force = positive("radius", radius, "m"), positive("force", force, "N")
     whole = isinstance(points, (int, np.integer)) and not isinstance(points, bool)
     if points is not None and (not whole or points < 4):
         raise ValueError(f"points is {points!r}: a whole number from 4 on, or None, is needed")
     if width is None:
         compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
         width = float(np.cbrt(0.75 * force * radius * compliance)) / _THESIS_RADIUS
-    positive("width", width, "m")
+    width = positive("width", width, "m")
     return Scene(
         upper=upper,
         lower=lower,
@@ -115,11 +112,11 @@ def block_on_plane(
         Pulls the foot of the block down.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
+    supports : "driven-top", "clamped-top", "points" or a list of Support
+        How the top of an elastic block is held; a half-space has no top.
     """
-    length = width if length is None else length
-    positive("width", width, "m")
-    positive("height", height, "m")
-    positive("length", length, "m")
+    width, height = positive("width", width, "m"), positive("height", height, "m")
+    length = width if length is None else positive("length", length, "m")
     return Scene(
         upper=upper,
         lower=lower,
@@ -182,20 +179,21 @@ def pole_shoe_on_rail(
         For tables over the velocity.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
-    supports : "driven-top", "clamped-top" or "points"
+    supports : "driven-top", "clamped-top", "points" or a list of Support
         How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
-        thesis' five points on top and four at the back.
+        thesis' five points on top and four at the back. A half-space has no top.
     attraction : "upper" or "both"
         Whether the rail is pulled up as well.
     lateral, yaw : float [m], [rad]
         Offset along y and rotation about z of the shoe.
     rail : str or Profile
+        "60E1", or a profile from points or a file.
     rail_length : float [m]
+        About the middle of the shoe, at least as long as the contact.
     layer : InterfaceLayer
         Third body between shoe and rail: without influence in gross sliding, softens its start.
     """
-    positive("length", length, "m")
-    positive("rail_length", rail_length, "m")
+    rail_length = positive("rail_length", rail_length, "m")
     shoe = PoleShoe(
         height=height,
         length=length,
@@ -247,6 +245,7 @@ def wheel_on_rail(
     Parameters
     ----------
     wheel, rail : str or Profile
+        "S1002" and "60E1", or profiles from points or files.
     wheel_radius : float [m]
         Radius of the tape circle.
     gauge : float [m]
@@ -258,7 +257,7 @@ def wheel_on_rail(
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
     """
-    positive("force", force, "N")
+    force = positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
     first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
     layout = WheelLayout.placed(

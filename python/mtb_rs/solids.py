@@ -21,7 +21,7 @@ from .elastic import (
 )
 from .elastic_body import ElasticBody
 from .geometry import ContactSheet, SheetPoints
-from .layout import cells_along, flat_points, flat_sheet, height_surface
+from .layout import cells_over, flat_points, flat_sheet, height_surface
 from .result import Displacement, Patch, Result, Surface
 from .solve import Side
 
@@ -66,7 +66,7 @@ class BodyLayout:
                 "must look along z"
             )
         self._check_outlook()
-        nx, ny = (cells_along(float(size[axis]), spacing[axis]) for axis in (0, 1))
+        nx, ny = cells_over((float(size[0]), float(size[1])), spacing)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
         depth = self._depth(x, y, level)

@@ -475,7 +475,25 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
         return (
             f'{outcome}; {solution.solver}): method="direct" solves the scene without increments or factors'
         )
-    return f"{outcome})"
+    return f"{outcome}{_lost_digits(problem)})"
+
+
+def _lost_digits(problem: ContactProblem) -> str:
+    """What rounding did, where the displacements by the load vanish beside the gap or swallow it."""
+    pull = np.asarray(problem.loads.get("pull", np.zeros(3)))
+    height = float(np.ptp(problem.gap))
+    compliances = [side.compliance for side in (problem.upper, problem.lower) if side.compliance is not None]
+    if not pull.any() or height == 0.0 or not compliances:
+        return ""
+    one = np.zeros((3, problem.n))
+    one[2] = np.abs(pull[2]) / float(problem.area.sum())
+    moved = sum(float(np.abs(c.displacement(one)[2]).max()) for c in compliances)
+    if moved >= 1e-12 * height:
+        return ""
+    return (
+        f"; the force of {abs(pull[2]):.3g} N moves the surfaces by about {moved:.1e} m, "
+        f"lost in the rounding of a gap that varies by {height:.1e} m"
+    )
 
 
 def _loads_in_words(problem: ContactProblem) -> str:

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import number, positive
 from .errors import ConvergenceError, ResultantError
-from .loads import PressureDependentFriction, VelocityTable
-from .loads import field as load_field
+from .loads import PressureDependentFriction, VelocityTable, friction_field
 from .solve import ContactProblem, Side, magnetic_field, to_global, to_local
 
 if TYPE_CHECKING:
@@ -360,9 +359,7 @@ def prepare(
         loads = base + np.array([response(scene.magnetic_pressure, v) for v in load_speed])
     friction_speed = _speeds(scene.friction) or [0.0]
     spec = scene._on(points, patches, scene.friction)
-    friction = np.array(
-        [load_field("friction", spec, points.points, patches, v, 0.0) for v in friction_speed]
-    )
+    friction = np.array([friction_field(spec, points.points, patches, v) for v in friction_speed])
     direction = np.zeros(2)
     if scene.sliding_direction is None:
         friction[:] = 0.0

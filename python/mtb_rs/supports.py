@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .check import number
+from .check import choice, number, reals
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -19,6 +19,9 @@ Index = NDArray[np.int64]
 #: coordinates (n, 3) that says which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
 #: open end; points (k, 3) [m], each the node nearest to it.
 Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
+
+#: Ready ways to hold the top of a block or a pole.
+SUPPORTS = ("driven-top", "clamped-top", "points", "fixed-points")
 
 #: Sides of the bounding box: axis, and whether the upper end.
 SIDES = {
@@ -68,6 +71,8 @@ class Support:
     name: str = ""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.where, str) and not callable(self.where) and not _is_box(self.where):
+            _places(self.where)
         for component in "xyz":
             value = getattr(self, component)
             if value is not None and not isinstance(value, Guide):
@@ -80,6 +85,16 @@ class Support:
     def values(self) -> tuple[float | Guide | None, ...]:
         """What x, y and z are given."""
         return self.x, self.y, self.z
+
+
+def held_by(supports: Any) -> str | tuple[Support, ...]:
+    """What a ready scene is given for its supports, checked."""
+    if isinstance(supports, str):
+        return choice("supports", supports, SUPPORTS)
+    if isinstance(supports, (list, tuple)) and all(isinstance(s, Support) for s in supports):
+        return tuple(supports)
+    known = ", ".join(map(repr, SUPPORTS))
+    raise ValueError(f"supports is {supports!r}: one of {known} or a list of mtb_rs.Support is needed")
 
 
 def select(
@@ -106,14 +121,20 @@ def select(
         near = 1e-6 * np.ptp(whole, axis=0).max()
         return np.asarray(nodes[:, axis] >= high - near if upper else nodes[:, axis] <= low + near)
     if callable(where):
-        chosen = np.asarray(where(nodes))
+        try:
+            chosen = np.asarray(where(nodes))
+        except Exception as error:
+            raise ValueError(
+                f"the function fails with {type(error).__name__}: {error}; "
+                "a function of the node coordinates (n, 3) [m] is needed"
+            ) from error
         if chosen.shape != found.shape or chosen.dtype != bool:
             raise ValueError(
                 f"the function returns {chosen.dtype} of shape {chosen.shape}: bool of shape {found.shape} "
                 "is needed"
             )
         return chosen
-    if len(where) == 3 and all(np.size(pair) == 2 for pair in where):
+    if _is_box(where):
         found[:] = True
         for axis, (low, high) in enumerate(where):
             found &= nodes[:, axis] >= (-np.inf if low is None else low - 1e-9)
@@ -122,15 +143,38 @@ def select(
     return _nearest(nodes, where)
 
 
-def _nearest(nodes: Array, points: ArrayLike) -> NDArray[np.bool_]:
+def _is_box(where: Any) -> bool:
+    """Whether this is ((x0, x1), (y0, y1), (z0, z1)), with None for an open end."""
     try:
-        places = np.atleast_2d(np.asarray(points, dtype=float))
+        ends = [end for low, high in where for end in (low, high)]
     except (TypeError, ValueError):
-        places = np.empty((0, 0))
-    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        return False
+    if len(ends) != 6:
+        return False
+    for end in ends:
+        if end is not None:
+            number("an end of a box", end, "m")
+    return True
+
+
+def _places(points: ArrayLike) -> Array:
+    """Points (k, 3) [m], checked."""
+    try:
+        places = np.atleast_2d(reals("where", points, "m"))
+    except ValueError as error:
+        places, reason = np.empty((0, 0)), f"{error}; "
+    else:
+        reason = f"where has shape {places.shape}; "
+    if places.ndim != 2 or places.shape[1] != 3 or not places.size:
         raise ValueError(
-            "a name, a function, a box ((x0, x1), (y0, y1), (z0, z1)) or points (k, 3) in metres are needed"
+            f"{reason}a name, a function, a box ((x0, x1), (y0, y1), (z0, z1)) or points (k, 3) "
+            "in metres are needed"
         )
+    return places
+
+
+def _nearest(nodes: Array, points: ArrayLike) -> NDArray[np.bool_]:
+    places = _places(points)
     found = np.zeros(len(nodes), dtype=bool)
     reach = 0.1 * float(np.ptp(nodes, axis=0).max())
     for place in places:

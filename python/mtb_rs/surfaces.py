@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, floats, metres, spacing_pair
+from .check import reals, path_of
+from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, metres, spacing_pair
 
 
 class BodySurface:
@@ -68,7 +69,7 @@ class BodySurface:
 
         `start` is the place (x, y) of the first height; by default the grid is centred at the origin.
         """
-        heights = floats("heights", heights)
+        heights = reals("heights", heights)
         if heights.ndim != 2:
             raise ValueError(f"heights has shape {heights.shape}: (ny, nx) is needed")
         dx, dy = spacing_pair(spacing)
@@ -86,7 +87,7 @@ class BodySurface:
         Between its vertices the surface is curved: cubics fitted around them stand behind the facets.
         Edges sharper than 30 degrees stay edges. `closed` bodies must be watertight.
         """
-        points = floats("vertices", vertices)
+        points = reals("vertices", vertices)
         if points.ndim != 2 or points.shape[0] != 3:
             raise ValueError(f"vertices has shape {points.shape}: (3, n) is needed")
         faces = np.asarray(triangles)
@@ -115,21 +116,24 @@ class BodySurface:
         import trimesh
 
         scale = metres(unit)
-        if not Path(path).is_file():
+        path = path_of("path", path)
+        if not path.is_file():
             raise ValueError(f"mesh file {str(path)!r} does not exist")
+        if path.stat().st_size == 0:
+            raise ValueError(f"mesh file {str(path)!r} is empty")
         try:
             loaded = trimesh.load_mesh(path)
             vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
         except Exception as error:  # trimesh's readers raise whatever they stumble over
             raise ValueError(f"mesh file {str(path)!r} cannot be read: {error}") from None
         try:
-            return cls.mesh(vertices.T * scale, faces, closed=closed, name=Path(path).name)
+            return cls.mesh(vertices.T * scale, faces, closed=closed, name=path.name)
         except ValueError as error:
             raise ValueError(f"mesh file {str(path)!r}: {error}") from None
 
     def top(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Height z [m] of the highest point over (x, y) [m], any shape; NaN beside the body."""
-        grid_x, grid_y = np.broadcast_arrays(floats("x", x), floats("y", y))
+        grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
         flat = self._core.top(np.ascontiguousarray(grid_x).ravel(), np.ascontiguousarray(grid_y).ravel())
         return flat.reshape(grid_x.shape)
 

@@ -75,6 +75,42 @@ def test_fields_of_a_case(tmp_path: Path) -> None:
     )
 
 
+def test_profiles_of_a_case_come_from_files_beside_it(tmp_path: Path) -> None:
+    y = np.linspace(-36e-3, 36e-3, 721)
+    z = mtb.Profile.standard("60E1").height(y)
+    np.savetxt(tmp_path / "measured.prr", np.stack([1e3 * y, 1e3 * z], axis=1))
+    np.savetxt(tmp_path / "metres.txt", np.stack([y, -z], axis=1))
+    text = """
+        scene = "pole_shoe_on_rail"
+        spacing = 6e-3
+        outer_edge = 35e-3
+        rail = {}
+        [solve]
+        model = "half-space"
+        """
+    known = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, outer_edge=35e-3).solve(model="half-space")
+    for rail in (
+        '"measured.prr"',
+        '{ file = "metres.txt", unit = "m", z_axis = "down", interpolation = "linear" }',
+    ):
+        case = mtb.load_case(write(tmp_path / "case.toml", text.format(rail)))
+        assert tomllib.loads(case.to_toml())["rail"] == tomllib.loads(f"rail = {rail}")["rail"]
+        result = case.solve()
+        assert result.normal_force == pytest.approx(known.normal_force, rel=1e-4)
+        json.dumps(result.save(tmp_path / "out") and json.loads((tmp_path / "out/summary.json").read_text()))
+    for rail, message in (
+        ('"none.prr"', r"rail = .*there is no file .*none\.prr: one of 60E1, S1002, the path of"),
+        ("3", "rail = 3: one of 60E1, S1002, the path of a profile file, or a table of file, unit"),
+        ('{ unit = "m" }', "rail = .*or a table of file, unit, interpolation, z_axis is needed"),
+        ('{ file = "metres.txt", unit = "furlong" }', "rail = .*unit is 'furlong': one of 'm', 'mm'"),
+        ("{ file = 3 }", "rail = .*file is 3: a path is needed"),
+        ('"case.toml"', "rail = .*line 3 of the profile file"),
+    ):
+        path = write(tmp_path / "case.toml", text.format(rail))
+        with pytest.raises(mtb.CaseError, match=message):
+            mtb.load_case(path)
+
+
 def test_every_error_at_once(tmp_path: Path) -> None:
     path = write(
         tmp_path / "bad.toml",

@@ -198,7 +198,7 @@ BAD = [
     (lambda: mtb.Scene(upper=steel, lower=steel, gap=np.zeros((2, 2)), force=1.0), "at least 3 points"),
     (
         lambda: mtb.Scene(upper=steel, lower=steel, gap=np.full((4, 4), np.nan), force=1.0),
-        r"gap is nan at \[0, 0\]",
+        r"gap\[0, 0\] is nan",
     ),
     (lambda: mtb.Scene(upper=steel, lower=steel, gap=np.zeros((4, 4))), "nothing presses"),
     (

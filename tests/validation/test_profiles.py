@@ -98,7 +98,7 @@ def test_bad_profiles_are_named(tmp_path: Path) -> None:
     assert "row 3" in message([0.0, 1.0, 0.5], [0.0, 0.0, 0.0])
     assert "cubic" in message([0.0, 1.0], [0.0, 0.0], "cubic")
     assert "y and z have shapes" in message([[0.0, 1.0]], [[0.0, 0.0]])
-    assert "array of numbers" in message(["a", "b"], [0.0, 0.0])
+    assert "real numbers" in message(["a", "b"], [0.0, 0.0])
     with pytest.raises(ValueError, match="60E1, S1002"):
         Profile.standard("54E1")
     with pytest.raises(ValueError, match=r"y\[1\] is 0.05 m: the profile reaches from -0.036"):

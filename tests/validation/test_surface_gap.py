@@ -91,7 +91,7 @@ def test_bad_bodies_are_named(tmp_path: Path) -> None:
         (vertices, faces[1:], "not watertight: 3 edges"),
         (vertices, faces[:, ::-1], "point inwards"),
         (vertices * 1e3, faces, "unit"),
-        (vertices * np.nan, faces, r"vertices\[0\] is NaN"),
+        (vertices * np.nan, faces, r"vertices\[0, 0\] is nan"),
         (vertices, np.where(faces == 7, 99, faces), "vertex 99"),
         (vertices, np.where(faces == 7, -1, faces), "counted from 0"),
         (vertices, np.vstack([faces, [[0, 1, 1]]]), "triangle 12 is degenerate"),
@@ -110,7 +110,7 @@ def test_bad_bodies_are_named(tmp_path: Path) -> None:
         BodySurface.from_file(broken, unit="mm")
     with pytest.raises(ValueError, match="unit is 'furlong'"):
         BodySurface.from_file(broken, unit="furlong")
-    with pytest.raises(ValueError, match=r"heights\[1\] is NaN"):
+    with pytest.raises(ValueError, match=r"heights\[0, 1\] is nan"):
         BodySurface.height_field([[0.0, np.nan], [0.0, 0.0]], 1e-3)
     with pytest.raises(ValueError, match="paraboloid radius is 0"):
         BodySurface.paraboloid(0.0)

@@ -140,7 +140,7 @@ def test_larger_scale_extends_the_same_field() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"spacing": 0.0}, "spacing dx is 0"),
+        ({"spacing": 0.0}, "spacing is 0"),
         ({"spacing": (1e-4, float("nan"))}, "spacing dy is nan"),
         ({"spacing": 0.1}, "spacing along x is 0.1"),
         ({"wheel": "S1003"}, "S1003"),

@@ -227,6 +227,14 @@ impl PoleShoe {
             let accepted = format!("the head of the rail ends at {half_width} m");
             return Err(out_of_range("conforming_to", self.conforming_to, accepted));
         }
+        if self.outer_edge > half_width {
+            let accepted = format!("the head of the rail ends at {half_width} m");
+            return Err(out_of_range("outer_edge", self.outer_edge, accepted));
+        }
+        if self.relief_slope < 0.0 {
+            let accepted = "the sole rises beyond conforming_to, so it is at least 0";
+            return Err(out_of_range("relief_slope", self.relief_slope, accepted));
+        }
         let end_slope = self.rail.at(self.conforming_to).map_or(0.0, |s| s.slope);
         if self.relief_slope <= end_slope {
             let accepted = format!(

@@ -161,7 +161,15 @@ impl Table {
                 "bound.z.max" => &mut bounds[1][1],
                 "units.len.f" => table.per_metre.insert(1.0),
                 "mirror.y" | "mirror.z" => {
-                    table.mirror[usize::from(key == "mirror.z")] = value.starts_with('1');
+                    let flag = value.split_whitespace().next().unwrap_or_default();
+                    table.mirror[usize::from(key == "mirror.z")] = match flag.parse::<f64>() {
+                        Ok(0.0) => false,
+                        Ok(1.0) => true,
+                        _ => {
+                            let reason = format!("{key} = {value:?} is neither 0 nor 1");
+                            return Err(unreadable(number, reason));
+                        }
+                    };
                     continue;
                 }
                 "approx.smooth" => &mut 0.0,
@@ -172,6 +180,10 @@ impl Table {
                 .map_err(|_| unreadable(number, format!("{key} = {value:?} is not a number")))?;
             if key == "approx.smooth" && *slot != 0.0 {
                 let reason = format!("{key} = {value}: only 0 (no smoothing) is supported");
+                return Err(unreadable(number, reason));
+            }
+            if slot.is_nan() {
+                let reason = format!("{key} = {value} is not a number");
                 return Err(unreadable(number, reason));
             }
             if key.starts_with("units") && !(*slot > 0.0 && slot.is_finite()) {
