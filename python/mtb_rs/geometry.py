@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import choice, number, reals, path_of, positive
+from .check import choice, number, path_of, positive, reals
 from .result import Patch
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .check import LARGEST, number, reals, pair, positive
+from .check import LARGEST, number, pair, positive, reals
 from .result import Patch
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import Rigid, Simple, as_body
-from .check import choice, number, reals, positive
+from .check import choice, number, positive, reals
 from .errors import ConvergenceError
 from .geometry import spacing_pair
 from .material import Material

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid, Simple, as_body
 from .chart import QUANTITIES, Chart, silent
-from .check import LARGEST, choice, number, reals, pair, positive
+from .check import LARGEST, choice, number, pair, positive, reals
 from .direct import choose
 from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side

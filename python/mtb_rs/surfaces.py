@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import reals, path_of
+from .check import path_of, reals
 from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, metres, spacing_pair
 
 
