@@ -152,7 +152,7 @@ def test_every_number_of_the_shoe_is_checked(name: str, value: Any) -> None:
         shoe(**{name: value})
 
 
-@pytest.mark.parametrize("name", ["lateral", "wheel_radius", "gauge", "rail_inclination", "force", "spacing"])
+@pytest.mark.parametrize("name", ["lateral", "wheel_radius", "gauge", "rail_inclination", "force"])
 @pytest.mark.parametrize("value", ["a", None, True, 1j, np.nan, -np.inf, 1e300])
 def test_every_number_of_the_wheel_is_checked(name: str, value: Any) -> None:
     with pytest.raises(ValueError, match=f"{name} is "):
