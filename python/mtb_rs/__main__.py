@@ -240,9 +240,9 @@ def print_report(result: Result, console: Console, elapsed: float) -> None:
         ("force on the lower body", f"x {fx}, y {fy}, z {fz} N"),
     ]
     for name, value in report.force_balance.items():
-        if np.ndim(value) == 0:
+        if isinstance(value, float):
             rows.append(("force balance, relative" if name == "relative_error" else name, _plain(value)))
-        elif name != "contact":
+        elif name not in ("contact", "reactions"):
             rows.append((name, ", ".join(f"{c} {v:.6g}" for c, v in zip("xyz", value, strict=False)) + " N"))
     closed = int(np.count_nonzero(result.status))
     rows += [

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid
-from .elastic_body import BodyState, Condensed, ElasticBody
+from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .geometry import ContactSheet, PoleShoe, SheetPoints
 from .layout import BlockLayout, Layout, ShoeLayout, cells_along
 from .material import Material
@@ -48,6 +48,12 @@ class ElasticPart:
         Rigid motions its supports leave free.
     kept : (n,) int or None
         Its contact points as nodes of the grids, where not all of these lie on the body.
+    spread : (6,)
+        Force [N] and moment about the centre of volume [N m] spread over the body.
+    balance : Balance or None
+        Once condensed.
+    is_half : bool
+        Whether it is the half y >= 0 of a body, the other half being its mirror image.
     """
 
     body: ElasticBody
@@ -59,14 +65,36 @@ class ElasticPart:
     pull: Array
     modes: Array
     kept: NDArray[np.intp] | None = None
+    spread: Array = field(default_factory=lambda: np.zeros(6))
+    balance: Balance | None = None
+    is_half: bool = False
 
-    def state(self, coefficients: Array, motion: Array) -> BodyState:
-        """The whole body under the unknowns (3, n) [Pa] of a solution and its own rigid motions (m,)."""
+    def on(self, flexible: Condensed) -> ElasticPart:
+        """The same part with what its condensation tells about it."""
+        return replace(self, modes=flexible.modes, balance=self.body.balance(flexible, self.spread))
+
+    def forces(self, coefficients: Array) -> Forces:
+        """All that acts on the body under the unknowns (3, n) [Pa] of a solution."""
+        assert self.balance is not None
+        contact, pull = self._tractions(coefficients)
+        touched, supports = self.balance.of(contact + pull)
+        pulled = np.einsum("kcn,cn->k", self.balance.contact, pull)
+        forces = Forces(touched - pulled, pulled, self.balance.spread, supports)
+        return forces.mirrored() if self.is_half else forces
+
+    def _tractions(self, coefficients: Array) -> tuple[Array, Array]:
+        """Tractions (3, n) [Pa] of the contact and of the pull, in the body's own frame."""
         n = self.pull.size
         own = coefficients[:, self.first : self.first + n]
         sign = -1.0 if self.upper else 1.0
-        load = np.concatenate([sign * own[:2], (own[2] - self.pull)[None]])
-        return self.body.recover(self.sampling(), self.modes, load, motion)
+        none = np.zeros(n)
+        return np.concatenate([sign * own[:2], own[2:]]), np.stack([none, none, -self.pull])
+
+    def state(self, coefficients: Array, motion: Array) -> BodyState:
+        """The whole body under the unknowns (3, n) [Pa] of a solution and its own rigid motions (m,)."""
+        contact, pull = self._tractions(coefficients)
+        force = self.body.core.spread_force(tuple(self.spread)) if self.spread.any() else None
+        return self.body.recover(self.sampling(), self.modes, contact + pull, motion, force)
 
     def own_points(self) -> SheetPoints:
         """Its contact points."""
@@ -76,6 +104,34 @@ class ElasticPart:
         """Its basis on the contact face."""
         whole = self.body.sample(self.points, self.patches, self.spacing, upper=self.upper)
         return whole if self.kept is None else restricted_sampling(whole, self.kept)
+
+
+@dataclass(frozen=True)
+class Forces:
+    """All that acts on one body: (fx, fy, fz, mx, my, mz) each, [N] and [N m], moments about the origin."""
+
+    contact: Array
+    magnetic: Array
+    spread: Array
+    supports: Mapping[str, Array]
+
+    def mirrored(self) -> Forces:
+        """Of the whole body, from those of its half y >= 0; what holds its plane of symmetry cancels out."""
+        whole = {name: value * _WHOLE for name, value in self.supports.items() if name != _SYMMETRY}
+        return Forces(self.contact * _WHOLE, self.magnetic * _WHOLE, self.spread * _WHOLE, whole)
+
+    @property
+    def relative_error(self) -> float:
+        """What is left of the sum of all forces and moments, relative to their sizes."""
+        parts = np.array([self.contact, self.magnetic, self.spread, *self.supports.values()])
+        sizes = np.linalg.norm(parts.reshape(-1, 2, 3), axis=2).sum(axis=0)
+        rest = np.linalg.norm(parts.sum(axis=0).reshape(2, 3), axis=1)
+        return float((rest[sizes > 0.0] / sizes[sizes > 0.0]).max(initial=0.0))
+
+
+#: A body and its mirror image together: twice what the mirror keeps, none of what it turns round.
+_WHOLE = np.array([2.0, 0.0, 2.0, 0.0, 2.0, 0.0])
+_SYMMETRY = "2 symmetry"
 
 
 def can_be_elastic(layout: Layout, model: str) -> bool:
@@ -93,12 +149,17 @@ def upper_side(
     pull: Array,
     time_s: dict[str, float],
     element_size: float | None = None,
+    moments: tuple[float, float] | None = None,
 ) -> tuple[Side, Array]:
-    """The upper bodies, one a patch, and the area of each contact point (n,) [m2]."""
+    """The upper bodies, one a patch, and the area of each contact point (n,) [m2].
+
+    `moments` [N m] about x and y act on each of them besides the pull.
+    """
     points, patches = sheet.nodes, sheet.node_patches
     parts: list[ElasticPart] = []
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
+    spread = np.array([0.0, 0.0, 0.0, *(moments or (0.0, 0.0)), 0.0])
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
         if parts and _is_twin(layout, supports):
@@ -109,7 +170,15 @@ def upper_side(
             # the sheet lies on the lower body, the upper one a gap away from it
             places = replace(places, points=places.points + places.gap * places.normal)
             part = ElasticPart(
-                solid, own, places, patch.start, sheet.spacing, True, pull[cut], np.zeros((0, 9))
+                solid,
+                own,
+                places,
+                patch.start,
+                sheet.spacing,
+                True,
+                pull[cut],
+                np.zeros((0, 9)),
+                spread=spread,
             )
             flexible = condensed_part(part, time_s)
             covered = flexible.weights.sum() / (np.prod(sheet.spacing) * (patch.nx - 1) * (patch.ny - 1))
@@ -118,7 +187,7 @@ def upper_side(
                     f"patch {patch.name!r} meets only {100 * covered:.0f} % of its area on the {solid.name}: "
                     "the sole leaves the surface below too steeply (lateral, yaw)"
                 )
-            part, compliance = replace(part, modes=flexible.modes), flexible.compliance
+            part, compliance = part.on(flexible), flexible.compliance
         parts.append(part)
         condensed.append(flexible)
         compliances.append(compliance)
@@ -146,12 +215,27 @@ def _twin(
     flip = np.array([[1.0], [-1.0], [1.0]])
     # translations and points are vectors, rotations are not: the mirror keeps what it flips in the others
     modes = flexible.modes * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+
+    def seen(field: Array) -> Array:
+        return np.ascontiguousarray(field[..., original] * flip)
+
+    # the mirror turns round the force along y and the moments about x and z
+    turned = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    # supports are mirrored with all they are given: the same amounts along x and z, the opposite along y
+    case = np.array([-1.0 if component == 1 else 1.0 for _, component, _ in left.body.core.cases])
     mirrored = replace(
         flexible,
         weights=flexible.weights[original],
         modes=modes,
-        mode_displacement=np.ascontiguousarray(flexible.mode_displacement[..., original] * flip),
-        case_displacement=np.ascontiguousarray(flexible.case_displacement[..., original] * flip),
+        mode_displacement=seen(flexible.mode_displacement),
+        case_displacement=seen(flexible.case_displacement) * case[:, None, None],
+        case_work=flexible.case_work * case[:, None],
+        spread_displacement=seen(flexible.spread_displacement) * turned[:, None, None],
+        centre=flexible.centre * [1.0, -1.0, 1.0],
+        contact_resultant=seen(flexible.contact_resultant) * turned[:, None, None],
+        reaction=seen(flexible.reaction) * turned[:, None, None],
+        case_reaction=flexible.case_reaction * turned[:, None] * case,
+        spread_reaction=flexible.spread_reaction * turned[:, None] * turned,
     )
     part = ElasticPart(
         body,
@@ -161,9 +245,10 @@ def _twin(
         left.spacing,
         True,
         pull,
-        np.ascontiguousarray(modes),
+        np.zeros((0, 9)),
+        spread=left.spread,
     )
-    return part, mirrored, flexible.compliance.reflected(original.tolist())
+    return part.on(mirrored), mirrored, flexible.compliance.reflected(original.tolist())
 
 
 def lower_side(
@@ -187,7 +272,7 @@ def lower_side(
     mesh = rail_mesh(layout.shoe.profile, x, np.sort(np.abs(y)), layout.rail_length, half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
-        supports.append(Support("symmetry", y=0))
+        supports.append(Support("symmetry", y=0))  # "2 symmetry" in the balance
         carried, where = patches[:1], "left"
     else:
         union = np.unique(np.concatenate([mesh.node_sets[k] for k in ("left", "right")]))
@@ -199,6 +284,7 @@ def lower_side(
     own = _part(points, slice(0, n))
     part = ElasticPart(solid, tuple(carried), own, 0, sheet.spacing, False, pull[:n], np.zeros((0, 9)))
     flexible = condensed_part(part, time_s)
+    part = replace(part.on(flexible), is_half=half)
     side = elastic_side([part], [flexible], [flexible.compliance], own)
     if image is None or side.compliance is None:
         return side
@@ -223,39 +309,65 @@ class Averages:
     overlap : (n, n)
         Share of the hat of point j in the area of point i; rows add up to one. It turns the coefficients
         of the hats into mean tractions over each contact point.
+    places : (3, n) [m]
+        Mean positions: where a hat at the edge of a body presses is not its node.
     """
 
     frames: Array
     overlap: Array
+    places: Array
 
 
 def averages(side: Side) -> Averages:
     """Averages over the contact points of a side of elastic bodies."""
-    means = []
+    means, places = [], []
     n = side.displacement.shape[1]
-    overlap = np.zeros((n, n))
+    shares = np.zeros((n, n))
     for part in side.state:
         sampling = part.sampling()
         arrays, own = sampling.arrays(), sampling.n_points
-        start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
-        counts = np.diff(start)
-        owner = np.repeat(np.arange(counts.size), counts)
+        owner = _owners(arrays)
         weighted = arrays["value"] * arrays["weight"][owner]
         mean = np.zeros((own, 3, 3))
-        np.add.at(mean, point, weighted[:, None, None] * arrays["frame"][owner])
+        np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
         if not part.upper:
             mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
         means.append(mean / sampling.weights[:, None, None])
-        pairs = np.zeros(own * own)
-        for other in range(int(counts.max())):
-            # the pair of each basis value with the `other`-th one at the same place
-            there = counts[owner] > other
-            partner = start[owner[there]] + other
-            index = point[there] * own + point[partner]
-            pairs += np.bincount(index, weighted[there] * arrays["value"][partner], own * own)
+        body = part.body
+        corners = body.mesh.nodes[body.faces[arrays["face"].astype(np.int64), :3].astype(np.int64)]
+        at = np.einsum("qk,qkc->qc", arrays["barycentric"], corners)[owner]
+        place = [np.bincount(arrays["point"].astype(np.int64), weighted * x, own) for x in at.T]
+        nodes = part.own_points()
+        # the upper body's face lies a gap above the points
+        lift = nodes.gap * nodes.normal if part.upper else 0.0
+        places.append(np.array(place) / sampling.weights - lift)
         cut = slice(part.first, part.first + own)
-        overlap[cut, cut] = pairs.reshape(own, own) / sampling.weights[:, None]
-    return Averages(np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0)), overlap)
+        shares[cut, cut] = overlap(sampling)
+    frames = np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0))
+    return Averages(frames, shares, np.ascontiguousarray(np.concatenate(places, axis=1)))
+
+
+def overlap(sampling: _mtb_rs.Sampling) -> Array:
+    """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
+    arrays, n = sampling.arrays(), sampling.n_points
+    start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
+    counts, owner = np.diff(start), _owners(arrays)
+    weighted = arrays["value"] * arrays["weight"][owner]
+    pairs = np.zeros(n * n)
+    for other in range(int(counts.max())):
+        # the pair of each basis value with the `other`-th one at the same place
+        there = counts[owner] > other
+        partner = start[owner[there]] + other
+        index = point[there] * n + point[partner]
+        pairs += np.bincount(index, weighted[there] * arrays["value"][partner], n * n)
+    return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
+
+
+def _owners(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
+    """The quadrature point of each basis value."""
+    start = arrays["start"].astype(np.int64)
+    counts = start[1:] - start[:-1]
+    return np.repeat(np.arange(counts.size), counts)
 
 
 def half_space_on_nodes(
@@ -307,12 +419,13 @@ def elastic_side(
         cut = slice(part.first, part.first + part.pull.size)
         load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
         given = part.body.given_displacement(flexible)
+        given += np.einsum("k,kcn->cn", part.spread, flexible.spread_displacement)
         given[2] *= into
         own = part.own_points()
         displacement[:, cut] = to_global(given, own)
         if part.pull.any():
             displacement[:, cut] += moved_by(compliance, load, own, into)
-        works = flexible.mode_work(load) + part.body.given_work(flexible)
+        works = flexible.mode_work(load) + part.body.given_work(flexible) + flexible.spread_work(part.spread)
         for mode, amount in zip(flexible.mode_displacement, works, strict=True):
             local = mode * np.array([[1.0], [1.0], [into]])
             whole = np.zeros((3, n))
@@ -449,8 +562,10 @@ def _thinned(lines: Array) -> Array:
     Quadratic elements twice as long as the contact cells still have nodes at the contact points.
     """
     last = lines.size - 1
-    kept = {0, 1, 2, last - 2, last - 1, last} | set(range(2, last - 2, 2))
-    return np.asarray(lines[sorted(k for k in kept if 0 <= k <= last)])
+    kept = {k for k in range(last // 2 + 1) if k < 3 or k % 2 == 0}
+    if last % 2 == 1:
+        kept.add(last // 2)  # symmetric, and the cells in the middle no longer than the others
+    return np.asarray(lines[sorted(kept | {last - k for k in kept})])
 
 
 def _part(points: SheetPoints, cut: slice | NDArray[np.intp]) -> SheetPoints:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,18 @@ class Condensed:
         Of the contact points by a unit of each support component: displacement [m], or force on a guide [N].
     case_work : (k, m)
         Work of a unit of each support component on each mode; zero unless guided.
+    spread_displacement : (6, 3, n)
+        Of the contact points by a unit force [N] along and moment [N m] about x, y, z through `centre`,
+        spread over the body as weight and inertia are.
+    centre : (3,) [m]
+        Of volume.
+    contact_resultant : (6, 3, n)
+        Force and moment about the origin of a unit traction of each contact point.
+    reaction : (s, 6, 3, n)
+        Force and moment about the origin of each support on the body by a unit traction of each contact
+        point: stiffness times displacement less load, on the nodes it holds.
+    case_reaction, spread_reaction : (s, 6, k), (s, 6, 6)
+        The same by a unit of each support component and of each spread load.
     cost : Mapping
         Unknowns, entries and operations of the factorisation, seconds by stage.
     origin : "built", "disk" or "memory"
@@ -60,6 +72,12 @@ class Condensed:
     mode_displacement: Array
     case_displacement: Array
     case_work: Array
+    spread_displacement: Array
+    centre: Array
+    contact_resultant: Array
+    reaction: Array
+    case_reaction: Array
+    spread_reaction: Array
     cost: Mapping[str, float]
     origin: str
 
@@ -76,6 +94,44 @@ class Condensed:
     def mode_work(self, traction: Array) -> Array:
         """Work (m,) of a traction (3, n) [Pa] at the contact points on a unit of each mode."""
         return np.asarray(np.einsum("mcn,cn,n->m", self.mode_displacement, traction, self.weights))
+
+    def spread_work(self, wrench: Array) -> Array:
+        """Work (m,) of a spread force and moment about `centre` (6,) on a unit of each mode."""
+        rotation = self.modes[:, 3:6]
+        moved = self.modes[:, :3] + np.cross(rotation, self.centre - self.modes[:, 6:])
+        return np.asarray(moved @ wrench[:3] + rotation @ wrench[3:])
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What loads amount to on a body, and what its supports answer: (fx, fy, fz, mx, my, mz), [N] and [N m].
+
+    Moments are about the origin. In equilibrium all that act on a body add up to nothing; where supports
+    leave it free, only a contact that holds it does that.
+
+    Attributes
+    ----------
+    contact : (6, 3, n)
+        Of a unit traction of each contact point.
+    reaction : (s, 6, 3, n)
+        Of each support by a unit traction of each contact point.
+    given : (s, 6)
+        Of each support by what it is given and by the spread load.
+    spread : (6,)
+        The spread load.
+    supports : tuple of str
+    """
+
+    contact: Array
+    reaction: Array
+    given: Array
+    spread: Array
+    supports: tuple[str, ...]
+
+    def of(self, traction: Array) -> tuple[Array, dict[str, Array]]:
+        """Resultant (6,) of a traction (3, n) [Pa], and reaction (6,) of each support to all loads."""
+        answers = self.given + np.einsum("skcn,cn->sk", self.reaction, traction)
+        return np.einsum("kcn,cn->k", self.contact, traction), dict(zip(self.supports, answers, strict=True))
 
 
 @dataclass(frozen=True)
@@ -127,8 +183,10 @@ class BodyState:
 
     @property
     def surface(self) -> Surface:
-        """The deformed boundary, for pictures."""
-        return self.body.surface(self.displacement)
+        """The deformed boundary with its stress, for pictures."""
+        plain = self.body.surface()
+        used = self.body.surface_nodes
+        return replace(plain, displacement=self.displacement[:, used], von_mises=self.von_mises[used])
 
 
 @dataclass(frozen=True, eq=False)
@@ -358,7 +416,8 @@ class ElasticBody:
 
     def _key(self, sampling: _mtb_rs.Sampling) -> str:
         parts: dict[str, Any] = {
-            "version": _mtb_rs.__version__,
+            # changes by itself with the code that condenses
+            "code": _mtb_rs.CONDENSATION_DIGEST,
             "nodes": np.asarray(self.mesh.nodes, dtype=np.float64),
             "cells": np.asarray(self.mesh.cells, dtype=np.int64),
             "material": (self.material.young_modulus, self.material.poisson_ratio),
@@ -377,6 +436,22 @@ class ElasticBody:
     def given_work(self, condensed: Condensed) -> Array:
         """Work (m,) of the forces on the guides on a unit of each free motion."""
         return np.asarray(self.case_values @ condensed.case_work)
+
+    def balance(self, condensed: Condensed, spread: Array) -> Balance:
+        """Loads and reactions with a spread force and moment about the centre of volume (6,)."""
+        given = condensed.case_reaction @ self.case_values + condensed.spread_reaction @ spread
+        about_origin = spread.copy()
+        about_origin[3:] += np.cross(condensed.centre, spread[:3])
+        return Balance(
+            condensed.contact_resultant, condensed.reaction, given, about_origin, self.support_names
+        )
+
+    @property
+    def support_names(self) -> tuple[str, ...]:
+        """Names of the supports, numbered where there are several."""
+        if len(self.supports) == 1:
+            return (self.supports[0].name,)
+        return tuple(f"{k + 1} {s.name}" for k, s in enumerate(self.supports))
 
     def respond(self, sampling: _mtb_rs.Sampling, force: Array) -> Array:
         """Displacement (3, n) [m] of the contact points, their frame, by forces on the nodes (3, N) [N]."""
@@ -410,27 +485,24 @@ class ElasticBody:
             load = load + force
         u = self.core.solve(load, self.case_values, modes, np.ascontiguousarray(motion, dtype=float))
         forces, moments, left_over = self.core.reactions(u, load, (0.0, 0.0, 0.0))
-        names = [
-            f"{k + 1} {s.name}" if len(self.supports) > 1 else s.name for k, s in enumerate(self.supports)
-        ]
         return BodyState(
             body=self,
             displacement=u,
-            reactions=dict(zip(names, forces, strict=True)),
-            moments=dict(zip(names, moments, strict=True)),
+            reactions=dict(zip(self.support_names, forces, strict=True)),
+            moments=dict(zip(self.support_names, moments, strict=True)),
             left_over=left_over,
         )
 
-    def surface(self, displacement: Array | None = None) -> Surface:
-        """The boundary, for pictures, with a displacement (3, N) [m] of the nodes."""
-        used, triangles = np.unique(self.faces[:, :3], return_inverse=True)
-        moved = None if displacement is None else np.ascontiguousarray(displacement[:, used])
-        return Surface(
-            self.name,
-            np.ascontiguousarray(self.mesh.nodes[used].T),
-            triangles.reshape(-1, 3).astype(np.int64),
-            moved,
-        )
+    @cached_property
+    def surface_nodes(self) -> Index:
+        """Numbers of the corners on the boundary."""
+        return np.unique(self.faces[:, :3]).astype(np.int64)
+
+    def surface(self) -> Surface:
+        """The boundary, for pictures."""
+        used = self.surface_nodes
+        triangles = np.searchsorted(used, self.faces[:, :3].astype(np.int64))
+        return Surface(self.name, np.ascontiguousarray(self.mesh.nodes[used].T), triangles.astype(np.int64))
 
 
 def _word(value: float | Guide | None) -> str:

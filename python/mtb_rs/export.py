@@ -63,10 +63,13 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
     summary.json               inputs, forces, report, per-patch figures; no NaN
     fields.npz                 every array of the result, under its own name
     contact.vtp                the patches with all fields, for ParaView (needs pyvista)
-    body_<name>.vtp            the bodies with their displacement (needs pyvista)
+    body_<name>.vtp            surfaces of the bodies without finite elements (needs pyvista)
+    body_<name>.vtu            elastic bodies with displacement, stress (xx, yy, zz, xy, yz, xz) and
+                               von Mises' stress at all nodes (needs pyvista)
     pressure.png ...           maps: pressure, traction, slip, vertical displacement, status, as there are
     pressure_lines.png ...     cuts along x: pressure, vertical displacement
-    view.png                   the three-dimensional view of a scene (needs pyvista and a GL driver)
+    view.png, von_mises.png    three-dimensional views of a scene, the second one of the deformed elastic
+                               bodies (need pyvista and a GL driver)
     ========================== =====================================================================
 
     Everything is written beside the directory first and then moved in: what stands in the directory
@@ -161,7 +164,7 @@ def _write_fields(result: Pictured, draft: Path) -> list[str]:
     totals = {name: getattr(result, name) for name in TOTALS if hasattr(result, name)}
     np.savez_compressed(draft / "fields.npz", **fields, **totals)
     try:
-        from .view import bodies, body_mesh, contact_mesh
+        from .view import bodies, body_mesh, contact_mesh, solid_meshes
 
         contact = contact_mesh(result)
     except ImportError:
@@ -171,12 +174,18 @@ def _write_fields(result: Pictured, draft: Path) -> list[str]:
         if name != "points":
             data[name] = np.ascontiguousarray(flat(result, values).T)
     contact.save(draft / "contact.vtp")
-    for surface in bodies(result) if isinstance(result, Result) else ():
-        mesh = body_mesh(surface)
-        if surface.displacement is not None:
-            mesh.point_data["displacement"] = np.ascontiguousarray(surface.displacement.T)
-        mesh.save(draft / f"body_{re.sub(r'[^0-9A-Za-z]+', '_', surface.name)}.vtp")
+    if not isinstance(result, Result):
+        return []
+    for surface in bodies(result):
+        if surface.von_mises is None:
+            body_mesh(surface).save(draft / f"body_{_plain_name(surface.name)}.vtp")
+    for name, solid in solid_meshes(result).items():
+        solid.save(draft / f"body_{_plain_name(name)}.vtu")
     return []
+
+
+def _plain_name(name: str) -> str:
+    return re.sub(r"[^0-9A-Za-z]+", "_", name)
 
 
 def _write_pictures(result: Pictured, draft: Path) -> list[str]:
@@ -199,9 +208,11 @@ def _write_pictures(result: Pictured, draft: Path) -> list[str]:
 
     missing = missing_for_view()
     if missing is None:
-        plotter = result.plot("pressure", "3d", off_screen=True)
-        plotter.screenshot(draft / "view.png")
-        plotter.close()
+        views = {"view": "pressure"} | ({"von_mises": "von_mises"} if result.parts else {})
+        for name, quantity in views.items():
+            plotter = result.plot(quantity, "3d", off_screen=True)
+            plotter.screenshot(draft / f"{name}.png")
+            plotter.close()
         return []
     return [f"no view.png: {missing}"]
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Tetrahedral meshes: built-in bodies by extrusion, closed surfaces through gmsh, files through meshio.
 
-Built-in bodies are grids of hexahedra, each cut into six tetrahedra; their contact face follows the
-contact grid it is given. Lengths in metres, z up.
+Built-in bodies are grids of hexahedra, each cut into six tetrahedra, symmetric where the body is: turning
+the sliding direction round turns the solution round. Their contact face follows the contact grid it is
+given. Lengths in metres, z up.
 """
 
 from __future__ import annotations
@@ -107,6 +108,7 @@ def tetrahedra(
     keep: NDArray[np.bool_] | None = None,
     curved: tuple[tuple[Any, Any, Any], Array] | None = None,
     *,
+    flipped: tuple[ArrayLike, ArrayLike] = (False, False),
     quadratic: bool = True,
 ) -> tuple[Array, Index, Index]:
     """Tetrahedra of a curvilinear grid of hexahedra.
@@ -119,6 +121,9 @@ def tetrahedra(
         Hexahedra that exist; all by default.
     curved : indices into the doubled grid, and positions (..., 3) [m]
         Where nodes, mid-side ones included, have true places; elsewhere they lie on straight edges.
+    flipped : (nx - 1,) and (ny - 1,) bool
+        Columns and rows whose hexahedra are cut as seen in a mirror along x and along y. With one half
+        flipped the mesh of a symmetric grid is symmetric.
 
     Returns
     -------
@@ -128,19 +133,24 @@ def tetrahedra(
         Node number at each place of the doubled grid, -1 where there is none.
     """
     nx, ny, nz = corners.shape[:3]
+    flips = [np.broadcast_to(f, n - 1).astype(np.int64) for f, n in zip(flipped, (nx, ny), strict=True)]
+    flips.append(np.zeros(nz - 1, dtype=np.int64))
     fine = np.empty((2 * nx - 1, 2 * ny - 1, 2 * nz - 1, 3))
     fine[::2, ::2, ::2] = corners
-    for px in (0, 1):
-        for py in (0, 1):
-            for pz in (0, 1):
-                # every middle belongs to one edge of the six tetrahedra: from corner 000 towards 111
-                low = corners[: nx - px, : ny - py, : nz - pz]
-                high = corners[px:, py:, pz:]
-                fine[px::2, py::2, pz::2] = 0.5 * (low + high)
+    for odd in np.ndindex(2, 2, 2):
+        # every middle belongs to one edge of the six tetrahedra: from the first corner towards the last
+        ends = []
+        for turn in (0, 1):
+            axes = zip(flips, odd, strict=True)
+            i, j, k = [np.arange(f.size) + (f ^ turn) if o else np.arange(f.size + 1) for f, o in axes]
+            ends.append(corners[np.ix_(i, j, k)])
+        fine[odd[0] :: 2, odd[1] :: 2, odd[2] :: 2] = 0.5 * (ends[0] + ends[1])
     if curved is not None:
         fine[curved[0]] = curved[1]
     hexes = np.ones((nx - 1, ny - 1, nz - 1), dtype=bool) if keep is None else keep
-    i, j, k = (2 * c for c in np.nonzero(hexes))
+    places = np.nonzero(hexes)
+    flip = [f[place] for f, place in zip(flips, places, strict=True)]
+    mirrored = (flip[0] + flip[1]) % 2 == 1
     shape = fine.shape[:3]
     tets = []
     for p, q, even in ((0, 1, 1), (1, 2, 1), (2, 0, 1), (1, 0, 0), (2, 1, 0), (0, 2, 0)):
@@ -150,17 +160,37 @@ def tetrahedra(
         steps[3] = 2
         if not even:
             steps[[1, 2]] = steps[[2, 1]]
-        places = list(steps)
-        if quadratic:
-            places += [(steps[a] + steps[b]) // 2 for a, b in EDGES]
-        tets.append(
-            np.stack([np.ravel_multi_index((i + s[0], j + s[1], k + s[2]), shape) for s in places], axis=1)
-        )
+        found = []
+        for turned in (steps, steps[[1, 0, 2, 3]]):
+            # a mirror turns tetrahedra inside out
+            at = list(turned)
+            if quadratic:
+                at += [(turned[a] + turned[b]) // 2 for a, b in EDGES]
+            index = [
+                [2 * place + np.where(f, 2 - s[axis], s[axis]) for s in at]
+                for axis, (place, f) in enumerate(zip(places, flip, strict=True))
+            ]
+            found.append(np.ravel_multi_index(np.array(index), shape).T)
+        tets.append(np.where(mirrored[:, None], found[1], found[0]))
     cells = np.stack(tets, axis=1).reshape(-1, tets[0].shape[1])
     used, cells = np.unique(cells, return_inverse=True)
     number = np.full(shape, -1, dtype=np.int64)
     number.ravel()[used] = np.arange(used.size)
     return fine.reshape(-1, 3)[used], cells.reshape(-1, tets[0].shape[1]).astype(np.int64), number
+
+
+def _symmetric(stations: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Stations with one in the middle if they are symmetric, and which of their cells lie beyond it.
+
+    A cell across the middle cannot be cut into six tetrahedra that are their own mirror image.
+    """
+    middle = 0.5 * (stations[0] + stations[-1])
+    if np.abs(stations + stations[::-1] - 2.0 * middle).max() <= 1e-9 * np.ptp(stations):
+        if stations.size % 2 == 0:
+            stations = np.insert(stations, stations.size // 2, middle)
+        # what is symmetric but for rounding becomes so
+        stations = middle + 0.5 * ((stations - middle) - (stations - middle)[::-1])
+    return stations, 0.5 * (stations[1:] + stations[:-1]) > middle
 
 
 def _set(number: Index) -> Index:
@@ -190,8 +220,9 @@ def block_mesh(
     """
     x, y = _stations("x", x), _stations("y", y)
     z = graded(float(min(np.diff(x).min(), np.diff(y).min())), positive("height", height, "m"), growth)
+    (x, ahead), (y, aside) = _symmetric(x), _symmetric(y)
     corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
-    nodes, cells, number = tetrahedra(corners, quadratic=quadratic)
+    nodes, cells, number = tetrahedra(corners, flipped=(ahead, aside), quadratic=quadratic)
     return TetraMesh(nodes, cells, _box_sets(number))
 
 
@@ -235,6 +266,7 @@ def shoe_mesh(
             f"y runs from {y[0]:g} to {y[-1]:g} m: the conforming strip is {shoe.inner_edge:g} to "
             f"{shoe.conforming_to:g} m"
         )
+    x, ahead_of_middle = _symmetric(x)
     n_strip = y.size
     relief = shoe.outer_edge - shoe.conforming_to
     if relief > 1e-9:
@@ -253,18 +285,17 @@ def shoe_mesh(
     sole = (slice(None), slice(None), 0)
     fine_sole = place(_doubled(x), _doubled(y), np.zeros(1))[:, :, 0]
     corners = place(x, y, rise)
-    if choice("side", side, ("left", "right")) == "right":
-        corners = corners[:, ::-1] * [1.0, -1.0, 1.0]
-        fine_sole = fine_sole[:, ::-1] * [1.0, -1.0, 1.0]
     nodes, cells, number = tetrahedra(
-        corners, curved=(sole, fine_sole) if quadratic else None, quadratic=quadratic
+        corners,
+        curved=(sole, fine_sole) if quadratic else None,
+        flipped=(ahead_of_middle, False),
+        quadratic=quadratic,
     )
-    if side == "right":
-        number = number[:, ::-1]
     sets = _box_sets(number)
     sets = {"sole": sets["contact"], "inner": sets.pop("right"), "outer": sets.pop("left"), **sets}
     sets["contact"] = _set(number[:, : 2 * n_strip - 1, 0])
-    return TetraMesh(nodes, cells, sets)
+    left = TetraMesh(nodes, cells, sets)
+    return left.mirrored() if choice("side", side, ("left", "right")) == "right" else left
 
 
 def _doubled(places: Array) -> Array:
@@ -334,7 +365,7 @@ def rail_mesh(
         raise ValueError(f"length is {length:g} m: the contact from {x[0]:g} to {x[-1]:g} m is longer")
     ahead = x[-1] + graded(float(x[-1] - x[-2]), half_length - float(x[-1]), growth, least=1)[1:]
     behind = x[0] - graded(float(x[1] - x[0]), half_length + float(x[0]), growth, least=1)[:0:-1]
-    x = np.concatenate([behind, x, ahead])
+    x, ahead_of_middle = _symmetric(np.concatenate([behind, x, ahead]))
     grid = _rail_columns(profile, y, cut, growth)
     number_of_strip = grid.strip
     if half:
@@ -361,6 +392,7 @@ def rail_mesh(
         corners,
         np.broadcast_to(keep, (x.size - 1, *keep.shape)),
         curved if quadratic else None,
+        flipped=(ahead_of_middle, np.arange(plane.shape[0] - 1) < offset),
         quadratic=quadratic,
     )
     start, stop = (2 * (offset + n) for n in number_of_strip)

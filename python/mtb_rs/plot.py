@@ -146,7 +146,8 @@ def plot(
         What the result has of "pressure", "traction" (its magnitude, with arrows where it turns),
         "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
         "lateral_slip", "friction_coefficient", "gap", "initial_gap", "status",
-        "vertical_displacement", "longitudinal_displacement", "lateral_displacement".
+        "vertical_displacement", "longitudinal_displacement", "lateral_displacement"; or "von_mises", the
+        equivalent stress on the deformed elastic bodies of a scene, which is a picture in space.
     kind : "map", "line" or "3d"
         A map over the patches (default), cuts along x (default where `y` is given), or the bodies in
         space with the quantity on the contact patch.
@@ -160,17 +161,25 @@ def plot(
     ax : matplotlib.axes.Axes
         Draw there, not into a figure of its own (not for "3d").
     **options
-        For "3d": see :func:`mtb_rs.view.view`.
+        For "3d": see :func:`mtb_rs.view.view` and :func:`mtb_rs.view.view_von_mises`.
 
     Returns
     -------
     matplotlib.figure.Figure or pyvista.Plotter
     """
-    quantity_of(result, quantity)
     if body not in ("lower", "upper"):
         raise ValueError(f'body is {body!r}: "lower" or "upper" is needed')
     if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
         raise ValueError(f"limits is {limits!r}: two finite numbers that rise are needed")
+    if quantity == "von_mises":
+        if kind not in (None, "3d") or y is not None or ax is not None:
+            raise ValueError("quantity is 'von_mises': it has no map and no lines, only kind='3d'")
+        from .view import view_von_mises
+
+        if not isinstance(result, Result):
+            raise ValueError("quantity is 'von_mises': only scenes have bodies with stresses")
+        return view_von_mises(result, limits=limits, **options)
+    quantity_of(result, quantity)
     if kind is None:
         kind = "map" if y is None else "line"
     if kind == "3d":

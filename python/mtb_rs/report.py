@@ -33,7 +33,11 @@ class Report:
     contact_area : float [m2]
     peak_pressure : float [Pa]
     force_balance : Mapping[str, Any]
-        Forces [N] that must cancel: contact, magnetic, support reactions, and their relative sum.
+        Forces (3,) [N] that must cancel: "contact" (on the lower body), "magnetic" (on the upper one), "pull"
+        (a prescribed force), "supports of the upper body", "supports of the lower body"; "reactions" of each
+        support by name. Reactions of elastic bodies are those of their finite elements, stiffness times
+        displacement less load. "relative_error": the largest relative sum of all forces and moments on a
+        body or along a free motion.
     omitted : Mapping[str, Any]
         What the model leaves out, with the estimated size of each omission where it was measured.
     error_estimates : Mapping of "pressure", "force", "displacement" to numbers [-]

@@ -53,12 +53,16 @@ class Patch:
 
 @dataclass(frozen=True)
 class Surface:
-    """A triangulated body for pictures: vertices (3, n) [m], triangles (m, 3), displacement (3, n) [m]."""
+    """A triangulated body for pictures: vertices (3, n) [m], triangles (m, 3), displacement (3, n) [m].
+
+    Elastic bodies of finite elements also have von Mises' equivalent stress (n,) [Pa].
+    """
 
     name: str
     vertices: Array
     triangles: NDArray[np.int64]
     displacement: Array | None = None
+    von_mises: Array | None = None
 
 
 class Pictured:

@@ -39,7 +39,7 @@ from .solve import (
     solve_direct,
     with_loads,
 )
-from .staggered import staggered
+from .staggered import staggered, with_half_space
 from .start_of_sliding import StartOfSliding, start_of_sliding
 from .supports import held_by
 from .symmetry import folded
@@ -73,12 +73,14 @@ class Scene:
     sliding_direction : (x, y) or None
         Motion of the upper body over the lower one; None: nothing slides, no friction.
     force : float [N]
-        Presses the bodies together along z, > 0.
+        Presses the bodies together along z, > 0, through the middle of the grid. On an elastic upper body it
+        is spread as weight is, and supports that hold z take their share.
     approach : float [m]
         Moves the bodies together, > 0.
     moments : (mx, my) [N m]
-        Moments of the load about the x and y axis through the middle of each patch; the tilts they turn
-        are then free. None: tilts are locked.
+        Moments about the x and y axis through the middle of each patch. Half-spaces and rigid bodies: those
+        of their load; their tilts are then free, otherwise locked. Elastic upper bodies: besides their pull,
+        spread over the body as inertia is; the tilts are free that their supports leave so.
     magnetic_pressure : float [Pa], (ny, nx), callable, table
         Pull of the upper body towards the lower one, along the local normal.
     attraction : "upper" or "both"
@@ -138,11 +140,6 @@ class Scene:
                 f"{what} the bodies together: give exactly one of force [N], approach [m] and "
                 "magnetic_pressure [Pa]"
             )
-        if isinstance(self.upper, ElasticBody) and (self.force is not None or self.moments is not None):
-            raise ValueError(
-                "force and moments press a half-space or a rigid body; an elastic upper body is pressed by "
-                "magnetic_pressure, approach, or what its supports are given (mtb_rs.Guide takes a force)"
-            )
         for name in ("force", "approach"):
             value = getattr(self, name)
             if value is not None:
@@ -164,7 +161,7 @@ class Scene:
         if self.moments is not None:
             put(self, "moments", pair("moments", self.moments, "N m"))
             if self.approach is not None:
-                raise ValueError("moments are given beside approach: only a force can have them")
+                raise ValueError("moments are given beside approach: only a load can have them")
         if self.element_size is not None:
             put(self, "element_size", positive("element_size", self.element_size, "m"))
         if self.velocity is not None:
@@ -260,7 +257,11 @@ class Scene:
             return np.array([order[tuple(p)] for p in points.points.T.tolist()], dtype=np.intp)
 
         bodies = (self.upper, self.lower)
-        contact = body_contact(layout, bodies, spacing, pulls, time_s)  # type: ignore[arg-type]
+        middle = whole.nodes.points.mean(axis=1)
+        wrench = np.zeros(6)
+        if isinstance(self.upper, ElasticBody):
+            wrench = self._wrench(middle, self.upper)
+        contact = body_contact(layout, bodies, spacing, pulls, wrench, time_s)  # type: ignore[arg-type]
         points, n = contact.points, contact.kept.size
         friction = self.friction
         if isinstance(friction, np.ndarray) and fits(friction, (patch,)):
@@ -270,8 +271,6 @@ class Scene:
             friction = friction_field(friction, points.points, line, self.velocity)
         upper = contact.upper
         loads: dict[str, Any] = {}
-        if self.moments is not None:
-            raise ValueError("moments are given: tilts are locked in a scene with an ElasticBody")
         side = contact.upper if contact.upper.state else contact.lower
         known = averages(side)
         if self.magnetic_pressure is not None:
@@ -281,9 +280,11 @@ class Scene:
             pressed = self.force if self.force is not None else -float(loads.pop("magnetic")[2])
             motion = np.zeros((1, 3, n))
             motion[0, 2] = 1.0
-            upper = with_loads(
-                replace(upper, displacement=0.0 * upper.displacement), motion, np.array([-pressed])
-            )
+            work = [-pressed]
+            if self.moments is not None:
+                motion = np.concatenate([motion, tilts(known.places - middle[:, None])])
+                work.extend(self.moments)
+            upper = with_loads(replace(upper, displacement=0.0 * upper.displacement), motion, np.array(work))
             loads["pull"] = np.array([0.0, 0.0, -pressed])
         names = [
             k for k, body in zip(("upper", "lower"), bodies, strict=True) if isinstance(body, ElasticBody)
@@ -312,6 +313,12 @@ class Scene:
         if result.report.contact_area == 0.0:
             raise ValueError("the bodies never touch: nothing brings them together")
         return on_grid(result, contact.kept, whole)
+
+    def _wrench(self, middle: Array, body: ElasticBody) -> Array:
+        """Force and moment about the centre of volume (6,) that press an elastic upper body."""
+        force = np.array([0.0, 0.0, -(self.force or 0.0)])
+        moment = np.array([*(self.moments or (0.0, 0.0)), 0.0])
+        return np.concatenate([force, moment + np.cross(middle - body.core.centre, force)])
 
     def start_of_sliding(
         self, displacements: ArrayLike, model: str = "auto", tolerance: float = 1e-8
@@ -386,7 +393,11 @@ class Scene:
                     f"unknown option {name!r} of the staggered method: it has {', '.join(known)}"
                 )
         solution, _ = staggered(problem, twin, **options)
-        return self._finish(problem, solution, "staggered")
+        try:
+            result = self._finish(problem, solution, "staggered")
+        except ConvergenceError as error:
+            raise type(error)(str(error), with_half_space(error.result, twin, problem.points)) from None
+        return with_half_space(result, twin, problem.points)
 
     def _finish(
         self,
@@ -509,7 +520,7 @@ class Scene:
         upper_body, lower_body = _simple(self.upper), _simple(self.lower)
         assert isinstance(upper_body, HalfSpace)
         upper, area = upper_side(
-            self.layout, sheet, upper_body, self.supports, pull, time_s, self.element_size
+            self.layout, sheet, upper_body, self.supports, pull, time_s, self.element_size, self.moments
         )
         known = averages(upper)
         grid = patches[0]
@@ -621,9 +632,7 @@ class Scene:
             work.append(share)
             if self.moments is not None:
                 arm = points.points - points.points[:, _cut(patch)].mean(axis=1, keepdims=True)
-                # unit rotations about x and y: u = omega x arm
-                motions.append(np.stack([zero, -arm[2], arm[1]]) * here)
-                motions.append(np.stack([arm[2], zero, -arm[0]]) * here)
+                motions.extend(tilts(arm) * here)
                 work.extend(float(m) for m in self.moments)
         loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
         return with_loads(upper, np.array(motions), np.array(work))
@@ -664,6 +673,12 @@ def gap_field(gap: ArrayLike | None) -> Array:
     if values.ndim != 2 or min(values.shape) < 3:
         raise ValueError(f"gap has shape {values.shape}: (ny, nx) with at least 3 points a side is needed")
     return values
+
+
+def tilts(arm: Array) -> Array:
+    """Displacement (2, 3, n) by unit rotations about x and y, of points at `arm` (3, n) from the axes."""
+    zero = np.zeros(arm.shape[1])
+    return np.array([[zero, -arm[2], arm[1]], [arm[2], zero, -arm[0]]])
 
 
 def _simple(body: Any) -> HalfSpace | Rigid:

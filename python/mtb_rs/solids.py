@@ -164,6 +164,7 @@ def body_contact(
     bodies: tuple[ElasticBody | HalfSpace | Rigid, ElasticBody | HalfSpace | Rigid],
     spacing: tuple[float, float],
     pulls: Callable[[SheetPoints, bool], Array],
+    wrench: Array,
     time_s: dict[str, float],
 ) -> BodyContact:
     """Upper and lower body condensed, or half-spaces, on the nodes that lie on all elastic faces.
@@ -173,6 +174,8 @@ def body_contact(
     bodies : (upper, lower)
     pulls : callable
         Magnetic pressure (n,) [Pa] at given points on the upper (True) or lower body.
+    wrench : (6,)
+        Force [N] and moment about its centre of volume [N m] spread over an elastic upper body.
     """
     sheet = layout.sheet(spacing)
     nodes, patches = sheet.nodes, sheet.node_patches
@@ -193,10 +196,19 @@ def body_contact(
         pull = pulls(points, upper)
         if isinstance(body, ElasticBody):
             part = ElasticPart(
-                body, tuple(patches), nodes, 0, sheet.spacing, upper, pull, np.zeros((0, 9)), kept
+                body,
+                tuple(patches),
+                nodes,
+                0,
+                sheet.spacing,
+                upper,
+                pull,
+                np.zeros((0, 9)),
+                kept,
+                spread=wrench if upper else np.zeros(6),
             )
             flexible = condensed_part(part, time_s)
-            part = replace(part, modes=flexible.modes)
+            part = part.on(flexible)
             sides.append(elastic_side([part], [flexible], [flexible.compliance], points))
             continue
         side = half_space_on_nodes(body, sheet, np.zeros(nodes.gap.size))

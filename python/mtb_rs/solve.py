@@ -112,6 +112,11 @@ class ContactProblem:
         """Floating-point operations of the condensation of both bodies."""
         return self.upper.operations + self.lower.operations
 
+    @property
+    def places(self) -> Array:
+        """Where the load of each contact point acts (3, n) [m]."""
+        return self.points.points if self.averages is None else self.averages.places
+
     def friction_at(self, pressure: Array) -> Array:
         """Friction coefficient (n,)."""
         if isinstance(self.friction, PressureDependentFriction):
@@ -318,12 +323,8 @@ def finish(
     )
     force = load.sum(axis=1)
     reference_point = np.zeros(3)
-    moment = np.cross(points.points, load, axis=0).sum(axis=1)
-    balance = dict(problem.loads)
-    balance["contact"] = force
-    if "magnetic" in balance:
-        balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
-    balance["relative_error"] = _imbalance(problem, coefficients)
+    moment = np.cross(problem.places, load, axis=0).sum(axis=1)
+    balance = _balance(problem, coefficients, force)
     shape = problem.shape
     converged = solution.status == "solved"
     report = Report(
@@ -382,6 +383,33 @@ def finish(
         kind = ResultantError if solution.status == "unreachable" else ConvergenceError
         raise kind(report.status, result)
     return result
+
+
+def _balance(problem: ContactProblem, coefficients: Array, force: Array) -> dict[str, Any]:
+    """All forces (3,) [N] that must cancel; of elastic bodies those of the finite elements themselves."""
+    balance: dict[str, Any] = dict(problem.loads)
+    balance["contact"] = force
+    worst = _imbalance(problem, coefficients)
+    reactions: dict[str, Array] = {}
+    for name, side in (("upper", problem.upper), ("lower", problem.lower)):
+        parts = side.state or ()
+        forces = {part.body.name: part.forces(coefficients) for part in parts}
+        if not forces:
+            continue
+        worst = max(worst, *(f.relative_error for f in forces.values()))
+        held = {f"{body}: {k}": v[:3] for body, f in forces.items() for k, v in f.supports.items()}
+        reactions |= held
+        balance[f"supports of the {name} body"] = sum(held.values(), np.zeros(3))
+        if name == "lower" and any(part.pull.any() for part in parts):
+            balance["magnetic on the lower body"] = sum(
+                (f.magnetic[:3] for f in forces.values()), np.zeros(3)
+            )
+    if "magnetic" in balance and not problem.upper.state:
+        balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
+    if reactions:
+        balance["reactions"] = reactions
+    balance["relative_error"] = worst
+    return balance
 
 
 def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from . import _mtb_rs
-from .solve import ContactProblem, Side, Solution, sided_influence
+from .geometry import SheetPoints
+from .result import Displacement, Result
+from .solve import ContactProblem, Side, Solution, sided_influence, to_global
 from .symmetry import folded
 
 #: Times a predicted factor is corrected at most, and how far above the limit it is then taken.
@@ -106,3 +108,13 @@ def staggered(
         wedging_margin=None,
     )
     return solution, out
+
+
+def with_half_space(result: Result, half_space: Side, points: SheetPoints) -> Result:
+    """The result with what the scheme moves the upper surface as a half-space, besides its elements."""
+    assert result.coefficients is not None
+    assert half_space.compliance is not None
+    load = result.coefficients * np.array([[-1.0], [-1.0], [1.0]])
+    moved = to_global(half_space.compliance.displacement(load), points)
+    upper, lower = result.displacement
+    return replace(result, displacement=Displacement(upper + moved.reshape(upper.shape), lower))

@@ -373,7 +373,7 @@ def prepare(
     core = _mtb_rs.PreparedContact(
         problem.lower.compliance,
         problem.upper.compliance,
-        points.points,
+        problem.places,
         problem.area,
         [np.ascontiguousarray(field) for field in [*unit, *mean]],
         means,

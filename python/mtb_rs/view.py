@@ -106,23 +106,14 @@ def view(
     ViewError
         Without pyvista or a GL driver; names what to install.
     """
-    missing = missing_for_view()
-    if missing:
-        raise ViewError(missing)
-    import pyvista
-
+    plotter = _plotter(off_screen, size)
     from .plot import STATUS_COLOURS, STATUS_NAMES, colour_scale, quantity_of
 
     asked = quantity_of(result, quantity)
     surfaces = bodies(result)
     if scale is None:
         scale = _default_scale(surfaces, result)
-    if off_screen is None:
-        off_screen = sys.platform == "linux" and not os.environ.get("DISPLAY")
-    plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(size), border=False)
-    plotter.set_background("white")
 
-    centre = result.points.reshape(3, -1).mean(axis=1)
     span = float(np.ptp(result.points.reshape(3, -1), axis=1).max())
     for surface in surfaces:
         _add_body(plotter, surface, result.points[2], scale)
@@ -159,12 +150,87 @@ def view(
         line_width=2,
         lighting=False,
     )
+    direction = np.array([1.3, -1.5, 1.25])
+    return _framed(plotter, result, scale, direction)
+
+
+def view_von_mises(
+    result: Result,
+    *,
+    limits: tuple[float, float] | None = None,
+    scale: float | None = None,
+    off_screen: bool | None = None,
+    size: tuple[int, int] = (1400, 950),
+) -> pyvista.Plotter:
+    """The deformed elastic bodies in the colours of von Mises' equivalent stress.
+
+    Where the lower body has no elements it is looked through, from below onto the face that presses.
+    Arguments and errors are those of :func:`view`.
+
+    Raises
+    ------
+    ValueError
+        If no body has finite elements.
+    """
+    if not result.parts:
+        raise ValueError(
+            f"quantity is 'von_mises', but in the model {result.model!r} no body has finite elements: "
+            "solve with model='elastic-upper' or 'elastic-both'"
+        )
+    plotter = _plotter(off_screen, size)
+    from .plot import Quantity, colour_scale
+
+    surfaces = bodies(result)
+    if scale is None:
+        scale = _default_scale(surfaces, result)
+    stress = {id(s): s.von_mises for s in surfaces if s.von_mises is not None}
+    label = "von Mises stress"
+    asked = Quantity(label, "Pa", "von_mises", lambda r, _: r.pressure)
+    shades = colour_scale(np.concatenate(list(stress.values())), asked, limits)
+    for surface in surfaces:
+        if id(surface) not in stress:
+            plotter.add_mesh(body_mesh(surface), color=_BODY_COLOURS["lower"], opacity=0.12)
+            continue
+        mesh = body_mesh(surface, scale)
+        mesh.point_data["drawn"] = stress[id(surface)] / shades.factor
+        plotter.add_mesh(
+            mesh,
+            scalars="drawn",
+            cmap=shades.colours,
+            clim=(shades.norm.vmin, shades.norm.vmax),
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=35.0,
+            scalar_bar_args=_bar(f"{label}\n[{shades.unit}]"),
+            copy_mesh=True,
+        )
+    below = all(part.upper for part in result.parts)
+    return _framed(plotter, result, scale, np.array([1.3, -1.5, -1.1 if below else 1.25]))
+
+
+def _plotter(off_screen: bool | None, size: tuple[int, int]) -> pyvista.Plotter:
+    missing = missing_for_view()
+    if missing:
+        raise ViewError(missing)
+    import pyvista
+
+    if off_screen is None:
+        off_screen = sys.platform == "linux" and not os.environ.get("DISPLAY")
+    plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(size), border=False)
+    plotter.set_background("white")
+    return plotter
+
+
+def _framed(plotter: pyvista.Plotter, result: Result, scale: float, direction: Array) -> pyvista.Plotter:
+    """The picture seen from a direction, with axes and the factor on the displacement."""
+    points = result.points.reshape(3, -1)
+    centre, span = points.mean(axis=1), float(np.ptp(points, axis=1).max())
     if scale:
         plotter.add_text(f"displacement x {scale:g}", position="lower_right", font_size=9, color="#333333")
     plotter.add_axes(color="#333333", line_width=3)
     plotter.enable_depth_peeling()
     plotter.enable_anti_aliasing("ssaa")
-    plotter.camera_position = [tuple(centre + span * np.array([1.3, -1.5, 1.25])), tuple(centre), (0, 0, 1)]
+    plotter.camera_position = [tuple(centre + span * direction), tuple(centre), (0, 0, 1)]
     plotter.reset_camera()
     plotter.camera.zoom(1.0)
     # the bodies to the left, the colour bar beside them
@@ -205,11 +271,10 @@ def bodies(result: Result) -> tuple[Surface, ...]:
     """
     elastic: dict[str, list[Surface]] = {"upper": [], "lower": []}
     for part, state in zip(result.parts, result.states().values(), strict=True):
-        surface = state.body.surface(state.displacement)
         side = elastic["upper" if part.upper else "lower"]
-        side.append(surface)
-        if surface.vertices[1].min() > -1e-9 and not part.upper and result.points[1].min() < 0.0:
-            side.append(_mirrored(surface))
+        side.append(state.surface)
+        if part.is_half:
+            side.append(_mirrored(state.surface))
     rest = [s for s in result.surfaces if not any(elastic[k] and s.name.startswith(k) for k in elastic)]
     return (*rest, *elastic["lower"], *elastic["upper"])
 
@@ -217,7 +282,33 @@ def bodies(result: Result) -> tuple[Surface, ...]:
 def _mirrored(surface: Surface) -> Surface:
     flip = np.array([[1.0], [-1.0], [1.0]])
     moved = None if surface.displacement is None else flip * surface.displacement
-    return Surface(f"{surface.name} mirrored", flip * surface.vertices, surface.triangles[:, ::-1], moved)
+    name, vertices = f"{surface.name} mirrored", flip * surface.vertices
+    return Surface(name, vertices, surface.triangles[:, ::-1], moved, surface.von_mises)
+
+
+def solid_meshes(result: Result) -> dict[str, pyvista.UnstructuredGrid]:
+    """The elastic bodies by name, with displacement [m], stress and von Mises' stress [Pa] at their nodes.
+
+    Stress in VTK's order: xx, yy, zz, xy, yz, xz. A body known by its half comes as two halves.
+    """
+    import pyvista
+
+    solids = {}
+    for part, state in zip(result.parts, result.states().values(), strict=True):
+        mesh, u, stress = state.body.mesh, state.displacement, state.stress[[0, 1, 2, 5, 3, 4]]
+        halves = [(state.body.name, mesh, u, stress)]
+        if part.is_half:
+            flip = np.array([[1.0], [-1.0], [1.0]])
+            # the mirror turns round the shear stresses on planes normal to y
+            turned = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, None]
+            halves.append((f"{state.body.name} mirrored", mesh.mirrored(), flip * u, turned * stress))
+        kind = pyvista.CellType.QUADRATIC_TETRA if mesh.is_quadratic else pyvista.CellType.TETRA
+        for name, half, moved, stressed in halves:
+            solids[name] = pyvista.UnstructuredGrid({kind: half.cells}, half.nodes)
+            for field, values in (("displacement", moved), ("stress", stressed)):
+                solids[name].point_data[field] = np.ascontiguousarray(values.T)
+            solids[name].point_data["von_mises"] = state.von_mises
+    return solids
 
 
 def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:

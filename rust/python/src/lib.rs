@@ -49,6 +49,7 @@ mod _mtb_rs {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("CONDENSATION_DIGEST", mtb_elasticity::tetra::DIGEST)?;
         // what is exported is said once, in the stub
         module.delattr("__all__")
     }

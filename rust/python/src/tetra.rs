@@ -117,17 +117,6 @@ impl PySampling {
         self.0.weights().into_pyarray(py)
     }
 
-    /// Means (n,) over the basis functions of the field with coefficients (n,).
-    fn averaged<'py>(
-        &self,
-        py: Python<'py>,
-        coefficients: Floats<'py>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let coefficients = flat(coefficients.as_slice())?;
-        let means = enter(py, |_| self.0.averaged(coefficients))?;
-        Ok(means.into_pyarray(py))
-    }
-
     /// The arrays it is made of, by name.
     fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let q = self.0.quadrature();
@@ -194,6 +183,12 @@ impl PyTetraBody {
         cases.map(|c| (c.support, c.component, c.guided)).collect()
     }
 
+    /// Centre of volume [m].
+    #[getter]
+    fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.centre().to_vec().into_pyarray(py)
+    }
+
     /// Rigid motions the supports leave free, about `point`: names, and (m, 9) of translation,
     /// rotation and point.
     fn modes<'py>(
@@ -239,6 +234,17 @@ impl PyTetraBody {
             "case_work",
             body.case_work.into_pyarray(py).reshape([k, m])?,
         )?;
+        out.set_item("spread_displacement", fields(body.spread_displacement, 6)?)?;
+        out.set_item("centre", body.centre.to_vec().into_pyarray(py))?;
+        let (balance, s) = (body.balance, self.0.supports().len());
+        let contact = balance.contact.into_pyarray(py);
+        out.set_item("contact_resultant", contact.reshape([6, 3, n])?)?;
+        let reaction = balance.reaction.into_pyarray(py);
+        out.set_item("reaction", reaction.reshape([s, 6, 3, n])?)?;
+        let reaction = balance.case_reaction.into_pyarray(py);
+        out.set_item("case_reaction", reaction.reshape([s, 6, k])?)?;
+        let reaction = balance.spread_reaction.into_pyarray(py);
+        out.set_item("spread_reaction", reaction.reshape([s, 6, 6])?)?;
         out.set_item("cost", cost(py, &body.cost)?)?;
         Ok(out)
     }
@@ -303,6 +309,20 @@ impl PyTetraBody {
         let traction = flat(traction.as_slice())?;
         let force = enter(py, |_| self.0.contact_force(&sampling.0, traction))?;
         components(py, force, 3)
+    }
+
+    /// Nodal forces (3, N) [N] of a force [N] and a moment [N m] about the centre of volume, spread over
+    /// the body as weight and inertia are.
+    fn spread_force<'py>(
+        &self,
+        py: Python<'py>,
+        wrench: [f64; 6],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        components(
+            py,
+            enter(py, |_| Ok::<_, Error>(self.0.spread_force(wrench)))?,
+            3,
+        )
     }
 
     /// Mean displacement (3, n) [m] of the contact points, frame of the sampling, under that of the

@@ -4,8 +4,9 @@ use faer::Mat;
 use mtb_operator::Monitor;
 use rayon::prelude::*;
 
+use super::balance::{ReactionRows, WRENCH, lever};
 use super::body::TetraBody;
-use super::condensed::{CondensedBody, Flexibility};
+use super::condensed::{Balance, CondensedBody, Flexibility};
 use super::factor::{Reached, SparseColumn};
 use super::factorised::{Factored, Limits, poll};
 use super::mesh::TetraMesh;
@@ -106,6 +107,41 @@ impl Trace {
     }
 }
 
+/// Products of the right-hand sides of [`TetraBody::other_columns`] after forward substitution.
+struct Responses {
+    /// With each contact point, `3 n` for each.
+    contact: Vec<Vec<f64>>,
+    each_other: Mat<f64>,
+}
+
+impl Responses {
+    fn new(
+        trace: &Trace,
+        factored: &Factored,
+        groups: &[&[usize]],
+        reached: &[Reached],
+        others: &Reached,
+    ) -> Self {
+        let n = trace.points.len();
+        let (each_other, _) = factored.factor.product(others, others);
+        let mut contact = vec![vec![0.0; 3 * n]; each_other.ncols()];
+        for (points, group) in groups.iter().zip(reached) {
+            let (product, _) = factored.factor.product(group, others);
+            for (k, &i) in points.iter().enumerate() {
+                for c in 0..3 {
+                    for (column, contact) in contact.iter_mut().enumerate() {
+                        contact[c * n + i] = product[(3 * k + c, column)];
+                    }
+                }
+            }
+        }
+        Responses {
+            contact,
+            each_other,
+        }
+    }
+}
+
 /// Contact points whose columns go through the factor together, three columns each.
 const GROUP: usize = 32;
 
@@ -114,6 +150,9 @@ const ROUND: usize = 8;
 
 impl TetraBody {
     /// The body condensed onto the contact points of a sampling of its surface.
+    ///
+    /// The monitor is asked between its stages and every few groups of contact points. Within the numeric
+    /// factorisation it cannot be: that is the longest wait, `cost.numeric_s`.
     ///
     /// # Errors
     /// [`Error::NotOnBoundary`], [`Error::NoArea`]; [`Error::Loose`] if neither supports nor contact
@@ -147,15 +186,10 @@ impl TetraBody {
             reached.extend(factored.factor.forward_all(&columns));
             poll(monitor, 4 + k)?;
         }
-        let case_columns: Vec<SparseColumn> = factored
-            .case_load
-            .iter()
-            .map(|load| {
-                let nonzero = load.iter().copied().enumerate().filter(|(_, l)| *l != 0.0);
-                nonzero.collect()
-            })
-            .collect();
-        let cases = factored.factor.forward(&case_columns);
+        let rows = self.reaction_rows(&factored.unknowns);
+        let others = factored
+            .factor
+            .forward(&self.other_columns(&factored, &rows));
         cost.forward_flops = reached.iter().map(|r| r.flops).sum();
         cost.forward_s = clock.elapsed().as_secs_f64();
 
@@ -177,21 +211,67 @@ impl TetraBody {
             }
             poll(monitor, 4 + k)?;
         }
-        let case_displacement =
-            self.case_displacement(&trace, &factored, &groups, &reached, &cases);
+        let responses = Responses::new(&trace, &factored, &groups, &reached, &others);
+        let balance = self.balance(&trace, &factored, &rows, &responses);
         cost.product_s = clock.elapsed().as_secs_f64();
 
         let mode_field: Vec<Vec<f64>> = modes.iter().map(|m| self.mode_displacement(m)).collect();
         let case_work = self.case_work(&mode_field);
+        let cases = self.cases();
+        let scaled = |response: &Vec<f64>| -> Vec<f64> {
+            let weights = trace.weights.iter().cycle();
+            response.iter().zip(weights).map(|(r, w)| r / w).collect()
+        };
+        let mut case_displacement: Vec<Vec<f64>> = responses.contact[..cases.len()]
+            .iter()
+            .map(scaled)
+            .collect();
+        for (case, displacement) in case_displacement.iter_mut().enumerate() {
+            let given = self.prescribed(&trace, &factored, case);
+            displacement
+                .iter_mut()
+                .zip(given)
+                .for_each(|(d, g)| *d += g);
+        }
+        let spread = cases.len()..cases.len() + WRENCH;
         Ok(CondensedBody {
             mode_displacement: mode_field.iter().map(|u| trace.observe(u)).collect(),
+            spread_displacement: responses.contact[spread].iter().map(scaled).collect(),
+            centre: self.centre(),
+            balance,
             flexibility: Flexibility::new(trace.weights, flexibility)?,
             modes,
-            cases: self.cases(),
+            cases,
             case_displacement,
             case_work,
             cost,
         })
+    }
+
+    /// Right-hand sides beside those of the contact points: a unit of each case, the spread loads, and
+    /// the rows of the reactions.
+    fn other_columns(&self, factored: &Factored, rows: &ReactionRows) -> Vec<SparseColumn> {
+        let n_nodes = self.mesh().nodes().len();
+        let spread = (0..WRENCH).map(|k| {
+            let mut wrench = [0.0; WRENCH];
+            wrench[k] = 1.0;
+            let force = self.spread_force(wrench);
+            let mut load = vec![0.0; factored.unknowns.n];
+            for (node, sources) in factored.unknowns.source.iter().enumerate() {
+                for (c, source) in sources.iter().enumerate() {
+                    if let Source::Unknown(i) = source {
+                        load[*i] += force[c * n_nodes + node];
+                    }
+                }
+            }
+            load
+        });
+        let sparse = |load: Vec<f64>| {
+            let nonzero = load.into_iter().enumerate().filter(|(_, l)| *l != 0.0);
+            nonzero.collect()
+        };
+        let loads = factored.case_load.iter().cloned().chain(spread);
+        loads.map(sparse).chain(rows.columns()).collect()
     }
 
     /// The free rigid motions about the centre of the contact, all of which contact can hold.
@@ -223,45 +303,85 @@ impl TetraBody {
         Ok(self.modes(centre))
     }
 
-    /// Displacement of the contact points by a unit of each case.
-    fn case_displacement(
+    /// Displacement of the contact points by what a unit of a case prescribes on the face itself.
+    fn prescribed(&self, trace: &Trace, factored: &Factored, case: usize) -> Vec<f64> {
+        let n_nodes = self.mesh().nodes().len();
+        let mut u = vec![0.0; 3 * n_nodes];
+        for (node, sources) in factored.unknowns.source.iter().enumerate() {
+            for c in 0..3 {
+                if sources[c] == Source::Prescribed(case) {
+                    u[c * n_nodes + node] = 1.0;
+                }
+            }
+        }
+        trace.observe(&u)
+    }
+
+    /// Resultants of the tractions, and the reactions of the supports to all loads.
+    fn balance(
         &self,
         trace: &Trace,
         factored: &Factored,
-        groups: &[&[usize]],
-        reached: &[Reached],
-        cases: &Reached,
-    ) -> Vec<Vec<f64>> {
+        rows: &ReactionRows,
+        responses: &Responses,
+    ) -> Balance {
         let (n, n_nodes) = (trace.points.len(), self.mesh().nodes().len());
-        let n_cases = factored.case_load.len();
-        // what a case prescribes on the contact face itself
-        let mut observed: Vec<Vec<f64>> = (0..n_cases)
-            .map(|case| {
-                let mut u = vec![0.0; 3 * n_nodes];
-                for (node, sources) in factored.unknowns.source.iter().enumerate() {
+        let (n_supports, n_cases) = (self.supports().len(), factored.case_load.len());
+        let first = n_cases + WRENCH;
+        let mut contact = vec![0.0; WRENCH * 3 * n];
+        let mut reaction = responses.contact[first..].concat();
+        for (i, point) in trace.points.iter().enumerate() {
+            for (node, part) in point {
+                for component in 0..3 {
+                    let lever = lever(self.mesh().nodes()[*node], component);
+                    let holder = self.holder(*node, component);
                     for c in 0..3 {
-                        if sources[c] == Source::Prescribed(case) {
-                            u[c * n_nodes + node] = 1.0;
+                        for (k, lever) in lever.iter().enumerate() {
+                            let load = part[c][component] * lever;
+                            contact[(k * 3 + c) * n + i] += load;
+                            // what loads a held node goes straight into its support
+                            if let Some(s) = holder {
+                                reaction[((s * WRENCH + k) * 3 + c) * n + i] -= load;
+                            }
                         }
-                    }
-                }
-                trace.observe(&u)
-            })
-            .collect();
-        if n_cases == 0 {
-            return observed;
-        }
-        for (points, group) in groups.iter().zip(reached) {
-            let (product, _) = factored.factor.product(group, cases);
-            for (k, &i) in points.iter().enumerate() {
-                for c in 0..3 {
-                    for (case, observed) in observed.iter_mut().enumerate() {
-                        observed[c * n + i] += product[(3 * k + c, case)] / trace.weights[i];
                     }
                 }
             }
         }
-        observed
+        let mut case_reaction = Vec::with_capacity(n_supports * WRENCH * n_cases);
+        let mut spread_reaction = Vec::with_capacity(n_supports * WRENCH * WRENCH);
+        for s in 0..n_supports {
+            for k in 0..WRENCH {
+                let row = first + s * WRENCH + k;
+                case_reaction.extend(
+                    (0..n_cases)
+                        .map(|case| responses.each_other[(row, case)] + rows.case[s][case][k]),
+                );
+                spread_reaction
+                    .extend((0..WRENCH).map(|load| responses.each_other[(row, n_cases + load)]));
+            }
+        }
+        for load in 0..WRENCH {
+            let mut wrench = [0.0; WRENCH];
+            wrench[load] = 1.0;
+            let force = self.spread_force(wrench);
+            for (node, &x) in self.mesh().nodes().iter().enumerate() {
+                for component in 0..3 {
+                    if let Some(s) = self.holder(node, component) {
+                        for (k, lever) in lever(x, component).iter().enumerate() {
+                            spread_reaction[(s * WRENCH + k) * WRENCH + load] -=
+                                lever * force[component * n_nodes + node];
+                        }
+                    }
+                }
+            }
+        }
+        Balance {
+            contact,
+            reaction,
+            case_reaction,
+            spread_reaction,
+        }
     }
 
     /// Work of a unit force on each guide on each mode; prescribed displacements do none.

@@ -33,8 +33,31 @@ pub struct CondensedBody {
     pub case_displacement: Vec<Vec<f64>>,
     /// Work of a unit of each case on each mode, `(cases, modes)` row-major; zero unless guided.
     pub case_work: Vec<f64>,
+    /// Displacement of the contact points, `3 n` each, by a unit force [N] along and moment [N m] about
+    /// x, y and z through [`CondensedBody::centre`], see [`TetraBody::spread_force`](super::TetraBody::spread_force).
+    pub spread_displacement: Vec<Vec<f64>>,
+    /// Centre of volume [m].
+    pub centre: [f64; 3],
+    /// How the loads arrive at the supports.
+    pub balance: Balance,
     /// What the condensation cost.
     pub cost: Cost,
+}
+
+/// Forces [N] along and moments [N m] about x, y, z through the origin: what loads amount to, and what
+/// the supports answer, stiffness times displacement less load on the nodes they hold.
+///
+/// Of a solution in equilibrium, loads and reactions add up to nothing.
+#[derive(Clone, Debug)]
+pub struct Balance {
+    /// Of a unit traction of each contact point, `(6, 3 n)` row-major.
+    pub contact: Vec<f64>,
+    /// Of each support on the body by a unit traction of each contact point, `(supports, 6, 3 n)`.
+    pub reaction: Vec<f64>,
+    /// The same by a unit of each case, `(supports, 6, cases)`.
+    pub case_reaction: Vec<f64>,
+    /// The same by a unit of each spread load, `(supports, 6, 6)`.
+    pub spread_reaction: Vec<f64>,
 }
 
 /// Symmetric flexibility of contact points, and the compliance it amounts to.

@@ -15,6 +15,7 @@
 //! **References.** [GeorgeLiu1981] for the ordering and the elimination tree; [Hughes2000] for the elements.
 
 mod assembly;
+mod balance;
 mod body;
 mod condense;
 mod condensed;
@@ -30,8 +31,11 @@ mod sampling;
 mod stress;
 mod support;
 
+/// Changes with the code of this module: results kept under it are those of this very code.
+pub const DIGEST: &str = env!("MTB_TETRA_DIGEST");
+
 pub use body::TetraBody;
-pub use condensed::{CondensedBody, Flexibility, SupportCase};
+pub use condensed::{Balance, CondensedBody, Flexibility, SupportCase};
 pub use factorised::{Cost, Limits};
 pub use mesh::{Order, TetraMesh};
 pub use recovery::Reaction;

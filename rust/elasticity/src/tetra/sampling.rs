@@ -124,39 +124,6 @@ impl Sampling {
     }
 }
 
-impl Sampling {
-    /// Mean over each basis function of the field with these coefficients,
-    /// `(1/W_i) sum_q w_q phi_i(q) sum_j phi_j(q) coefficient_j`: for pressures the force at a point
-    /// over its area.
-    ///
-    /// Beside the edge of a punch the coefficients of hats oscillate about the singular pressure, their
-    /// means do not.
-    ///
-    /// # Errors
-    /// [`Error::Shape`].
-    pub fn averaged(&self, coefficients: &[f64]) -> Result<Vec<f64>, Error> {
-        if coefficients.len() != self.n_points {
-            return Err(Error::Shape {
-                name: "coefficients",
-                found: coefficients.len(),
-                expected: self.n_points,
-            });
-        }
-        let mut means = vec![0.0; self.n_points];
-        for (q, point) in self.quadrature.iter().enumerate() {
-            let basis = self.basis(q);
-            let value: f64 = basis.iter().map(|&(j, phi)| phi * coefficients[j]).sum();
-            for &(i, phi) in basis {
-                means[i] += point.weight * phi * value;
-            }
-        }
-        for (mean, weight) in means.iter_mut().zip(self.weights()) {
-            *mean /= weight;
-        }
-        Ok(means)
-    }
-}
-
 fn is_orthonormal(frame: &[[f64; 3]; 3]) -> bool {
     (0..3).all(|i| {
         (0..=i).all(|j| {
