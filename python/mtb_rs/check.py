@@ -71,21 +71,6 @@ def numbers(name: str, value: Any, count: int, unit: str = "") -> tuple[float, .
     return tuple(number(f"{name}[{k}]", entry, unit) for k, entry in enumerate(entries))
 
 
-def array(name: str, value: Any, wanted: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """`value` as an array of finite floats; `wanted` says which shape and unit."""
-    try:
-        checked = np.ascontiguousarray(value)
-        if checked.dtype.kind not in "fiu":
-            raise TypeError
-        checked = checked.astype(np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}: {wanted} is needed") from None
-    if not np.all(np.isfinite(checked)):
-        at = tuple(int(k) for k in np.argwhere(~np.isfinite(checked))[0])
-        raise ValueError(f"{name} at {at} is {checked[at]}, not finite: {wanted} is needed")
-    return checked
-
-
 def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
     """`value`, one of `choices`."""
     if not isinstance(value, str) or value not in choices:

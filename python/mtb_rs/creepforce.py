@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import array, choice, pair, positive
+from .check import choice, pair, positive, reals
 from .friction import (
     Coulomb,
     FallingFriction,
@@ -103,7 +103,7 @@ def _bound(field: PressureField, bound: Bound) -> Array:
 
 
 def _rows(creepages: ArrayLike) -> Array:
-    rows = np.ascontiguousarray(np.atleast_2d(array("creepages", creepages, "(n, 3)")))
+    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
     return rows

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .check import array, number, pair, positive, whole
+from .check import number, pair, positive, reals, whole
 from .friction import Coulomb
 from .material import Material
 from .reference import elliptic_pressure
@@ -56,8 +56,8 @@ class CreepForceTable:
 
     def __post_init__(self) -> None:
         ratios = _rising(self.ratios)
-        scale = array("scale", self.scale, "(m,)")
-        forces = array("forces", self.forces, "(k, m, 2 m - 1, m, 3)")
+        scale = reals("scale", self.scale)
+        forces = reals("forces", self.forces)
         m = scale.size
         if scale.ndim != 1 or m < 4 or scale[0] != 0.0 or not np.allclose(np.diff(scale), scale[1]):
             raise ValueError(f"scale is {self.scale!r}: at least 4 even steps from 0 are needed")
@@ -153,7 +153,7 @@ class CreepForceTable:
         if not low * (1 - 1e-9) <= ratio <= high * (1 + 1e-9):
             raise ValueError(f"semi_axes have the ratio {ratio:g}: the table holds {low:g} to {high:g}")
         limit = friction * normal_force
-        rows = np.atleast_2d(array("creepages", creepages, "(n, 3)"))
+        rows = np.atleast_2d(reals("creepages", creepages))
         if rows.ndim != 2 or rows.shape[1] != 3:
             raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
         if limit == 0.0:
@@ -225,7 +225,7 @@ def _npz(path: str | Path) -> Path:
 
 
 def _rising(ratios: ArrayLike) -> Array:
-    rising = array("ratios", ratios, "(k,)")
+    rising = reals("ratios", ratios)
     if rising.ndim != 1 or rising.size < 1 or np.any(rising <= 0.0) or np.any(np.diff(rising) <= 0.0):
         raise ValueError(f"ratios is {ratios!r}: rising positive numbers are needed")
     return rising

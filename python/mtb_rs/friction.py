@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mtb_rs
-from .check import array
+from .check import reals
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Coulomb:
     coefficient: float | Array
 
     def __post_init__(self) -> None:
-        values = array("coefficient", self.coefficient, "a number of at least 0, or (ny, nx) of them,")
+        values = reals("coefficient", self.coefficient)
         if values.size == 0 or np.any(values < 0.0):
             raise ValueError(f"coefficient is {self.coefficient!r}: numbers of at least 0 are needed")
 
@@ -133,8 +133,8 @@ class TabulatedFriction:
     memory_min_slip: float = 1e-3
 
     def __post_init__(self) -> None:
-        speed = array("slip_speed", self.slip_speed, "(k,) [m/s]")
-        values = array("coefficient", self.coefficient, "(k,)")
+        speed = reals("slip_speed", self.slip_speed, "m/s")
+        values = reals("coefficient", self.coefficient)
         if speed.ndim != 1 or speed.size < 1 or speed[0] != 0.0 or np.any(np.diff(speed) <= 0.0):
             raise ValueError("slip_speed must rise strictly from 0")
         if values.shape != speed.shape:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bodies import Rigid
-from .check import array, pair, positive
+from .check import pair, positive, reals
 from .material import Material
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class PressureField:
     reference: float | None = None
 
     def __post_init__(self) -> None:
-        pressure = array("pressure", self.pressure, "(ny, nx) [Pa]")
+        pressure = reals("pressure", self.pressure, "Pa")
         if pressure.ndim != 2 or pressure.size == 0:
             raise ValueError(f"pressure has shape {pressure.shape}: (ny, nx) is needed")
         if np.any(pressure < 0.0):

@@ -15,6 +15,7 @@ from . import _mtb_rs
 from .bodies import HalfSpace, Rigid, Simple, as_body
 from .chart import QUANTITIES, Chart, silent
 from .check import LARGEST, choice, number, pair, positive, reals
+from .coupled_start import at_rest
 from .direct import choose
 from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
@@ -35,12 +36,19 @@ from .solve import (
     finish,
     half_space_side,
     magnetic_field,
+    mean_tractions,
     sliding_direction,
     solve_direct,
     with_loads,
 )
 from .staggered import staggered, with_half_space
-from .start_of_sliding import StartOfSliding, start_of_sliding
+from .start_of_sliding import (
+    StartOfSliding,
+    coupled_contact,
+    horizontal,
+    start_of_sliding,
+    start_with_pressure,
+)
 from .supports import held_by
 from .symmetry import folded
 
@@ -321,12 +329,17 @@ class Scene:
         return np.concatenate([force, moment + np.cross(middle - body.core.centre, force)])
 
     def start_of_sliding(
-        self, displacements: ArrayLike, model: str = "auto", tolerance: float = 1e-8
+        self,
+        displacements: ArrayLike,
+        model: str = "auto",
+        tolerance: float = 1e-8,
+        pressure: str = "follows",
     ) -> StartOfSliding:
         """From rest to full sliding: which points stick and which slip as the upper body starts to move.
 
-        The pressure is that of the bodies at rest, without friction, and is held; so the start is right where
-        friction changes the pressure little (see the wedging margin of :meth:`solve`).
+        At first the bodies are at rest without friction. Then pressure and friction are solved together, and
+        the end is the gross sliding of :meth:`solve`. Above the wedging limit there is none: a body held from
+        above jams, both forces grow with the displacement until no state is found.
 
         Parameters
         ----------
@@ -336,9 +349,13 @@ class Scene:
             "auto" takes the elastic upper body where there is one.
         tolerance : float [-]
             Relative residual of each step.
+        pressure : "follows" or "held"
+            "held" keeps the pressure at rest and every rigid motion locked: cheaper, and right for like
+            half-spaces only.
         """
         assert self.layout is not None
         choice("model", model, MODELS)
+        choice("pressure", pressure, ("held", "follows"))
         if self._solid() is not None:
             raise ValueError("start_of_sliding is for the ready scenes and half-spaces, not an ElasticBody")
         if model == "auto":
@@ -354,15 +371,22 @@ class Scene:
             problem.lower.compliance, problem.upper.compliance, problem.direction, False
         )
         friction = problem.friction_at(solution.pressure)
-        return start_of_sliding(
-            pair.compliance,
-            solution.pressure,
-            problem.area,
-            friction,
-            displacements,
-            self.layer,
-            tolerance,
-        )
+        if pressure == "follows":
+            contact = coupled_contact(problem, pair.compliance, friction, self.layer, tolerance)
+            rest = at_rest(contact, solution.pressure, solution.motion)
+            start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
+        else:
+            start = start_of_sliding(
+                pair.compliance,
+                solution.pressure,
+                problem.area,
+                friction,
+                displacements,
+                self.layer,
+                tolerance,
+            )
+        mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
+        return replace(start, traction=mean[:2], pressure=mean[2])
 
     def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
         known = [f.name for f in fields(IncrementalOptions)]

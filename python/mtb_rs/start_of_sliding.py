@@ -9,26 +9,34 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
+from .check import reals
+from .coupled_start import CoupledContact, CoupledState, advance
 from .errors import ConvergenceError
 from .friction import InterfaceLayer
+from .geometry import SheetPoints
+from .solve import ContactProblem
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class StartOfSliding:
-    """How a contact under fixed pressure gives way, step by step.
+    """How a contact gives way, step by step.
 
     Attributes
     ----------
     displacement : (m, 2) [m]
         Of the upper body over the lower one, away from the contact.
     force : (m, 2) [N]
-        Friction on the lower body.
+        Friction on the lower body, along the tangents.
+    normal_force : (m,) [N]
+        Sum of pressure times area.
     slip_share : (m,) [-]
         Share of the contact area that slips in the step.
     traction : (2, n) [Pa]
         On the lower body, after the last step.
+    pressure : (n,) [Pa]
+        After the last step.
     status : (n,) int
         0 open, 1 stick, 2 slip, in the last step.
     iterations : (m,) int
@@ -37,8 +45,10 @@ class StartOfSliding:
 
     displacement: Array
     force: Array
+    normal_force: Array
     slip_share: Array
     traction: Array
+    pressure: Array
     status: NDArray[np.int8]
     iterations: NDArray[np.int64]
 
@@ -78,9 +88,7 @@ def start_of_sliding(
         if values.shape != (n,) or not np.all(np.isfinite(values)) or np.any(values < 0.0):
             raise ValueError(f"{name} must hold {n} finite numbers of at least 0")
     mu = np.broadcast_to(np.asarray(friction, dtype=float), (n,))
-    steps = np.atleast_2d(np.asarray(displacements, dtype=float))
-    if steps.ndim != 2 or steps.shape[1] != 2 or not np.all(np.isfinite(steps)):
-        raise ValueError(f"displacements has shape {steps.shape}: (m, 2) finite numbers are needed")
+    steps = pushes(displacements)
     matrix = np.block([[compliance.influence(row, column) for column in "xy"] for row in "xy"])
     if layer is not None:
         matrix[np.diag_indices(2 * n)] += layer.flexibility
@@ -104,8 +112,105 @@ def start_of_sliding(
     return StartOfSliding(
         displacement=steps,
         force=np.array(force),
+        normal_force=np.full(len(steps), float(p @ a)),
         slip_share=np.array(share),
         traction=q.reshape(2, n),
+        pressure=p,
         status=status,
         iterations=np.array(counts),
+    )
+
+
+def pushes(displacements: ArrayLike) -> Array:
+    """Checked displacements (m, 2) [m]."""
+    steps = np.atleast_2d(reals("displacements", displacements, "m"))
+    if steps.ndim != 2 or steps.shape[1] != 2:
+        raise ValueError(f"displacements has shape {steps.shape}: (m, 2) finite numbers are needed")
+    return steps
+
+
+def coupled_contact(
+    problem: ContactProblem,
+    compliance: _mtb_rs.Compliance,
+    friction: Array,
+    layer: InterfaceLayer | None,
+    tolerance: float,
+) -> CoupledContact:
+    """A contact problem with all blocks of its compliance."""
+    n = problem.n
+    matrix = np.block([[compliance.influence(row, column) for column in "xyn"] for row in "xyn"])
+    if layer is not None:
+        tangential = np.arange(2 * n)
+        matrix[tangential, tangential] += layer.flexibility
+    motions, work = problem.relative_motions()
+    return CoupledContact(
+        compliance=matrix,
+        motions=motions.reshape(len(work), 3 * n),
+        area=problem.area,
+        friction=np.broadcast_to(friction, (n,)),
+        opening=problem.opening(),
+        work=work,
+        tolerance=tolerance,
+    )
+
+
+def horizontal(points: SheetPoints) -> Array:
+    """Parts (3, 2, n) of unit displacements along x and y along both tangents and the normal."""
+    return np.stack([points.tangent_x[:2], points.tangent_y[:2], points.normal[:2]])
+
+
+def start_with_pressure(
+    contact: CoupledContact, rest: CoupledState, frame: Array, displacements: ArrayLike
+) -> StartOfSliding:
+    """The same with a pressure that follows: friction presses the bodies together or lifts them.
+
+    Parameters
+    ----------
+    contact : CoupledContact
+    rest : CoupledState
+        See :func:`mtb_rs.coupled_start.at_rest`.
+    frame : (3, 2, n)
+        Of a unit displacement along x and along y: its parts along both tangents and the normal.
+    displacements : (m, 2) [m]
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the step; with the steps before it as ``.result``.
+    """
+    steps = pushes(displacements)
+    area = contact.area
+    states: list[CoupledState] = []
+    last = rest
+    for k, step in enumerate(steps):
+        try:
+            last = advance(contact, last, np.einsum("cdn,d->cn", frame, step).ravel())
+        except ConvergenceError as error:
+            raise ConvergenceError(
+                f"no state found for the displacement {step.tolist()} m, step {k + 1}: {error}; the friction "
+                "coefficient may be above the wedging limit",
+                _history(steps[:k], states, area) if states else None,
+            ) from None
+        states.append(last)
+    return _history(steps, states, area)
+
+
+def _history(steps: Array, states: list[CoupledState], area: Array) -> StartOfSliding:
+    n = area.size
+    traction = [state.unknowns[: 2 * n].reshape(2, n) for state in states]
+    contact = [float(area[state.status > 0].sum()) for state in states]
+    return StartOfSliding(
+        displacement=steps,
+        force=np.array([q @ area for q in traction]),
+        normal_force=np.array([float(state.pressure @ area) for state in states]),
+        slip_share=np.array(
+            [
+                float(area[state.status == 2].sum()) / total if total > 0.0 else 0.0
+                for state, total in zip(states, contact, strict=True)
+            ]
+        ),
+        traction=traction[-1],
+        pressure=states[-1].pressure,
+        status=states[-1].status,
+        iterations=np.array([state.iterations for state in states]),
     )

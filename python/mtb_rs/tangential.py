@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import array, choice, number, numbers, pair, positive
+from .check import choice, number, numbers, pair, positive, reals
 from .errors import ConvergenceError
 from .friction import Friction, InterfaceLayer, native_law
 from .material import Material
@@ -131,15 +131,15 @@ class TangentialState:
 
     def __post_init__(self) -> None:
         shape = np.shape(self.pressure)
-        for name, unit in (("pressure", "Pa"), ("coefficient", "-")):
-            values = array(f"state.{name}", getattr(self, name), f"(ny, nx) [{unit}]")
+        for name in ("pressure", "coefficient"):
+            values = reals(f"state.{name}", getattr(self, name))
             if values.ndim != 2 or values.shape != shape or np.any(values < 0.0):
                 raise ValueError(
                     f"state.{name} has shape {values.shape} and the least value {values.min():g}: "
                     "(ny, nx) like the pressure, nowhere negative, is needed"
                 )
             object.__setattr__(self, name, values)
-        traction = array("state.traction", self.traction, "(2, ny, nx) [Pa]")
+        traction = reals("state.traction", self.traction, "Pa")
         if traction.shape != (2, *shape):
             raise ValueError(f"state.traction has shape {traction.shape}: {(2, *shape)} is needed")
         object.__setattr__(self, "traction", traction)
@@ -540,7 +540,7 @@ def creep_curve(
     ConvergenceError
         Naming the creepages that did not converge; ``.result`` holds all forces, those as NaN.
     """
-    rows = np.ascontiguousarray(np.atleast_2d(array("creepages", creepages, "(n, 3)")))
+    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
     number("tolerance", tolerance)

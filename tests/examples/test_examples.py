@@ -70,6 +70,16 @@ def creep_forces_with_spin(names: dict[str, Any]) -> None:
     assert names["lateral"]["layer, falling friction"] < 0.4 * names["lateral"]["original, Coulomb"]
 
 
+def start_of_sliding(names: dict[str, Any]) -> None:
+    assert names["gross"]["with a soft layer"] == names["gross"]["steel on steel"]
+    for name, force in names["last"].items():
+        assert force == pytest.approx(names["gross"][name], rel=1e-3)
+    slides, jams = names["friction_force"][0.2], names["friction_force"][0.5]
+    assert slides[-1] == pytest.approx(0.2 * names["normal_force"][0.2][-1], rel=1e-6)
+    assert slides[-1] == pytest.approx(slides[-8], rel=1e-3)
+    assert jams[-1] > 1.3 * jams[-10]
+
+
 def falling_friction_instability(names: dict[str, Any]) -> None:
     assert names["collapse"]["coarse grid, fast fall, no memory"] > 0.02
     assert names["collapse"]["fine grid, fast fall, memory 100 µm"] < 1e-3
@@ -101,6 +111,7 @@ CHECKS = {
         falling_friction_instability,
         hertz,
         pictures_of_a_result,
+        start_of_sliding,
     )
 }
 

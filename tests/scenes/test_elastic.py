@@ -223,7 +223,8 @@ def test_a_layer_softens_the_start_and_changes_nothing_in_gross_sliding():
     soft = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, layer=layer)
     starts = [scene.start_of_sliding(pushes, model="elastic-upper") for scene in (plain, soft)]
     forces = [start.force[:, 0] for start in starts]
-    assert np.all(np.diff(forces[0]) > -1e-6 * forces[0][-1])
+    # the pressure follows: the force may pass its end a little, by what friction changes of the pressure
+    assert np.all(np.diff(forces[0]) > -1e-3 * forces[0][-1])
     assert forces[1][0] < 0.9 * forces[0][0]
     # both end where everything slides, at friction times the normal force
     result = plain.solve(model="elastic-upper")

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""From rest to sliding with a pressure that follows: where it ends, and where there is no end."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+
+def along_x(distances: np.ndarray) -> np.ndarray:
+    return np.outer(distances, [1.0, 0.0])
+
+
+def block(height: float, friction: float) -> mtb.Scene:
+    return mtb.scenes.block_on_plane(
+        width=0.1, height=height, friction=friction, magnetic_pressure=3e6, spacing=10e-3
+    )
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [block(0.1, 0.5), block(0.5, 0.2), mtb.scenes.pole_shoe_on_rail(friction=0.5, spacing=6e-3)],
+    ids=["low block", "tall block", "pole shoe"],
+)
+def test_the_start_ends_in_gross_sliding(scene: mtb.Scene) -> None:
+    start = scene.start_of_sliding(along_x(np.geomspace(1e-7, 20e-3, 16)), model="elastic-upper")
+    slides = scene.solve(model="elastic-upper")
+    assert start.slip_share[0] < 0.6
+    assert start.slip_share[-1] == 1.0
+    assert start.force[-1, 0] == pytest.approx(slides.force[0], rel=1e-5)
+    assert start.normal_force[-1] == pytest.approx(slides.normal_force, rel=1e-5)
+    peak = slides.pressure.max()
+    np.testing.assert_allclose(start.pressure, slides.pressure.ravel(), atol=1e-4 * peak)
+
+
+def test_beyond_the_wedging_limit_a_body_jams() -> None:
+    scene = block(0.5, 0.5)
+    with pytest.raises(mtb.ConvergenceError, match="wedges"):
+        scene.solve(model="elastic-upper")
+    start = scene.start_of_sliding(along_x(np.linspace(20e-6, 400e-6, 16)), model="elastic-upper")
+    # both forces grow in proportion to the way, the friction within its bound
+    for force in (start.force[:, 0], start.normal_force):
+        assert np.diff(force)[-8:] == pytest.approx(np.full(8, np.diff(force)[-1]), rel=0.1)
+        assert np.diff(force)[-1] > 0.0
+    assert np.all(start.force[:, 0] < 0.5 * start.normal_force)
+    assert start.slip_share.max() < 0.6
+
+
+def test_like_half_spaces_keep_their_pressure() -> None:
+    scene = mtb.scenes.paraboloid_on_plane(friction=0.3, points=12)
+    path = np.array([[2e-4, 0.0], [4e-4, 1e-4], [1e-3, 1e-4]])
+    held, follows = (
+        scene.start_of_sliding(path, model="half-space", pressure=kind) for kind in ("held", "follows")
+    )
+    assert follows.force == pytest.approx(held.force, rel=1e-5, abs=1e-5 * held.force.max())
+    assert follows.slip_share == pytest.approx(held.slip_share)
+    np.testing.assert_allclose(follows.pressure, held.pressure, atol=1e-6 * held.pressure.max())
+
+
+def test_bad_input_is_named() -> None:
+    scene = block(0.1, 0.5)
+    for arguments, words in [
+        ({"displacements": [[1e-6, 0.0]], "pressure": "free"}, "pressure is 'free'"),
+        ({"displacements": [[1e-6, np.nan]]}, "displacements[0, 1] is nan"),
+        ({"displacements": [1e-6, 0.0, 0.0]}, "displacements has shape (1, 3)"),
+    ]:
+        with pytest.raises(ValueError, match=re.escape(words)):
+            scene.start_of_sliding(model="elastic-upper", **arguments)
