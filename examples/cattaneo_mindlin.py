@@ -38,7 +38,7 @@ for share in shares:
         middle.imshow(found.status, extent=(-1, 1, -1, 1), origin="lower", cmap="Greys", vmin=0, vmax=3)
         circle = reference.cattaneo_stick_radius(share)
         middle.add_patch(plt.Circle((0, 0), circle, fill=False, color="tab:red", lw=1.5))
-        middle.set(title="stick and slip (dark); red: closed form", xlabel="x / a")
+        middle.set(title="stick and slip (dark); red: closed form", xlabel="x / a", ylabel="y / a")
 left.set(
     xlabel="x / a", ylabel=r"traction / $\mu p_0$", title="traction along the middle; dotted: closed form"
 )

@@ -75,9 +75,11 @@ for column, share in enumerate((0.3, 0.6, 0.85)):
         )
         axis.set_aspect("equal")
         axis.set_title(
-            f"{name}, F = {share} µF_n\ncreepage {100 * roll.creepage[0]:.2f} %, slip {100 * slips:.0f} %"
+            f"{name}, $F = {share}\\,\\mu F_n$\n"
+            f"creepage {100 * roll.creepage[0]:.2f} %, slip {100 * slips:.0f} %"
         )
         axis.set(xlabel="x [mm] (rolling to the right)", ylabel="y [mm]")
+figure.suptitle("adhesion (blue) and slip (red) at equal force")
 figure.savefig(output / "europrinter_stick_areas.png", dpi=130)
 for name, value in reduction.items():
     print(f"initial slope, layer {name}: {value:.2f} times lower")

@@ -55,12 +55,15 @@ cases = {
     "fine grid, fast fall, memory 100 µm": (50, 0.02, 1e-4),
 }
 collapse, stopped = {}, {}
+#: the stable ones lie on one another
+dashes = {1.25: "-", 0.02: "--"}
 figure, plots = plt.subplots(1, 3, figsize=(16, 4.6), constrained_layout=True)
 for label, (n, half_slip, memory) in cases.items():
     force, steps, stop = start_rolling(n, half_slip, memory)
     collapse[label], stopped[label] = largest_fall(force), stop
     distance = np.arange(1, len(force) + 1) * 2.0 / n
-    (line,) = plots[0].plot(distance, force, label=label)
+    style = ":" if memory else dashes[half_slip]
+    (line,) = plots[0].plot(distance, force, style, lw=3.0 if memory else 1.5, label=label)
     if stop is not None:
         plots[0].plot(distance[-1:], force[-1:], "x", color=line.get_color(), ms=9)
     if label == "coarse grid, fast fall, no memory":
@@ -69,7 +72,11 @@ for label, (n, half_slip, memory) in cases.items():
         worst = int(np.argmin(np.diff(force))) + 1
         for k in range(worst - 1, min(worst + 3, len(steps))):
             plots[1].plot(x, steps[k].traction[0, 0] * 1e-6, ".-", label=f"step {k + 1}")
-plots[0].set(xlabel="distance rolled / a", ylabel=r"$F_x / F_n$", title="transient; x: no state found")
+plots[0].set(
+    xlabel="distance rolled / a",
+    ylabel=r"$F_x / F_n$",
+    title="rolling from rest at a creepage of 0.25 % (x: no state found)",
+)
 plots[0].legend(fontsize=7)
 plots[1].set(xlabel="x / a", ylabel="traction [MPa]", title="a collapse, and the peak that travels after it")
 plots[1].legend(fontsize=8)

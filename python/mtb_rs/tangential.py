@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
@@ -297,9 +298,13 @@ def solve_tangential(
         Relative residual of the contact conditions.
     coupling : {"one-way", "full"}
         For unlike bodies. Their pressure moves the surfaces tangentially in any case. "one-way" leaves out
-        that traction moves them normally in turn, and reports the size of that change of the gap; "full"
-        repeats both problems in turn until the pressure stays, for a result of `solve_normal`, at its
-        normal force.
+        that traction moves them normally in turn, and reports the size of that change of the gap, as
+        ``report.omitted["gap_change_by_traction_m"]``. "full" repeats both problems in turn until the
+        pressure stays, at the normal force of `normal`, and reports the change of the pressure over its
+        peak, as ``report.force_balance["pressure_change_by_traction"]``. It needs the gap, so `normal` must
+        be a result of `solve_normal` with locked tilts: a scene's result, a :class:`PressureField`,
+        a line contact, a periodic contact or free tilts (`moments`) are refused. Like bodies settle
+        in one round.
 
     Raises
     ------
@@ -517,6 +522,7 @@ def creep_curve(
     layer: InterfaceLayer | None = None,
     speed: float = 10.0,
     tolerance: float = 1e-6,
+    progress: Callable[[float], Any] | None = None,
 ) -> Array:
     """Forces of steady rolling over a list of creepages.
 
@@ -529,6 +535,8 @@ def creep_curve(
         As in :func:`solve_tangential`.
     speed : float [m/s]
     tolerance : float [-]
+    progress : callable or None
+        Called with the share done after each creepage.
 
     Returns
     -------
@@ -549,11 +557,15 @@ def creep_curve(
     operators, cut, origin = _prepare(field, Rolling(speed=speed), layer, None)
     law = native_law(friction, field.pressure.shape, cut)
     pressure = np.ascontiguousarray(field.pressure[cut])
-    found = operators.curve(pressure, origin, rows, float(speed), law, float(tolerance))
-    forces: Array = found["forces"]
-    failed = np.flatnonzero(~np.asarray(found["converged"]))
+    forces: Array = np.zeros((len(rows), 3))
+    converged = np.zeros(len(rows), dtype=bool)
+    for k in range(len(rows)):
+        found = operators.curve(pressure, origin, rows[k : k + 1], float(speed), law, float(tolerance))
+        forces[k], converged[k] = found["forces"][0], found["converged"][0]
+        if progress is not None:
+            progress((k + 1) / len(rows))
+    failed = np.flatnonzero(~converged)
     if failed.size:
-        forces = forces.copy()
         forces[failed] = np.nan
         raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}", forces)
     return forces

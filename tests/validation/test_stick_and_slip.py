@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 
 import mtb_rs as mtb
 from mtb_rs import reference
+from mtb_rs._mtb_rs import SlidingPair, half_space
+from mtb_rs.coupled_start import CoupledContact, CoupledState, advance
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
 #: of all runs in that folder
@@ -418,3 +420,48 @@ def test_contacts_that_touch_at_a_corner_are_one() -> None:
     assert count([[1, 0, 1], [1, 0, 1], [1, 1, 1]]) == 1
     assert count([[1, 1, 1], [1, 0, 1], [0, 0, 0], [1, 0, 1]]) == 3
     assert count([[0, 1, 0, 1], [1, 0, 1, 0]]) == 1
+
+
+def test_a_creep_curve_tells_how_far_it_is(circle: mtb.PressureField) -> None:
+    done: list[float] = []
+    mtb.creep_curve(circle, [[1e-4, 0, 0], [2e-4, 0, 0]], MU, progress=done.append)
+    assert done == [0.5, 1.0]
+
+
+@pytest.mark.parametrize("displacement", [(0.0, 0.0), (3e-7, 1e-7), (1e-6, 0.0)])
+def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple[float, float]) -> None:
+    """The alternation of solve_tangential against one Newton method on pressure and traction."""
+    soft, stiff = (mtb.Material.from_shear_modulus(g, nu) for g, nu in ((20e9, 0.2), (80e9, 0.3)))
+    n, cell, force = 14, 1e-4, 30.0
+    x = (np.arange(n) - 0.5 * (n - 1)) * cell
+    gap = (x**2 + x[:, None] ** 2) / 0.1
+    normal = mtb.solve_normal(gap, cell, lower=soft, upper=stiff, force=force, tolerance=1e-10)
+    in_turn = mtb.solve_tangential(normal, mtb.Shift(displacement=displacement), MU, coupling="full")
+    points = n * n
+    bodies = [
+        half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, n, n)], (cell, cell), True)
+        for body in (soft, stiff)
+    ]
+    pair = SlidingPair(*bodies, np.zeros((2, points)), False).compliance
+    contact = CoupledContact(
+        compliance=np.block([[pair.influence(row, column) for column in "xyn"] for row in "xyn"]),
+        motions=np.repeat([[0.0, 0.0, 1.0]], points, axis=1),
+        area=np.full(points, cell**2),
+        friction=np.full(points, 0.3),
+        opening=gap.ravel(),
+        work=np.array([-force]),
+        tolerance=1e-10,
+    )
+    pressed = np.concatenate([np.zeros(2 * points), normal.pressure.ravel()])
+    approach = np.array([-normal.approach])
+    status = np.zeros(points, dtype=np.int8)
+    # a shift counts the displacements by the pressure itself
+    start = CoupledState(pressed, approach, np.zeros(3 * points), np.zeros(3 * points), status)
+    as_one = advance(contact, start, np.repeat([*displacement, 0.0], points))
+    tractions = as_one.unknowns[: 2 * points].reshape(2, n, n)
+    assert relative(in_turn.traction[:2], tractions) < 1e-6
+    assert relative(in_turn.pressure.ravel(), as_one.pressure) < 1e-6
+    assert np.array_equal(in_turn.status.ravel(), as_one.status)
+    change = np.abs(as_one.pressure - normal.pressure.ravel()).max() / normal.pressure.max()
+    assert change > 0.06
+    assert in_turn.report.force_balance["pressure_change_by_traction"] == pytest.approx(change, rel=1e-4)
