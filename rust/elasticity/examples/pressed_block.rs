@@ -5,9 +5,7 @@
 use std::f64::consts::PI;
 
 use mtb_elasticity::half_space::influence;
-use mtb_elasticity::tetra::{
-    ContactGrid, Hold, Limits, Order, Support, TetraBody, TetraMesh,
-};
+use mtb_elasticity::tetra::{ContactGrid, Hold, Limits, Order, Support, TetraBody, TetraMesh};
 use mtb_elasticity::{Error, Material};
 use mtb_operator::{Compliance, Component, unmonitored};
 
