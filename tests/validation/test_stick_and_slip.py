@@ -465,3 +465,29 @@ def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple
     change = np.abs(as_one.pressure - normal.pressure.ravel()).max() / normal.pressure.max()
     assert change > 0.06
     assert in_turn.report.force_balance["pressure_change_by_traction"] == pytest.approx(change, rel=1e-4)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 2.0, 5.0])
+@pytest.mark.parametrize("upper", [BODY, mtb.Material.from_shear_modulus(40e9, 0.2)], ids=["like", "unlike"])
+def test_mirrored_and_turned_problems_have_mirrored_and_turned_tractions(
+    ratio: float, upper: mtb.Material
+) -> None:
+    """Ellipses, oblong cells, spin, falling friction with memory, a layer, any rolling angle."""
+    axes = (np.sqrt(12e-6 * ratio), np.sqrt(12e-6 / ratio))
+    patch = reference.elliptic_pressure(1e4, axes, (26, 34), BODY, upper)
+    law = mtb.FallingFriction(0.33, 0.14, 1.25, memory=3e-6)
+    layer = mtb.InterfaceLayer(1e-4, 8e9)
+    xi, eta, phi = 1.1e-3, -6e-4, 0.4
+
+    def traction(field: mtb.PressureField, creepage: tuple[float, float, float], angle: float) -> np.ndarray:
+        motion = mtb.Rolling(creepage=creepage, angle=angle)
+        return mtb.solve_tangential(field, motion, law, layer=layer).traction[:2]
+
+    first = traction(patch, (xi, eta, phi), 0.0)
+    mirrored = traction(patch, (xi, -eta, -phi), 0.0)[:, ::-1]
+    assert relative(mirrored * np.array([1.0, -1.0])[:, None, None], first) < 1e-7
+    half_turn = traction(patch, (-xi, -eta, phi), np.pi)
+    assert relative(-half_turn[:, ::-1, ::-1], first) < 1e-7
+    turned = mtb.PressureField(patch.pressure.T[:, ::-1], patch.spacing[::-1], BODY, upper)
+    along_y = traction(turned, (-eta, xi, phi), 0.5 * np.pi)
+    assert relative(np.stack([along_y[1].T[::-1], -along_y[0].T[::-1]]), first) < 1e-7
