@@ -144,7 +144,9 @@ def _newton(contact: CoupledContact, state: CoupledState | None, push: Array) ->
         if iterate.residual <= contact.tolerance * size:
             displacement = iterate.displacement - offset
             status = np.where(iterate.is_closed, np.where(iterate.is_slipping, 2, 1), 0).astype(np.int8)
-            return CoupledState(iterate.unknowns, iterate.motion, push, displacement, status, count)
+            # what the last damped step left at open points is below the tolerance
+            unknowns = np.where(np.tile(iterate.is_closed, 3), iterate.unknowns, 0.0)
+            return CoupledState(unknowns, iterate.motion, push, displacement, status, count)
         full = _linear_step(contact, offset, iterate)
         if full is None or not np.all(np.isfinite(full)):
             return None

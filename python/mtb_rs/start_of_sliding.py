@@ -188,7 +188,7 @@ def start_with_pressure(
         except ConvergenceError as error:
             raise ConvergenceError(
                 f"no state found for the displacement {step.tolist()} m, step {k + 1}: {error}; the friction "
-                "coefficient may be above the wedging limit",
+                "coefficient may be above the wedging limit, or the body tips over",
                 _history(steps[:k], states, area) if states else None,
             ) from None
         states.append(last)
