@@ -382,6 +382,8 @@ class ElasticBody:
     ) -> Condensed:
         """The body as its contact points see it, from the cache if it is there.
 
+        Ctrl-C is answered between the stages; the longest one is the numeric factorisation.
+
         Parameters
         ----------
         sampling : Sampling

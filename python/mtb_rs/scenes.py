@@ -181,7 +181,8 @@ def pole_shoe_on_rail(
         None: :meth:`Scene.solve` chooses it by the tolerance.
     supports : "driven-top", "clamped-top", "points" or a list of Support
         How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
-        thesis' five points on top and four at the back. A half-space has no top.
+        thesis' five points on top and four at the back, single nodes that give way more the finer the
+        elements are. A half-space has no top.
     attraction : "upper" or "both"
         Whether the rail is pulled up as well.
     lateral, yaw : float [m], [rad]

@@ -17,7 +17,8 @@ Index = NDArray[np.int64]
 
 #: Where on a body: the name of a node set or of a side of its bounding box; a function of the node
 #: coordinates (n, 3) that says which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
-#: open end; points (k, 3) [m], each the node nearest to it.
+#: open end; points (k, 3) [m], each the node nearest to it: a body on points becomes softer as its elements
+#: shrink, without limit.
 Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
 
 #: Ready ways to hold the top of a block or a pole.

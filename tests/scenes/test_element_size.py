@@ -36,3 +36,19 @@ def test_predicted_factor_is_corrected_until_the_scheme_converges() -> None:
     # with one common height of the five points the first set in contact predicts too small a factor
     result = shoe().solve(model="elastic-upper", method="staggered")
     assert result.report.converged
+
+
+def test_points_soften_with_the_elements_as_documented():
+    """docs/models.md: single nodes make a body softer with each refinement."""
+    for supports, pressure_bound, force_bound in (("points", 0.015, 1e-4), ("fixed-points", 0.03, 0.02)):
+        scene = mtb.scenes.pole_shoe_on_rail(
+            height=70e-3, length=0.1, poles=1, spacing=6e-3, supports=supports
+        )
+        coarse, fine = (
+            scene.with_(element_size=size).solve(model="elastic-upper") for size in (3e-3, 2.5e-3)
+        )
+        apart = np.linalg.norm(coarse.pressure - fine.pressure) / np.linalg.norm(fine.pressure)
+        assert 0.002 < apart < pressure_bound
+        assert coarse.normal_force == pytest.approx(fine.normal_force, rel=force_bound)
+    # the stiffer points of the coarser mesh keep more of the pull from the rail
+    assert coarse.normal_force < fine.normal_force
