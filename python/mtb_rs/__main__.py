@@ -242,7 +242,7 @@ def print_report(result: Result, console: Console, elapsed: float) -> None:
     for name, value in report.force_balance.items():
         if isinstance(value, float):
             rows.append(("force balance, relative" if name == "relative_error" else name, _plain(value)))
-        elif name not in ("contact", "reactions"):
+        elif name != "contact":
             rows.append((name, ", ".join(f"{c} {v:.6g}" for c, v in zip("xyz", value, strict=False)) + " N"))
     closed = int(np.count_nonzero(result.status))
     rows += [

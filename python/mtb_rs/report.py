@@ -34,10 +34,12 @@ class Report:
     peak_pressure : float [Pa]
     force_balance : Mapping[str, Any]
         Forces (3,) [N] that must cancel: "contact" (on the lower body), "magnetic" (on the upper one), "pull"
-        (a prescribed force), "supports of the upper body", "supports of the lower body"; "reactions" of each
-        support by name. Reactions of elastic bodies are those of their finite elements, stiffness times
-        displacement less load. "relative_error": the largest relative sum of all forces and moments on a
-        body or along a free motion.
+        (a prescribed force), "supports of the upper body", "supports of the lower body". Reactions of elastic
+        bodies are those of their finite elements, stiffness times displacement less load.
+        "relative_error": the largest relative sum of all forces and moments on a body or along a free
+        motion.
+    reactions : Mapping[str, (3,) array] [N]
+        Force of each support on its elastic body, under "body: support".
     omitted : Mapping[str, Any]
         What the model leaves out, with the estimated size of each omission where it was measured.
     error_estimates : Mapping of "pressure", "force", "displacement" to numbers [-]
@@ -70,6 +72,7 @@ class Report:
     convolutions: float = 0.0
     preconditionings: float = 0.0
     force_balance: Mapping[str, Any] = field(default_factory=dict)
+    reactions: Mapping[str, Any] = field(default_factory=dict)
     omitted: Mapping[str, Any] = field(default_factory=dict)
     error_estimates: Mapping[str, float] = field(default_factory=dict)
     aim: tuple[str, float] | None = None

@@ -324,7 +324,7 @@ def finish(
     force = load.sum(axis=1)
     reference_point = np.zeros(3)
     moment = np.cross(problem.places, load, axis=0).sum(axis=1)
-    balance = _balance(problem, coefficients, force)
+    balance, reactions = _balance(problem, coefficients, force)
     shape = problem.shape
     converged = solution.status == "solved"
     report = Report(
@@ -340,6 +340,7 @@ def finish(
         convolutions=solution.convolutions,
         preconditionings=solution.preconditionings,
         force_balance=balance,
+        reactions=reactions,
         omitted=dict(omitted or {}),
         error_estimates=dict(errors or {}),
         aim=aim,
@@ -385,8 +386,10 @@ def finish(
     return result
 
 
-def _balance(problem: ContactProblem, coefficients: Array, force: Array) -> dict[str, Any]:
-    """All forces (3,) [N] that must cancel; of elastic bodies those of the finite elements themselves."""
+def _balance(
+    problem: ContactProblem, coefficients: Array, force: Array
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    """All forces (3,) [N] that must cancel, and the reaction of each support of the elastic bodies."""
     balance: dict[str, Any] = dict(problem.loads)
     balance["contact"] = force
     worst = _imbalance(problem, coefficients)
@@ -406,10 +409,8 @@ def _balance(problem: ContactProblem, coefficients: Array, force: Array) -> dict
             )
     if "magnetic" in balance and not problem.upper.state:
         balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
-    if reactions:
-        balance["reactions"] = reactions
     balance["relative_error"] = worst
-    return balance
+    return balance, reactions
 
 
 def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:

@@ -50,7 +50,7 @@ def check(result, model_bodies):
         if part.is_half:
             continue
         for support, force in state.reactions.items():
-            assert np.abs(balance["reactions"][f"{name}: {support}"] - force).max() < scale
+            assert np.abs(result.report.reactions[f"{name}: {support}"] - force).max() < scale
         found = part.forces(result.coefficients)
         for support, moment in state.moments.items():
             assert np.abs(found.supports[support][3:] - moment).max() < 0.1 * scale
