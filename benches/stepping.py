@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""How long does a step of a prepared pole shoe take?
+"""How long does a step of a prepared contact take?
 
 Three rides of a shoe with 400 contact points from 160 km/h down: friction and magnetic pressure from tables;
 the same over a track that rolls and pitches the shoe; and jumps of load, pitch and direction at every
-step. Times are of the processor, so that other programs do not count; beside each ride stands what its
-steps cost the general solver, which starts anew. Writes docs/charts/stepping.csv and .png.
+step. Then a wheel on a rail, height given or found from its force, in a wheelset that runs through its
+sinusoidal path. Times are of the processor, so that other programs do not count; beside each ride stands what
+its steps cost without memory: the shoe's by the general solver. Writes docs/charts/stepping.csv and .png.
 """
 
 from __future__ import annotations
@@ -74,6 +75,54 @@ def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[.
     return solve
 
 
+def wheel_rides() -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
+    """Times [ms] of the steps of a left wheel, and the rows of the table."""
+    radius, speed = 0.46, 30.0
+    contact = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=5e-4).prepare(
+        friction=mtb.Coulomb(0.3)
+    )
+    way = speed * 1e-3 * np.arange(STEPS)
+    wave = 2.0 * np.pi / 20.0  # per metre
+    lateral, yaw = 4e-3 * np.sin(wave * way), 4e-3 * wave * np.cos(wave * way)
+    rate = -4e-3 * wave**2 * speed * np.sin(wave * way)
+    histories, rows = {}, []
+    height = np.full(STEPS, np.nan)
+    for name in ("wheel, force given", "wheel, height given"):
+        own = contact.copy()
+        times, cold, cells = [], [], []
+        for k in range(STEPS):
+            spin = speed / radius
+            pose = np.array([way[k], lateral[k], height[k], 0.0, 0.0, yaw[k]])
+            velocity = [speed, speed * yaw[k], 0.0, -spin * yaw[k], spin, rate[k]]
+            clock = time.process_time()
+            out = own.step(pose, velocity)
+            times.append(time.process_time() - clock)
+            height[k] = out.pose[2]
+            cells.append(sum(int((patch.pressure > 0.0).sum()) for patch in out.patches))
+            if k % (STEPS // 20) == 0:
+                anew = own.copy()
+                anew._operators = dict(own._operators)  # made once, with or without memory of steps
+                clock = time.process_time()
+                anew.step(pose, velocity)
+                cold.append(time.process_time() - clock)
+        histories[name] = 1e3 * np.array(times)
+        rows.append(row(name, int(np.median(cells)), histories[name], cold))
+    return histories, rows
+
+
+def row(name: str, points: int, ms: np.ndarray, cold: list[float]) -> dict[str, object]:
+    """Percentiles of the times of a ride."""
+    return {
+        "ride": name,
+        "points": points,
+        "steps": len(ms),
+        **{f"p{q}_ms": f"{np.percentile(ms, q):.3f}" for q in (50, 90, 99)},
+        "max_ms": f"{ms.max():.3f}",
+        "cold_median_ms": f"{1e3 * np.median(cold):.3f}",
+        "slower_than_cold": int((ms > 1e3 * np.median(cold)).sum()),
+    }
+
+
 def main() -> None:
     """Times the rides; writes the table and the chart."""
     scene = mtb.scenes.pole_shoe_on_rail(
@@ -98,33 +147,30 @@ def main() -> None:
         ms = 1e3 * np.array(times)
         histories[name] = ms
         rows.append(
-            {
-                "ride": name,
-                "points": points,
-                "steps": len(ms),
-                **{f"p{q}_ms": f"{np.percentile(ms, q):.3f}" for q in (50, 90, 99)},
-                "max_ms": f"{ms.max():.3f}",
-                "cold_median_ms": f"{1e3 * np.median(cold):.3f}",
-                "factorisations": refactored,
-                "products_a_step": f"{products / len(ms):.1f}",
-            }
+            row(name, points, ms, cold)
+            | {"factorisations": refactored, "products_a_step": f"{products / len(ms):.1f}"}
         )
         print(rows[-1])
+    wheel_histories, wheel_rows = wheel_rides()
+    histories |= wheel_histories
+    for line in wheel_rows:
+        print(line)
+        rows.append(line)
     OUT.mkdir(parents=True, exist_ok=True)
     with (OUT / "stepping.csv").open("w", newline="") as stream:
         table = csv.DictWriter(stream, rows[0])
         table.writeheader()
         table.writerows(rows)
     figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
-    for (name, ms), row in zip(histories.items(), rows, strict=True):
+    for (name, ms), line in zip(histories.items(), rows, strict=True):
         share = 100.0 * (np.arange(ms.size) + 0.5) / ms.size
-        (line,) = axes.plot(np.sort(ms), share, label=name)
-        axes.axvline(float(row["cold_median_ms"]), color=line.get_color(), linestyle=":", linewidth=1)
+        (curve,) = axes.plot(np.sort(ms), share, label=name)
+        axes.axvline(float(line["cold_median_ms"]), color=curve.get_color(), linestyle=":", linewidth=1)
     axes.set(
         xscale="log",
         xlabel="time of a step [ms] (dotted: without memory)",
         ylabel="steps done [%]",
-        title=f"Steps of a pole shoe with {points} contact points",
+        title=f"Steps of a pole shoe ({points} contact points) and of a wheel",
     )
     axes.grid(alpha=0.3)
     axes.legend()

@@ -46,6 +46,7 @@ from .tangential import (
     creep_curve,
     solve_tangential,
 )
+from .wheel_stepping import PreparedWheels, WheelPatch, WheelState, WheelStep
 
 if TYPE_CHECKING:
     from .case import Case, load_case
@@ -88,6 +89,7 @@ __all__ = [
     "NormalResult",
     "PoleShoe",
     "PreparedContact",
+    "PreparedWheels",
     "PressureDependentFriction",
     "PressureField",
     "Profile",
@@ -109,6 +111,9 @@ __all__ = [
     "TangentialState",
     "TetraMesh",
     "VelocityTable",
+    "WheelPatch",
+    "WheelState",
+    "WheelStep",
     "__version__",
     "animate",
     "area_load_curve",

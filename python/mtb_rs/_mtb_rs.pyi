@@ -285,6 +285,7 @@ class PatchOperators:
         friction: Friction,
         earlier: tuple[_Array, _Array, _Array] | None,
         tolerance: float,
+        start: _Array | None = None,
     ) -> dict[str, Any]: ...
     def curve(
         self,

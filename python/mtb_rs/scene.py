@@ -21,10 +21,10 @@ from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
-from .friction import InterfaceLayer
+from .friction import Coulomb, Friction, InterfaceLayer
 from .geometry import ContactSheet, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
-from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout
+from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, fits, friction_field
 from .material import Material
 from .result import Patch, Result
@@ -54,6 +54,7 @@ from .symmetry import folded
 
 if TYPE_CHECKING:
     from .stepping import PreparedContact
+    from .wheel_stepping import PreparedWheels
 
 Array = NDArray[np.float64]
 
@@ -445,34 +446,61 @@ class Scene:
         self,
         model: str = "auto",
         *,
-        reference_point: ArrayLike = (0.0, 0.0, 0.0),
+        reference_point: ArrayLike | None = None,
         standstill_speed: float | None = None,
         tolerance: float = 0.05,
         quantity: str = "force",
-    ) -> PreparedContact:
-        """The contact made ready for a simulation: compliances condensed once, solved once a step.
+        friction: Friction | None = None,
+        layer: InterfaceLayer | None = None,
+        side: str | None = None,
+    ) -> PreparedContact | PreparedWheels:
+        """The contact made ready for a simulation: what can be is computed once, the rest once a step.
+
+        A sliding contact (:class:`mtb_rs.PreparedContact`) has its compliances condensed. A wheel on a rail
+        becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles, find the contact and roll.
 
         Parameters
         ----------
         model : "auto", "half-space", "elastic-upper" or "elastic-both"
+            Wheels are half-spaces.
         reference_point : (x, y, z) [m]
-            What moments and rotations of the steps are about.
+            What moments and rotations of the steps are about; None: (0, 0, 0), for wheels the middle of the
+            axle.
         standstill_speed : float [m/s]
-            At rest friction has no direction. With this, friction coefficients fall to zero in proportion to
-            the speed below it; without, a step at rest is an error. It is a regularisation, not physics:
-            a real brake sticks.
+            At rest friction has no direction. With this, friction coefficients (of wheels: creepages) fall to
+            zero in proportion to the speed below it; without, a step at rest is an error. It is a
+            regularisation, not physics: a real brake sticks.
         tolerance, quantity
             What ``model="auto"`` aims at, as in :meth:`solve`.
+        friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
+            Of wheels; None: ``Coulomb(0.3)``.
+        layer : InterfaceLayer
+            Between wheel and rail.
+        side : "left", "right" or "both"
+            Which wheels of the wheelset; None: the left one.
         """
-        from .stepping import at_some_speed, prepare
-
         choice("model", model, MODELS)
         choice("quantity", quantity, QUANTITIES)
+        if isinstance(self.layout, WheelLayout):
+            from .wheel_stepping import PreparedWheels
+
+            if model not in ("auto", "half-space"):
+                self._check_elastic(model)
+            law = Coulomb(0.3) if friction is None else friction
+            return PreparedWheels(
+                self, self.layout, side or "left", law, layer, reference_point, standstill_speed
+            )
+        from .stepping import at_some_speed, prepare
+
+        for name, value in (("friction", friction), ("layer", layer), ("side", side)):
+            if value is not None:
+                raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
         if model == "auto":
             model = choose(at_some_speed(self), tolerance, quantity).model
         if model != "half-space":
             self._check_elastic(model)
-        return prepare(self, model, reference_point, standstill_speed)
+        origin = (0.0, 0.0, 0.0) if reference_point is None else reference_point
+        return prepare(self, model, origin, standstill_speed)
 
     def _check_elastic(self, model: str) -> None:
         assert self.layout is not None

@@ -142,7 +142,8 @@ impl PyPatchOperators {
     }
 
     /// Solves for `pressure` (ny, nx); `drive`: (value, is a force) along x and y; `earlier`: traction
-    /// (2, ny, nx), pressure and coefficient of friction (ny, nx).
+    /// (2, ny, nx), pressure and coefficient of friction (ny, nx); `start`: traction (2, ny, nx) to try first.
+    #[pyo3(signature = (pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None))]
     #[allow(clippy::too_many_arguments, reason = "one call per solve")]
     fn solve<'py>(
         &self,
@@ -159,6 +160,7 @@ impl PyPatchOperators {
             PyReadonlyArray2<'py, f64>,
         )>,
         tolerance: f64,
+        start: Option<PyReadonlyArray3<'py, f64>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = match earlier {
@@ -170,6 +172,10 @@ impl PyPatchOperators {
             None => None,
         };
         let pressure = pressure.as_slice()?;
+        let start = match &start {
+            Some(traction) => Some(traction.as_slice()?),
+            None => None,
+        };
         let solution = enter(py, |monitor| {
             let problem = TangentialProblem {
                 pressure,
@@ -185,6 +191,7 @@ impl PyPatchOperators {
                 speed,
                 friction: &friction.0,
                 earlier: earlier.as_ref(),
+                start,
                 tolerance,
             };
             solve(&self.0, &problem, monitor)

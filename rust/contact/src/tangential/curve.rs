@@ -36,6 +36,7 @@ pub fn creep_curve(
             speed,
             friction,
             earlier: None,
+            start: None,
             tolerance,
         };
         let solution = solve(operators, &problem, monitor)?;

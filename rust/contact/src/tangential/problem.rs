@@ -39,6 +39,9 @@ pub struct TangentialProblem<'a> {
     pub friction: &'a Friction,
     /// The earlier state of a shift or a transient step; `None` for none (no traction).
     pub earlier: Option<&'a Earlier>,
+    /// Traction on the lower body [Pa], (2n), that may be near the solution: tried before the coarser grids.
+    /// Without meaning where a force is prescribed.
+    pub start: Option<&'a [f64]>,
     /// Relative residual aimed at.
     pub tolerance: f64,
 }

@@ -169,10 +169,23 @@ impl<'a> Cascade<'a> {
         cascade
     }
 
-    /// Starts on the coarsest grid without traction, and carries the solution down to the finest.
+    /// Starts from the traction given, else on the coarsest grid without traction, and carries the solution
+    /// down to the finest.
     fn solve(&mut self, monitor: Monitor<'_>) -> Result<DiscSolution, Error> {
         let is_forced = |d: &Drive| matches!(d, Drive::Force(_));
         let last = self.operators.levels.len() - 1;
+        if let Some(traction) = self.problem.start
+            && !self.problem.drive.iter().any(is_forced)
+        {
+            let near = DiscStart::At {
+                field: traction.to_vec(),
+                multipliers: Vec::new(),
+            };
+            let solution = self.solve_level(0, &near, monitor)?;
+            if solution.converged {
+                return Ok(solution);
+            }
+        }
         let mut start = if self.problem.drive.iter().any(is_forced) {
             DiscStart::Inside
         } else {
@@ -545,6 +558,9 @@ fn check_problem(operators: &PatchOperators, problem: &TangentialProblem<'_>) ->
         check("earlier traction", &earlier.traction, 2 * n)?;
         check("earlier pressure", &earlier.pressure, n)?;
         check("earlier coefficient", &earlier.coefficient, n)?;
+    }
+    if let Some(start) = problem.start {
+        check("start", start, 2 * n)?;
     }
     if !problem.pressure.iter().any(|p| *p > 0.0) {
         return Err(Error::NoContact);

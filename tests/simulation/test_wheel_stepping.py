@@ -1,0 +1,325 @@
+"""Wheels in steps: the scene's own solution, Hertz, Klingel, mirrors, memory that changes nothing but time."""
+
+import pickle
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+V = 20.0
+
+
+def scene(lateral=0.0, force=60e3, spacing=5e-4, **changes):
+    return mtb.scenes.wheel_on_rail(lateral=lateral, force=force, spacing=spacing, **changes)
+
+
+@lru_cache
+def wheels(lateral=0.0, side="both", friction=0.3, spacing=5e-4, **changes):
+    return scene(lateral, spacing=spacing, **changes).prepare(side=side, friction=mtb.Coulomb(friction))
+
+
+def cone(slope):
+    """A wheel with one slope: its radius falls to the field side."""
+    return mtb.Profile.from_points([-0.05, 0.05], [-0.05 * slope, 0.05 * slope], "linear")
+
+
+def round_head(radius=0.3):
+    angle = np.linspace(-0.12, 0.12, 1601)
+    y, z = radius * np.sin(angle), radius * (np.cos(angle) - 1.0)
+    # a flank, for the gauge to be measured at
+    return mtb.Profile.from_points(
+        np.concatenate([[y[0] - 2e-3], y]), np.concatenate([[z[0] - 30e-3], z]), "linear"
+    )
+
+
+@lru_cache
+def conical(slope=0.05, side="both", friction=0.3, force=60e3):
+    pair = scene(
+        wheel=cone(slope),
+        rail=round_head(),
+        rail_inclination=0.0,
+        force=force,
+        spacing=5e-4,
+        wheel_radius=0.46,
+    )
+    return pair.prepare(side=side, friction=mtb.Coulomb(friction))
+
+
+@pytest.mark.parametrize(("lateral", "spacing"), [(0.0, 5e-4), (6.2e-3, 2e-4)])
+def test_a_step_solves_the_scene(lateral, spacing):
+    still = scene(lateral, 36e3, spacing)
+    solved = still.solve()
+    step = still.prepare(friction=mtb.Coulomb(0.0)).step(velocity=V)
+    (patch,) = step.patches
+    place = still.layout.placement
+    assert -step.force[2] == pytest.approx(36e3, rel=1e-6)
+    assert patch.contact_angle == pytest.approx(place.contact_angle, abs=2e-3)
+    # the scene lowers the wheel by an estimate of the approach, the step by what carries the force
+    assert patch.normal_force == pytest.approx(solved.normal_force, rel=2e-3)
+    assert patch.pressure.max() == pytest.approx(solved.pressure.max(), rel=1e-2)
+    assert -step.pose[2] * np.cos(patch.contact_angle) == pytest.approx(solved.approach, rel=1e-2)
+
+
+def test_a_prescribed_height_gives_the_force_found_for_it():
+    contact = wheels(side="left").copy()
+    free = contact.step(velocity=V)
+    held = contact.step(free.pose, V)
+    np.testing.assert_allclose(held.force, free.force, rtol=1e-9, atol=1e-6)
+    assert held.report.normal_solves == 1
+    deeper = free.pose.copy()
+    deeper[2] -= 1e-5
+    assert contact.step(deeper, V).force[2] < 1.1 * free.force[2]
+    lifted = free.pose.copy()
+    lifted[2] = 1e-3
+    off = contact.step(lifted, V)
+    assert off.patches == ()
+    assert not off.force.any()
+
+
+def test_approach_and_pressure_as_hertz():
+    contact = conical(slope=0.0, side="left", friction=0.0)
+    (patch,) = (step := contact.step(velocity=V)).patches
+    closed = mtb.hertz(60e3, radii=(0.46, 0.3), lower=mtb.steel, upper=mtb.steel)
+    assert -step.pose[2] == pytest.approx(closed.approach, rel=3e-3)
+    assert patch.pressure.max() == pytest.approx(closed.peak_pressure, rel=1e-2)
+
+
+def test_yaw_moves_the_contact_of_a_cone_ahead():
+    contact = conical(slope=0.05, side="left", friction=0.0)
+    yaw = 0.01
+    (patch,) = contact.step([0.0, 0.0, np.nan, 0.0, 0.0, yaw], V).patches
+    (straight,) = contact.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], V).patches
+    # the middle of the axle turns the wheel back by yaw times its distance; the radius falls outwards, so the
+    # lowest points lie ahead by radius x slope x yaw
+    seat = straight.position[1]
+    assert straight.position[0] == pytest.approx(0.0, abs=1e-6)
+    assert patch.position[0] == pytest.approx(-yaw * seat + 0.46 * 0.05 * yaw, rel=2e-2)
+
+
+def test_right_is_the_mirror_image_of_left():
+    contact = wheels()
+    pose = np.array([0.0, 2e-3, -1.5e-4, 2e-5, 0.0, 4e-3])
+    velocity = np.array([V, 0.05, 0.0, 0.0, V / 0.46, 0.2])
+    flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    here, there = contact.copy().step(pose, velocity), contact.copy().step(flip * pose, flip * velocity)
+    np.testing.assert_allclose(there.force, [1, -1, 1] * here.force, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(there.moment, [-1, 1, -1] * here.moment, rtol=1e-9, atol=1e-6)
+    assert here.friction_power == pytest.approx(there.friction_power, rel=1e-9)
+    left, right = here.patches[0], there.patches[-1]
+    assert (left.side, right.side) == ("left", "right")
+    np.testing.assert_allclose(right.pressure[::-1], left.pressure, rtol=1e-9, atol=1.0)
+    np.testing.assert_allclose(right.points[1, ::-1], -left.points[1], atol=1e-12)
+    for patch in here.patches:
+        assert np.linalg.det(patch.rotation) == pytest.approx(1.0)
+
+
+def test_backwards_is_forwards_from_the_other_side():
+    contact = wheels(side="left")
+    pose = np.array([0.0, 1e-3, np.nan, 0.0, 0.0, 0.0])
+    forwards = contact.copy().step(pose, [V, 0.02, 0.0, 0.0, 1.001 * V / 0.46, 0.1])
+    backwards = contact.copy().step(pose, [-V, 0.02, 0.0, 0.0, -1.001 * V / 0.46, -0.1])
+    np.testing.assert_allclose(
+        backwards.force, [-1, 1, 1] * forwards.force, rtol=1e-6, atol=1e-6 * abs(forwards.force[2])
+    )
+    assert forwards.friction_power == pytest.approx(backwards.friction_power, rel=1e-5)
+    assert forwards.friction_power > 0.0
+
+
+def test_creepages_are_those_of_the_kinematics():
+    """[Kalker1990, ch. 1]: yaw and drift slip sideways, the cone and the yaw rate spin."""
+    contact = conical()
+    radius, slope = 0.46, 0.05
+    pose = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0])
+    yawed = pose.copy()
+    yawed[5] = 2e-3
+    # the axle carries its rotation along when it yaws
+    spin = V / radius
+    turning = np.array([V, 0.0, 0.0, -spin * np.sin(2e-3), spin * np.cos(2e-3), 0.0])
+    for velocity in (turning, V):
+        for patch in contact.step(yawed, velocity).patches:
+            assert patch.creepage[1] == pytest.approx(-2e-3, rel=5e-3)
+    drifting = contact.step(pose, [V, 0.03, 0.0, 0.0, spin, 0.0])
+    for patch in drifting.patches:
+        assert patch.creepage[1] == pytest.approx(0.03 / V, rel=5e-3)
+        sign = 1.0 if patch.side == "left" else -1.0
+        assert patch.creepage[2] == pytest.approx(-sign * np.sin(slope) / radius, rel=2e-2)
+    # friction acts on the rail along the slip
+    assert drifting.force[1] > 0.0
+    for patch in contact.step(pose, [V, 0.0, 0.0, 0.0, spin, 0.5]).patches:
+        sign = 1.0 if patch.side == "left" else -1.0
+        assert patch.creepage[2] == pytest.approx((0.5 - sign * np.sin(slope) * spin) / V, rel=2e-2)
+
+
+def test_a_free_wheelset_rolls_as_klingel_says():
+    """Without forces the wheelset moves so that y'' + slope / (seat radius) y = 0 along the rail [Johnson1985]."""
+    contact = conical(force=60e3)
+    slope, radius = 0.05, 0.46
+    # each wheel carries its force, so the lateral forces of spin cancel
+    pose = np.array([0.0, 0.0, np.nan, np.nan, 0.0, 0.0])
+    middle = contact.step(pose, V)
+    seat = middle.patches[0].position[1]
+    rolling = V / (radius - slope * middle.patches[0].wheel_position)
+
+    def resultant(pose, roll, unknown):
+        drift, turn, spin = unknown
+        # the rotation about the axle lies along the axle, wherever yaw and roll have put it
+        axle = np.array([-np.sin(pose[5]), np.cos(pose[5]), roll])
+        step = contact.step(pose, [V, drift, 0.0, *(spin * axle + [0.0, 0.0, turn])])
+        # friction alone, without the lateral part of the pressures
+        return np.array(
+            [
+                sum((p.area * p.traction[1]).sum() * np.cos(p.contact_angle) for p in step.patches),
+                sum((p.area * p.traction[0]).sum() * p.position[1] for p in step.patches),
+                sum((p.area * p.traction[0]).sum() for p in step.patches),
+            ]
+        )
+
+    for y, yaw in ((1e-3, 0.0), (0.0, 1e-3), (-1e-3, 5e-4)):
+        pose[1], pose[5] = y, yaw
+        roll = contact.step(pose, V).pose[3]
+        unknown, steps = np.array([0.0, 0.0, rolling]), np.array([1e-3, 1e-3, 1e-4])
+        for _ in range(3):
+            base = resultant(pose, roll, unknown)
+            columns = [(resultant(pose, roll, unknown + d) - base) / d.sum() for d in np.diag(steps)]
+            unknown = unknown - np.linalg.solve(np.stack(columns, axis=1), base)
+        drift, turn, _ = unknown
+        # drift = V yaw, and yaw' = -slope y V / (seat radius); where the wheelset rolls as well, the contact
+        # wanders on the wheel by that much times the radii of wheel and head
+        assert drift == pytest.approx(V * yaw, abs=0.01 * V * 1e-3)
+        on_wheel = y + (radius + 0.3) * roll
+        assert abs(on_wheel - y) < 0.06 * 1e-3
+        expected = -slope * on_wheel / (seat * radius) * V
+        assert turn == pytest.approx(expected, abs=0.01 * slope * 1e-3 / (seat * radius) * V)
+
+
+def test_each_wheel_carries_its_force():
+    contact = wheels()
+    pose = np.array([0.0, 3e-3, np.nan, np.nan, 0.0, 0.0])
+    step = contact.step(pose, V)
+    for side in ("left", "right"):
+        carried = sum(p.normal_force * np.cos(p.contact_angle) for p in step.patches if p.side == side)
+        assert carried == pytest.approx(60e3, rel=1e-6)
+    assert np.isfinite(step.pose).all()
+    level = pose.copy()
+    level[3] = 0.0
+    both = contact.step(level, V)
+    carried = sum(p.normal_force * np.cos(p.contact_angle) for p in both.patches)
+    assert carried == pytest.approx(120e3, rel=1e-6)
+
+
+def test_tread_and_flange_carry_together():
+    y = np.array([-0.052, -0.036, 0.06])
+    wheel = mtb.Profile.from_points(y, [-1.8e-3 - 16e-3 * np.tan(np.radians(60)), -1.8e-3, 3e-3], "linear")
+    contact = scene(wheel=wheel, spacing=3e-4).prepare(friction=mtb.Coulomb(0.3))
+    # shifted until both bear: the flange takes over within some tenths of a millimetre
+    low, high = 0.0, 12e-3
+    for _ in range(20):
+        lateral = 0.5 * (low + high)
+        step = contact.step([0.0, lateral, np.nan, 0.0, 0.0, 0.0], V)
+        carried = sum(p.normal_force * np.cos(p.contact_angle) for p in step.patches)
+        assert carried == pytest.approx(60e3, rel=1e-6)
+        if len(step.patches) == 2:
+            break
+        if step.patches[0].contact_angle < 0.2:
+            low = lateral
+        else:
+            high = lateral
+    flange, tread = step.patches
+    assert flange.contact_angle == pytest.approx(np.radians(60), abs=0.1)
+    assert tread.contact_angle == pytest.approx(0.05, abs=0.02)
+    # the flange runs on a larger radius: it drives the rail forwards against the tread
+    assert flange.creepage[0] < tread.creepage[0]
+
+
+def test_memory_changes_nothing_but_time():
+    contact = wheels().copy()
+    poses = [np.array([0.0, 1e-3 * np.sin(k / 3), np.nan, 0.0, 0.0, 1e-3 * np.cos(k / 3)]) for k in range(6)]
+    warm = [contact.step(pose, V, dt=1e-3) for pose in poses]
+    cold = [contact.copy().step(pose, V, dt=1e-3) for pose in poses]
+    for a, b in zip(warm, cold, strict=True):
+        np.testing.assert_allclose(a.force, b.force, rtol=1e-6, atol=1e-5 * abs(b.force[2]))
+        assert a.friction_work == pytest.approx(1e-3 * a.friction_power)
+    assert sum(s.report.iterations for s in warm[1:]) < 0.7 * sum(s.report.iterations for s in cold[1:])
+    assert sum(s.report.normal_solves for s in warm[1:]) < sum(s.report.normal_solves for s in cold[1:])
+    again = pickle.loads(pickle.dumps(contact))
+    resumed = again.step(poses[-1], V, state=pickle.loads(pickle.dumps(warm[-2].state)))
+    np.testing.assert_allclose(resumed.force, warm[-1].force, rtol=1e-9, atol=1e-6)
+
+
+def test_heat_is_the_work_of_the_creep_forces():
+    contact = wheels(side="left")
+    velocity = np.array([V, 0.1, 0.0, 0.0, 1.01 * V / 0.46, 0.0])
+    step = contact.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], velocity)
+    (patch,) = step.patches
+    x, y = np.meshgrid(patch.x, patch.y)
+    xi, eta, phi = patch.creepage
+    rigid = patch.rolling_speed * np.stack([xi - phi * y, eta + phi * x])
+    work = (patch.traction * rigid).sum() * patch.area
+    assert step.friction_power == pytest.approx(work, rel=2e-2)
+    bound = 0.3 * patch.pressure
+    size = np.hypot(*patch.traction)
+    assert (size <= bound * (1 + 1e-6) + 1.0).all()
+    assert (patch.status == 2).any()
+    assert (patch.slip_velocity[:, patch.status == 1] == 0.0).all()
+
+
+def test_moments_are_about_the_point_named():
+    pose, velocity = [0.0, 1e-3, np.nan, 0.0, 0.0, 0.0], V
+    point = (0.1, 0.2, 0.3)
+    here = wheels().copy().step(pose, velocity)
+    there = scene().prepare(side="both", reference_point=point).step(pose, [V, 0.0, 0.0, 0.0, V / 0.46, 0.0])
+    np.testing.assert_allclose(there.reference_point, np.array(point) + there.pose[:3])
+    # the velocity given is that of the other point: only the pressures compare
+    arm = here.reference_point - there.reference_point
+    sums = []
+    for step in (here, there):
+        force, moment = np.zeros(3), np.zeros(3)
+        for p in step.patches:
+            load = -p.area * p.pressure * p.rotation[:, 2, None, None]
+            force += load.sum(axis=(1, 2))
+            moment += np.cross(p.points - step.reference_point[:, None, None], load, axis=0).sum(axis=(1, 2))
+        sums.append((force, moment))
+    np.testing.assert_allclose(sums[1][1], sums[0][1] + np.cross(arm, sums[0][0]), rtol=1e-6, atol=1e-3)
+
+
+def test_standstill():
+    contact = scene().prepare(standstill_speed=0.5)
+    assert np.abs(contact.step(velocity=0.0).force[:2]).max() < 0.05 * 60e3
+    with pytest.raises(ValueError, match="does not roll"):
+        wheels(side="left").step(velocity=0.0)
+    locked = wheels(side="left").step(velocity=[V, 0.0, 0.0, 0.0, 0.0, 0.0])
+    # a locked wheel slides: friction on the rail along its motion
+    assert locked.force[0] == pytest.approx(0.3 * locked.patches[0].normal_force, rel=1e-3)
+
+
+BAD = [
+    (lambda c: c.step(), "velocity is missing"),
+    (lambda c: c.step([0.0] * 5, V), "pose is"),
+    (lambda c: c.step([np.inf] * 6, V), "pose is"),
+    (lambda c: c.step([0.0, np.nan, 0.0, 0.0, 0.0, 0.0], V), "z alone, or z and roll"),
+    (lambda c: c.step(velocity=[1.0, 2.0]), "velocity is"),
+    (lambda c: c.step(velocity=V, dt=0.0), "dt is 0"),
+    (lambda c: c.step([0.0, 0.5, 0.0, 0.0, 0.0, 0.0], V), "nowhere above the head of the rail"),
+    (lambda c: c.step([0.0, 0.0, -2e-2, 0.0, 0.0, 0.0], V), "contact"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=[message[:24] for _, message in BAD])
+def test_bad_input_is_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(wheels(side="left").copy())
+
+
+def test_what_cannot_be_prepared_is_named():
+    with pytest.raises(ValueError, match="side is 'middle'"):
+        scene().prepare(side="middle")
+    with pytest.raises(ValueError, match="friction varies over the patch"):
+        scene().prepare(friction=mtb.Coulomb(np.full((3, 3), 0.3)))
+    with pytest.raises(ValueError, match="friction is 0.3"):
+        scene().prepare(friction=0.3)
+    with pytest.raises(ValueError, match="side is for wheels on rails"):
+        mtb.scenes.pole_shoe_on_rail(spacing=6e-3).prepare("half-space", side="left")
+    with pytest.raises(ValueError, match="no geometry for its elastic bodies"):
+        scene().prepare("elastic-upper")
