@@ -46,7 +46,8 @@ from .tangential import (
     creep_curve,
     solve_tangential,
 )
-from .wheel_stepping import PreparedWheels, WheelPatch, WheelState, WheelStep
+from .wheel_result import WheelPatch, WheelState, WheelStep
+from .wheel_stepping import PreparedWheels
 
 if TYPE_CHECKING:
     from .case import Case, load_case

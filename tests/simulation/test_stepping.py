@@ -1,7 +1,9 @@
 """Prepared contacts: steps equal solves, poses move, reversals reverse, memory changes nothing but time."""
 
+import os
 import pickle
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,6 +152,31 @@ def test_one_object_serves_threads():
     for thread in threads:
         thread.join()
     assert wrong == []
+
+
+def resident() -> int:
+    """Memory of this process [bytes]."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        pytest.skip("the memory of a process is read from /proc, which is not here")
+    return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_memory_does_not_grow():
+    contact = shoe().prepare("elastic-upper")
+    random = np.random.default_rng(3)
+
+    def ride(steps):
+        for _ in range(steps):
+            pose = np.full(6, np.nan)
+            pose[4] = 6e-5 * random.uniform(-1, 1)
+            contact.step(pose, random.uniform(1.0, 50.0) * random.choice((-1, 1)), 1e-3)
+
+    ride(300)
+    before = resident()
+    ride(3000)
+    # what a step returns is 4 kB; 3000 of them would be 12 MB
+    assert resident() - before < 3e6
 
 
 def test_wedging_is_named():

@@ -1,4 +1,4 @@
-"""Wheels in steps: the scene's own solution, Hertz, Klingel, mirrors, memory that changes nothing but time."""
+"""Wheels in steps: the scene's own solution, Hertz, Klingel, mirrors; memory changes nothing but time."""
 
 import pickle
 from functools import lru_cache
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.wheel_stepping import KEPT
 
 V = 20.0
 
@@ -153,7 +154,7 @@ def test_creepages_are_those_of_the_kinematics():
 
 
 def test_a_free_wheelset_rolls_as_klingel_says():
-    """Without forces the wheelset moves so that y'' + slope / (seat radius) y = 0 along the rail [Johnson1985]."""
+    """Without creep forces y'' + slope / (seat radius) y = 0 along the rail."""
     contact = conical(force=60e3)
     slope, radius = 0.05, 0.46
     # each wheel carries its force, so the lateral forces of spin cancel
@@ -248,6 +249,14 @@ def test_memory_changes_nothing_but_time():
     np.testing.assert_allclose(resumed.force, warm[-1].force, rtol=1e-9, atol=1e-6)
 
 
+def test_operators_kept_are_few():
+    contact = wheels(side="left").copy()
+    for k in range(60):
+        pose = [0.0, 6e-3 * np.sin(k), np.nan, 0.0, 0.0, 3e-3 * np.cos(k)]
+        contact.step(pose, V)
+    assert len(contact._operators) <= KEPT
+
+
 def test_heat_is_the_work_of_the_creep_forces():
     contact = wheels(side="left")
     velocity = np.array([V, 0.1, 0.0, 0.0, 1.01 * V / 0.46, 0.0])
@@ -317,7 +326,7 @@ def test_what_cannot_be_prepared_is_named():
         scene().prepare(side="middle")
     with pytest.raises(ValueError, match="friction varies over the patch"):
         scene().prepare(friction=mtb.Coulomb(np.full((3, 3), 0.3)))
-    with pytest.raises(ValueError, match="friction is 0.3"):
+    with pytest.raises(ValueError, match=r"friction is 0\.3"):
         scene().prepare(friction=0.3)
     with pytest.raises(ValueError, match="side is for wheels on rails"):
         mtb.scenes.pole_shoe_on_rail(spacing=6e-3).prepare("half-space", side="left")

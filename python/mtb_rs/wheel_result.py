@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a step of a wheel on a rail gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WheelState:
+    """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
+
+    Attributes
+    ----------
+    depth : tuple of float
+        Overlap [m] of the undeformed bodies that carries the force, one entry per unknown height.
+    ratio : tuple of (side, first (x, y) cell, (2, ny, nx)) per patch
+        Traction over pressure [-], in the frame of the patch.
+    """
+
+    depth: tuple[float, ...]
+    ratio: tuple[tuple[str, tuple[int, int], Array], ...]
+
+
+@dataclass(frozen=True)
+class WheelPatch:
+    """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
+
+    Attributes
+    ----------
+    side : "left" or "right"
+    position : (3,) [m]
+        Origin of the frame, in the track.
+    rotation : (3, 3)
+        Columns: x, y and normal of the frame in the track; the normal points from the rail to the wheel.
+    contact_angle : float [rad]
+        Slope of the contact plane, > 0 where it rises to the field side (flange contact).
+    rail_position, wheel_position : float [m]
+        y of the origin in the profiles' own frames.
+    x, y : (nx,), (ny,) [m]
+        Grid lines.
+    pressure : (ny, nx) [Pa]
+    traction : (2, ny, nx) [Pa]
+        On the rail.
+    slip_velocity : (2, ny, nx) [m/s]
+        Of the wheel over the rail; zero where they stick.
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    creepage : (xi, eta, phi) [-], [-], [1/m]
+        Rigid slip of the wheel over the rail at the origin, over the rolling speed.
+    rolling_speed : float [m/s]
+        Mean of the speeds at which the patch runs over rail and wheel; > 0 along x.
+    normal_force : float [N]
+    neglected : float [-]
+        Share of the estimated contact area inclined too much against the plane to be represented by it.
+    """
+
+    side: str
+    position: Array
+    rotation: Array
+    contact_angle: float
+    rail_position: float
+    wheel_position: float
+    x: Array
+    y: Array
+    pressure: Array
+    traction: Array
+    slip_velocity: Array
+    status: NDArray[np.int8]
+    creepage: Array
+    rolling_speed: float
+    normal_force: float
+    neglected: float
+
+    @property
+    def points(self) -> Array:
+        """Cell centres (3, ny, nx) [m] in the track."""
+        x, y = np.meshgrid(self.x, self.y)
+        flat = np.stack([x, y, np.zeros_like(x)])
+        return np.asarray(self.position[:, None, None] + np.einsum("ij,jkl->ikl", self.rotation, flat))
+
+    @property
+    def area(self) -> float:
+        """Of each cell [m2]."""
+        return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
+
+    @property
+    def friction_power(self) -> float:
+        """Heat of sliding [W], >= 0."""
+        return float((self.traction * self.slip_velocity).sum() * self.area)
+
+    def load(self) -> Array:
+        """Force on the rail at each cell (3, ny, nx) [N], in the track."""
+        local = np.concatenate([self.traction, -self.pressure[None]])
+        return np.asarray(self.area * np.einsum("ij,jkl->ikl", self.rotation, local))
+
+
+@dataclass(frozen=True)
+class WheelReport:
+    """How a step went.
+
+    Attributes
+    ----------
+    normal_solves : int
+        Normal problems, of all patches and trials of the height.
+    iterations : int
+        Newton steps of the tangential problems.
+    """
+
+    normal_solves: int
+    iterations: int
+
+
+@dataclass(frozen=True)
+class WheelStep:
+    """Contact load of a step.
+
+    Attributes
+    ----------
+    force, moment : (3,) [N], [N m]
+        Of all patches on the rails, in the track, the moment about `reference_point`; the wheelset feels the
+        opposite.
+    reference_point : (3,) [m]
+        Of the wheelset, where the pose has put it.
+    pose : (6,)
+        With what was found from balance.
+    patches : tuple of WheelPatch
+        None where a wheel is lifted.
+    friction_power : float [W]
+        Heat of sliding, >= 0.
+    friction_work : float or None [J]
+        `friction_power` times `dt`.
+    state : WheelState
+        For the next step.
+    """
+
+    force: Array
+    moment: Array
+    reference_point: Array
+    pose: Array
+    patches: tuple[WheelPatch, ...]
+    friction_power: float
+    friction_work: float | None
+    state: WheelState
+    report: WheelReport
