@@ -35,9 +35,9 @@ def braking_manoeuvre(names: dict[str, Any]) -> None:
     for error in ("way_error", "brake_force_error", "peak_pressure_error"):
         coarse, fine, _ = (abs(row[error]) for row in rides)
         assert fine < 0.6 * coarse < 1e-4
-    # a table has the force, the pressures under a pitched shoe it has not
+    # a table has the force; its shoe is driven at the top, so it pitches, and presses, otherwise
     assert table["brake_force_error"] < 2e-3
-    assert 1e-2 < table["peak_pressure_error"] < 0.1
+    assert table["peak_pressure_error"] > 1e-2
 
 
 def carter_rolling(names: dict[str, Any]) -> None:
