@@ -5,6 +5,9 @@ Over friction, slenderness and grid, on the matrix of a clamped block sliding on
 line the matrix is positive definite, so there is exactly one solution; Gauss-Seidel cycles long before.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from atlas import draw_verdicts, panels, write
 
@@ -27,67 +30,72 @@ def gauss_seidel(matrix: np.ndarray, offset: np.ndarray, omega: float, sweeps: i
     return None
 
 
-names = ("both", "active sets only", "no sliding equilibrium (said)", "neither")
-colours = ("#56B4E9", "#E69F00", "#BBBBBB", "#000000")
-slenderness = [0.5, 1.0, 2.0, 3.5, 5.0]
-frictions = [0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5]
-rows = []
-figure, axes = panels(2, width=5.4)
-for ax, cells in zip(axes, (6, 10), strict=True):
-    codes = np.zeros((len(frictions), len(slenderness)), dtype=int)
-    texts = np.full(codes.shape, "", dtype=object)
-    limits = []
-    for i, ratio in enumerate(slenderness):
-        block = mtb.scenes.block_on_plane(height=0.1 * ratio, friction=1.0, spacing=0.1 / cells)
-        problem = block.problem("elastic-upper")
-        one = problem.friction
-        smooth = sum(
-            sided_influence(side.compliance, problem.direction, 0.0 * one, upper=upper)
-            for side, upper in ((problem.lower, False), (problem.upper, True))
-        )
-        rubbing = sum(
-            sided_influence(side.compliance, problem.direction, one, upper=upper)
-            for side, upper in ((problem.lower, False), (problem.upper, True))
-        )
-        weight = np.sqrt(problem.area)
-        similar = weight[:, None] / weight[None, :]
-        normal, coupled = smooth * similar, (rubbing - smooth) * similar
-        root = np.linalg.inv(np.linalg.cholesky(0.5 * (normal + normal.T)))
-        largest = np.linalg.eigvalsh(-root @ (0.5 * (coupled + coupled.T)) @ root.T).max()
-        limits.append(1.0 / largest)
-        offset = problem.opening()
-        for j, mu in enumerate(frictions):
-            scene = block.with_(friction=mu)
-            try:
-                result = scene.solve("elastic-upper")
-                direct, iterations = True, result.report.iterations
-                lemke = "Lemke" in result.report.solver
-            except mtb.ConvergenceError:
-                direct, iterations, lemke = False, 0, True
-            sweeps = gauss_seidel(smooth + mu * (rubbing - smooth), offset, 1.0, 1500)
-            codes[j, i] = {(True, True): 0, (True, False): 1, (False, False): 2, (False, True): 3}[
-                direct, sweeps is not None
-            ]
-            texts[j, i] = f"{iterations} | {sweeps or '-'}"
-            rows.append(
-                {
-                    "points": problem.n,
-                    "height_over_width": ratio,
-                    "friction": mu,
-                    "mu_sym": limits[-1],
-                    "positive_definite": int(mu < limits[-1]),
-                    "active_set_iterations": iterations if direct else "none",
-                    "needed_lemke": int(lemke),
-                    "gauss_seidel_sweeps": sweeps or "none",
-                }
-            )
-    draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
-    places = np.interp(np.log(limits), np.log(frictions), np.arange(len(frictions)))
-    ax.plot(range(len(slenderness)), places, "o-", color="#D55E00", lw=1.5, ms=3, alpha=0.7)
-    ax.set(
-        title=f"{problem.n} points; sets | sweeps; line: positive definite below",
-        xlabel="height / width",
-        ylabel="friction coefficient",
+def examine(ratio: float, cells: int, frictions: Sequence[float]) -> list[dict[str, Any]]:
+    """What both solvers make of a block `ratio` times as high as wide, at some friction coefficients."""
+    block = mtb.scenes.block_on_plane(height=0.1 * ratio, friction=1.0, spacing=0.1 / cells)
+    problem = block.problem("elastic-upper")
+    one = problem.friction
+    sides = ((problem.lower, False), (problem.upper, True))
+    smooth, rubbing = (
+        sum(sided_influence(s.compliance, problem.direction, mu, upper=upper) for s, upper in sides)
+        for mu in (0.0 * one, one)
     )
-    ax.title.set_fontsize(9)
-write("complementarity", figure, rows)
+    weight = np.sqrt(problem.area)
+    similar = weight[:, None] / weight[None, :]
+    normal, coupled = smooth * similar, (rubbing - smooth) * similar
+    root = np.linalg.inv(np.linalg.cholesky(0.5 * (normal + normal.T)))
+    limit = 1.0 / np.linalg.eigvalsh(-root @ (0.5 * (coupled + coupled.T)) @ root.T).max()
+    offset = problem.opening()
+    rows = []
+    for mu in frictions:
+        try:
+            result = block.with_(friction=mu).solve("elastic-upper")
+            iterations, lemke = result.report.iterations, "Lemke" in result.report.solver
+        except mtb.ConvergenceError:
+            iterations, lemke = None, True
+        sweeps = gauss_seidel(smooth + mu * (rubbing - smooth), offset, 1.0, 1500)
+        rows.append(
+            {
+                "points": problem.n,
+                "height_over_width": ratio,
+                "friction": mu,
+                "mu_sym": limit,
+                "positive_definite": int(mu < limit),
+                "active_set_iterations": iterations or "none",
+                "needed_lemke": int(lemke),
+                "gauss_seidel_sweeps": sweeps or "none",
+            }
+        )
+    return rows
+
+
+if __name__ == "__main__":
+    names = ("both", "active sets only", "no sliding equilibrium (said)", "neither")
+    colours = ("#56B4E9", "#E69F00", "#BBBBBB", "#000000")
+    slenderness = [0.5, 1.0, 2.0, 3.5, 5.0]
+    frictions = [0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5]
+    rows = []
+    figure, axes = panels(2, width=5.4)
+    for ax, cells in zip(axes, (6, 10), strict=True):
+        codes = np.zeros((len(frictions), len(slenderness)), dtype=int)
+        texts = np.full(codes.shape, "", dtype=object)
+        limits = []
+        for i, ratio in enumerate(slenderness):
+            found = examine(ratio, cells, frictions)
+            limits.append(found[0]["mu_sym"])
+            for j, row in enumerate(found):
+                iterations, sweeps = row["active_set_iterations"], row["gauss_seidel_sweeps"]
+                solved = iterations != "none", sweeps != "none"
+                codes[j, i] = {(True, True): 0, (True, False): 1, (False, False): 2, (False, True): 3}[solved]
+                texts[j, i] = f"{iterations} | {sweeps}".replace("none", "-")
+            rows += found
+        draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
+        places = np.interp(np.log(limits), np.log(frictions), np.arange(len(frictions)))
+        ax.plot(range(len(slenderness)), places, "o-", color="#D55E00", lw=1.5, ms=3, alpha=0.7)
+        ax.set(
+            title=f"{rows[-1]['points']} points; sets | sweeps; line: positive definite below",
+            xlabel="height / width",
+            ylabel="friction coefficient",
+        )
+        ax.title.set_fontsize(9)
+    write("complementarity", figure, rows)

@@ -203,7 +203,7 @@ FAMILY: tuple[Member, ...] = (
     shoe(friction=0.5, lower=carbide, tolerance=0.1),
     shoe(friction=0.5, lower=aluminium, tolerance=0.2),
     shoe(friction=0.3, supports="clamped-top", spacing=4.5e-3),
-    shoe(friction=0.3, lateral=1e-3, tolerance=0.1),
+    shoe(friction=0.3, lateral=0.2e-3, yaw=1e-3, tolerance=0.1),
     shoe(friction=0.3, length=60e-3, outer_edge=30e-3, layer=layer, tolerance=0.1),
     shoe(friction=0.3, relief_slope=0.05, conforming_to=18e-3, tolerance=0.15),
     shoe(friction=0.4, spacing=4.5e-3, attraction="both", tolerance=0.15),
@@ -271,7 +271,7 @@ def examine(member: Member) -> Finding:
 def draw(findings: list[Finding]) -> Figure:
     """Estimate against truth."""
     figure, (axes,) = panels(1, 6.4, 5.2)
-    limits = np.array([2e-3, 2.0])
+    limits = np.array([2e-3, 5.0])
     axes.fill_between(
         limits, limits / 1e3, 2.0 * limits, color="#DDEEF7", lw=0, label="within twice the estimate"
     )

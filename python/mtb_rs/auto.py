@@ -10,7 +10,7 @@ tells the discretisation error of the fine one, and where the spacing is free, t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -43,6 +43,9 @@ AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
 
 #: Least ratio of the areas of cells from which an error is estimated.
 LEAST_COARSENING = 1.2
+
+#: Points by which the error estimated from n of them is raised, (1 + k / n): few may agree by chance.
+FEW_POINTS = 4.0
 
 #: Operations of the finest solve that is tried where the spacing is free: some minutes.
 MOST_OPERATIONS = 2e12
@@ -166,7 +169,14 @@ class Ladder:
 
     def _apart(self, one: int, other: int, quantity: str | None = None) -> float:
         quantity = quantity or self.quantity
-        return apart(self.solved[one], self.solved[other], quantity, skip_border=self.skip_border)
+        rough, fine = self.solved[one], self.solved[other]
+        inside = apart(rough, fine, quantity, skip_border=self.skip_border)
+        if not self.skip_border or (rough.problem.averages is None) == (fine.problem.averages is None):
+            return inside
+        # a border point of these cells holds inner points of the cells of the scene, on which a half-space
+        # differs most from a body that ends there
+        whole = apart(rough, fine, quantity, skip_border=False)
+        return max(inside, float(np.hypot(inside, whole) / np.sqrt(2.0)))
 
 
 def _effect(rung: tuple[str, bool]) -> str:
@@ -218,18 +228,38 @@ class Errors:
         return {quantity: self.total(quantity) for quantity in self.cells}
 
 
-def estimated(fine: Level, coarse: Level | None, choice: Choice, *, skip_border: bool) -> Errors | None:
-    """Errors of a solution; None without one on wider cells."""
-    if coarse is None or not (coarse.is_solved and fine.is_solved):
+def estimated(fine: Level, wider: Sequence[Level], choice: Choice, *, skip_border: bool) -> Errors | None:
+    """Errors of a solution from those on wider cells, the least wide first; None if there is none.
+
+    The difference to the next wider one tells the error; the one after it guards against two solutions that
+    agree by chance, since no error falls faster than with the square of the spacing.
+    """
+    if not wider or not all(level.is_solved for level in (fine, *wider)):
         return None
-    if np.prod(coarse.cell) < LEAST_COARSENING * np.prod(fine.cell):
+    if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
         return None
-    gaps = {q: apart(coarse, fine, q, skip_border=skip_border) for q in QUANTITIES}
-    return Errors({q: extrapolated(gap, fine.cell, coarse.cell) for q, gap in gaps.items()}, choice.errors)
+    cells = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
+    if len(wider) > 1 and np.prod(wider[1].cell) > LEAST_COARSENING * np.prod(wider[0].cell):
+        gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
+        for q in QUANTITIES:
+            cells[q] = max(cells[q], gain * _cell_error(wider[0], wider[1], q, skip_border))
+    return Errors(cells, choice.errors)
+
+
+def _cell_error(fine: Level, rough: Level, quantity: str, skip_border: bool) -> float:
+    found = extrapolated(apart(rough, fine, quantity, skip_border=skip_border), fine.cell, rough.cell)
+    return found * (1.0 + FEW_POINTS / max(_compared(rough, skip_border), 1))
+
+
+def _compared(level: Level, skip_border: bool) -> int:
+    """Points in contact of a level at which it is compared."""
+    margin = 1 if skip_border else 0
+    loaded = [patch.view(level.solution.pressure) > 0.0 for patch in level.problem.patches]
+    return int(sum(p[margin : p.shape[0] - margin, margin : p.shape[1] - margin].sum() for p in loaded))
 
 
 def resolved(
-    solve: Callable[[Spacing, Level | None], tuple[Level, Errors | None]],
+    solve: Callable[[Spacing, Sequence[Level]], tuple[Level, Errors | None]],
     start: Spacing,
     tolerance: float,
     quantity: str,
@@ -239,16 +269,17 @@ def resolved(
     Parameters
     ----------
     solve : callable
-        Of a spacing and the level before it; returns the level and its estimated errors.
+        Of a spacing and the levels before it, the last one first; returns the level and its estimated errors.
     start : (dx, dy) [m]
 
     Returns
     -------
     level, its errors, operations of all levels before it.
     """
-    spacing, level, spent = start, None, 0.0
+    before: list[Level] = []
+    spacing, spent = start, 0.0
     while True:
-        before, (level, errors) = level, solve(spacing, level)
+        level, errors = solve(spacing, before)
         if errors is None or errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
             return level, errors, spent
         left_out = min(errors.model.get(quantity, 0.0) / tolerance, 0.9)
@@ -256,10 +287,11 @@ def resolved(
         factor = (aim / max(errors.cells[quantity], 1e-300)) ** (1.0 / ORDER)
         factor = float(np.clip(factor, FINEST_STEP, WIDEST_STEP))
         growth = 6.0
-        if before is not None and before.operations < level.operations:
-            growth = float(np.log(level.operations / before.operations))
-            growth /= float(np.log(before.spacing[0] / level.spacing[0]))
+        if before and before[0].operations < level.operations:
+            growth = float(np.log(level.operations / before[0].operations))
+            growth /= float(np.log(before[0].spacing[0] / level.spacing[0]))
         if level.operations * factor**-growth > MOST_OPERATIONS:
             return level, errors, spent
         spent += level.operations
+        before = [level, *before]
         spacing = (spacing[0] * factor, spacing[1] * factor)

@@ -35,6 +35,10 @@ class Run:
     iterations : int
     convolutions : float
     solver : str
+    spacing : float or None [m]
+        Where the solve itself chose it.
+    note : str
+        What was asked for, where not a spacing.
     """
 
     unknowns: int
@@ -42,6 +46,8 @@ class Run:
     iterations: int = 0
     convolutions: float = 0.0
     solver: str = ""
+    spacing: float | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,8 @@ class ChartPoint:
     failure : str
         Why it failed, "" if it did not.
     is_reference : bool
+    note : str
+        What was asked for, where not a spacing.
     """
 
     series: str
@@ -76,6 +84,7 @@ class ChartPoint:
     solver: str = ""
     failure: str = ""
     is_reference: bool = False
+    note: str = ""
 
     @property
     def time(self) -> float:
@@ -184,7 +193,7 @@ class Chart:
                 "convolutions": round(p.convolutions, 1),
                 "efficient": int(id(p) in efficient),
                 "solver": p.solver,
-                "note": "reference" if p.is_reference else p.failure,
+                "note": "reference" if p.is_reference else p.failure or p.note,
             }
             for p in self.points
         ]
@@ -235,12 +244,26 @@ class Candidate:
         Run before each timed solve, untimed.
     spacings : sequence of (dx, dy) [m] or None
         Its own, coarse to fine, instead of those of all.
+    tolerances : sequence of float or None
+        For a series that chooses its spacing: what it is asked for, large to small, and what `solve` and
+        `prepare` are called with, twice, instead of a spacing.
     """
 
     name: str
     solve: Callable[[tuple[float, float]], Callable[[], Run]]
     prepare: Callable[[tuple[float, float]], object] | None = None
     spacings: Sequence[tuple[float, float]] | None = None
+    tolerances: Sequence[float] | None = None
+
+    def steps(self, spacings: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
+        """What it is solved at, one after the other."""
+        if self.tolerances is not None:
+            return [(t, t) for t in self.tolerances]
+        return spacings if self.spacings is None else self.spacings
+
+    def words(self, step: tuple[float, float]) -> str:
+        """A step, for the progress."""
+        return f"{self.name}, {_mean(step):.3g} {'m' if self.tolerances is None else 'tolerance'}"
 
 
 def clocked(call: Callable[[], T]) -> tuple[T, float, float]:
@@ -279,12 +302,12 @@ def measure(
         left = 2.0 / 3.0 * budget - (time.perf_counter() - started)
         end = time.perf_counter() + left / (len(candidates) - k)
         last = 0.0  # processor seconds
-        for spacing in spacings if candidate.spacings is None else candidate.spacings:
+        for spacing in candidate.steps(spacings):
             load = sum(p.clock[0] for p in points) / max(sum(p.times[0] for p in points), 1e-3)
             if last and time.perf_counter() + 5.0 * last * max(1.0, load) > end:
                 break
             spent = time.perf_counter() - started
-            progress(min(spent / budget, 1.0), f"{candidate.name}, {_mean(spacing):.3g} m")
+            progress(min(spent / budget, 1.0), candidate.words(spacing))
             points.append(_first(candidate, spacing))
             last = points[-1].times[0]
             if not points[-1].failure:
@@ -295,7 +318,7 @@ def measure(
             spent = time.perf_counter() - started
             if spent + points[i].clock[0] > budget:
                 continue
-            progress(spent / budget, f"again: {candidate.name}, {_mean(spacing):.3g} m")
+            progress(spent / budget, f"again: {candidate.words(spacing)}")
             if candidate.prepare is not None:
                 candidate.prepare(spacing)
             _, seconds, elapsed = clocked(lambda c=candidate, s=spacing: c.solve(s))  # type: ignore[misc]
@@ -316,7 +339,7 @@ def _first(candidate: Candidate, spacing: tuple[float, float]) -> ChartPoint:
         return ChartPoint(candidate.name, _mean(spacing), 0, (used,), (elapsed,), failure=str(error))
     return ChartPoint(
         candidate.name,
-        _mean(spacing),
+        _mean(spacing) if run.spacing is None else run.spacing,
         run.unknowns,
         (seconds,),
         (elapsed,),
@@ -324,6 +347,7 @@ def _first(candidate: Candidate, spacing: tuple[float, float]) -> ChartPoint:
         run.iterations,
         run.convolutions,
         run.solver,
+        note=run.note,
     )
 
 

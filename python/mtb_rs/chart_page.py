@@ -215,6 +215,7 @@ def _tip(point: ChartPoint) -> str:
         f"{point.iterations} iterations"
         + (f", {point.convolutions:.3g} convolutions" if point.convolutions else ""),
         point.solver,
+        *([point.note] if point.note else []),
     ]
     return "\n".join(lines)
 
@@ -237,7 +238,11 @@ def _table(chart: Chart) -> str:
     rows = []
     for p in chart.points:
         errors = [f"{100.0 * p.errors[q]:.3g}" if q in p.errors else "" for q in QUANTITIES]
-        note = "reference" if p.is_reference else p.failure or ("efficient" if id(p) in efficient else "")
+        note = (
+            "reference"
+            if p.is_reference
+            else p.failure or p.note or ("efficient" if id(p) in efficient else "")
+        )
         cells = [
             p.series,
             p.unknowns or "",

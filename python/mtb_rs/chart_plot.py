@@ -64,6 +64,18 @@ def draw(chart: Chart) -> Figure:
             fontsize=7,
             color="0.35",
         )
+    for point in chart.drawn():
+        if point.note:
+            axes.annotate(
+                point.note.split(",")[0].removeprefix("tolerance "),
+                (point.time, 100.0 * point.errors[chart.quantity]),
+                xytext=(-5, -10),
+                textcoords="offset points",
+                ha="right",
+                fontsize=7,
+                fontweight="bold",
+                color="0.2",
+            )
     span = [p.time for p in chart.drawn()] + [f.time for f in chart.figures]
     middle = np.sqrt(min(span) * max(span))
     for known in chart.figures:

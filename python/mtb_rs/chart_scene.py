@@ -35,6 +35,8 @@ LARGEST = 7000
 LARGEST_BY_CONVOLUTION = 300_000
 #: Least growth of the time expected from one spacing to the next, twice as many points [-].
 GROWTH = 5.0
+#: What "auto" is asked for [-].
+TOLERANCES = (0.3, 0.1, 0.05, 0.02, 0.01)
 #: Cells along each side of the grid on which closed forms are averaged.
 CLOSED_FORM_CELLS = 1024
 
@@ -289,6 +291,7 @@ class _Way:
     fresh: bool = False
     warmed: bool = False
     spacings: list[Spacing] | None = None
+    tolerances: tuple[float, ...] | None = None
 
 
 def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
@@ -313,17 +316,39 @@ def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Wa
                 found.append(_Way(f"{model}, frictionless", _by_model(smooth, model), fresh=True))
             loop = _by_model(scene, model, method="staggered", max_iterations=200)
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
+    if scene.layout is not None and scene.layout.start is not None:
+        found.append(
+            _Way("auto, spacing free (tolerance)", _by_tolerance(scene), fresh=True, tolerances=TOLERANCES)
+        )
     return found
 
 
+def _by_tolerance(scene: Scene) -> Solve:
+    """What model="auto" makes of a tolerance when it may choose the spacing as well."""
+
+    def solve(asked: Spacing) -> tuple[Fields, Report]:
+        result = scene.with_(spacing=None).solve(tolerance=asked[0])
+        assert result.report.spacing is not None
+        return fields_of(scene, result, result.report.spacing), result.report
+
+    return solve
+
+
 def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
-    def solve(spacing: Spacing) -> Callable[[], Run]:
+    def solve(asked: Spacing) -> Callable[[], Run]:
         with cache.memory_only():
-            fields, report = way.solve(spacing)
+            fields, report = way.solve(asked)
 
         def judge() -> Run:
-            errors = fields.errors(reference, skip_border)
-            return Run(fields.pressure.size, errors, report.iterations, report.convolutions, report.solver)
+            # what is finer than the reference cannot be judged by it
+            is_finer = fields.spacing[0] * fields.spacing[1] < reference.spacing[0] * reference.spacing[1]
+            errors = {} if is_finer else fields.errors(reference, skip_border)
+            counts = report.iterations, report.convolutions, report.solver
+            if way.tolerances is None:
+                return Run(fields.pressure.size, errors, *counts)
+            spacing = float(np.sqrt(fields.spacing[0] * fields.spacing[1]))
+            note = f"tolerance {100.0 * asked[0]:g} %, {report.model}"
+            return Run(fields.pressure.size, errors, *counts, spacing, note)
 
         return judge
 
@@ -333,7 +358,8 @@ def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
         else:
             solve(spacing)
 
-    return Candidate(way.name, solve, prepare if way.fresh or way.warmed else None, way.spacings)
+    prepared = prepare if way.fresh or way.warmed else None
+    return Candidate(way.name, solve, prepared, way.spacings, way.tolerances)
 
 
 def _by_model(scene: Scene, model: str, **options: Any) -> Solve:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -37,8 +38,6 @@ Spacing = tuple[float, float]
 DENSE_POINTS = 2000
 #: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
 CONVOLUTION_TOLERANCE = 1e-9
-#: The same for solutions that only estimates are made of.
-ROUGH_TOLERANCE = 1e-5
 #: Floating-point operations of a Fourier transform of n points over n log2 n; transforms of a convolution,
 #: on twice as many points each way.
 TRANSFORM, TRANSFORMS = 5.0, 2
@@ -55,31 +54,43 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
     fixed = scene.with_(spacing=start) if free else scene
     chosen = choose(fixed, tolerance, quantity, free=free) if model == "auto" else given(fixed, model)
     besides = chosen.operations
+    # the same on wider cells, the least wide first
+    copies = [] if chosen.coarse is None else [chosen.coarse]
 
-    def at(spacing: Spacing, coarse: Level | None) -> tuple[Level, Errors | None]:
+    def at(spacing: Spacing, before: Sequence[Level]) -> tuple[Level, Errors | None]:
         nonlocal besides
         level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
-        coarse = chosen.coarse if coarse is None else coarse
-        if coarse is None and level.is_solved and (free or chosen.errors):
-            wider = coarsened(spacing, level.problem.patches)
-            if wider is not None:
-                coarse = level_at(fixed, chosen.model, wider, coupled=chosen.coupled, like=level)
-                besides += coarse.operations
-        return level, estimated(level, coarse, chosen, skip_border=layout.is_body_edge)
+        wider = [*before, *copies]
+        # to end the choice of a spacing at once takes two of them
+        while len(wider) < (2 if free else 1) and level.is_solved and (free or chosen.errors):
+            last = wider[-1] if wider else level
+            # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
+            times = 3 if level.solution.convolutions > 0.0 else 2
+            width = coarsened(last.spacing, layout.sheet(last.spacing).patches, times)
+            if width is None:
+                break
+            try:
+                copies.append(level_at(fixed, chosen.model, width, coupled=chosen.coupled, like=level))
+            except ValueError:  # such cells do not fit the scene: the contact reaches the edge of their grid
+                break
+            wider.append(copies[-1])
+            besides += copies[-1].operations
+        return level, estimated(level, wider, chosen, skip_border=layout.is_body_edge)
 
     spent = 0.0
     if free:
         level, errors, spent = resolved(at, start, tolerance, quantity)
         fixed = scene.with_(spacing=level.spacing)
     else:
-        level, errors = at(start, None)
+        level, errors = at(start, [])
         # a fuller model helps where the tolerance is missed by what is left out, not by the cells
         while errors is not None and chosen.fuller is not None and errors.total(quantity) > tolerance:
             if errors.cells[quantity] > AIM * tolerance:
                 break
             besides += level.operations
             chosen = chosen.fuller()
-            level, errors = at(start, None)
+            copies = [] if chosen.coarse is None else [chosen.coarse]
+            level, errors = at(start, [])
     clock = time.perf_counter()
     problem = level.problem
     if chosen.time_s:
@@ -167,7 +178,8 @@ def level_at(
     needs_dense = coupled and is_coupled(scene, problem)
     is_large = problem.n > DENSE_POINTS if like is None else like.solution.convolutions > 0.0
     if is_large and _is_plain(scene, problem) and not needs_dense:
-        tolerance = ROUGH_TOLERANCE if is_rough else CONVOLUTION_TOLERANCE
+        # a rough one need not be better than its cells
+        tolerance = None if is_rough else CONVOLUTION_TOLERANCE
         return Level(problem, _by_convolution(scene, problem, tolerance), spacing)
     if not coupled:
         smooth = replace(problem, direction=np.zeros_like(problem.direction))
@@ -197,7 +209,7 @@ def _is_plain(scene: Scene, problem: ContactProblem) -> bool:
     return problem.model == "half-space" and flat and scene.moments is None
 
 
-def _by_convolution(scene: Scene, problem: ContactProblem, tolerance: float) -> Solution:
+def _by_convolution(scene: Scene, problem: ContactProblem, tolerance: float | None) -> Solution:
     clock = time.perf_counter()
     assert scene.layout is not None
     assert isinstance(scene.lower, (HalfSpace, Rigid))

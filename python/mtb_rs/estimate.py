@@ -17,10 +17,12 @@ Array = NDArray[np.float64]
 ORDER = 1.0
 
 
-def coarsened(spacing: tuple[float, float], patches: Sequence[Patch]) -> tuple[float, float] | None:
-    """About twice the `spacing`, but at least 3 cells a side; None where there is nothing to coarsen."""
+def coarsened(
+    spacing: tuple[float, float], patches: Sequence[Patch], times: int = 2
+) -> tuple[float, float] | None:
+    """About `times` the `spacing`, but at least 3 cells a side; None where there is nothing to coarsen."""
     counts = (min(p.nx for p in patches), min(p.ny for p in patches))
-    wider = [d * n / max(3, -(-n // 2)) if n > 3 else d for d, n in zip(spacing, counts, strict=True)]
+    wider = [d * n / max(3, -(-n // times)) if n > 3 else d for d, n in zip(spacing, counts, strict=True)]
     return None if wider == list(spacing) else (wider[0], wider[1])
 
 

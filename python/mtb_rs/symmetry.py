@@ -119,17 +119,28 @@ def _alike(a: Array, b: Array, size: float | None = None) -> bool:
 
 def _mirror(vectors: Array, image: Index) -> Array:
     """Vectors (..., 3, n) seen in the mirror."""
-    return np.asarray(vectors[..., image] * np.array([[1.0], [-1.0], [1.0]]))
+    return np.ascontiguousarray(vectors[..., image] * np.array([[1.0], [-1.0], [1.0]]))
 
 
 def _mirrored(vectors: Array, image: Index) -> bool:
     return _alike(vectors, _mirror(vectors, image))
 
 
+def _responds_alike(side: Side, image: Index) -> bool:
+    """Whether tractions that are their own mirror image move the body's points so, tried on random ones.
+
+    A body held on one side only, or an uneven mesh, does not pass.
+    """
+    if side.compliance is None:
+        return True
+    traction = np.random.default_rng(1).standard_normal((3, image.size))
+    return _mirrored(side.compliance.displacement(traction + _mirror(traction, image)), image)
+
+
 def _half_side(side: Side, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
-    """Orbits of a body's rigid motions under the mirror; None where the body's loads are not symmetric."""
+    """Orbits of a body's rigid motions under the mirror; None where body or loads are not symmetric."""
     displacement, motions, work = side.displacement, side.motions, side.work
-    if not _mirrored(displacement, image):
+    if not _mirrored(displacement, image) or not _responds_alike(side, image):
         return None
     seen: set[int] = set()
     orbits: list[tuple[int, ...]] = []

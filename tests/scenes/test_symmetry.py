@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes that are their own mirror image are solved as their half, the others are not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs import solve
+from mtb_rs.mesh import block_mesh
+from mtb_rs.symmetry import folded
+
+BUILD = {"shoe": mtb.scenes.pole_shoe_on_rail, "paraboloid": mtb.scenes.paraboloid_on_plane}
+
+
+@pytest.mark.parametrize(
+    ("kind", "model", "arguments"),
+    [
+        ("paraboloid", "half-space", {"points": 15, "lower": mtb.Material(7e10, 0.33)}),
+        ("paraboloid", "half-space", {"points": 16, "sliding_direction": (-1.0, 0.0)}),
+        ("shoe", "half-space", {"spacing": 6e-3}),
+        ("shoe", "elastic-upper", {"spacing": 6e-3}),
+        ("shoe", "elastic-upper", {"spacing": 6e-3, "supports": "points", "friction": 0.1}),
+        ("shoe", "elastic-upper", {"spacing": 6e-3, "magnetic_pressure": (2e6, 2e6)}),
+    ],
+)
+def test_the_half_gives_the_numbers_of_the_whole(
+    kind: str, model: str, arguments: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = BUILD[kind](**arguments)
+    half = scene.solve(model)
+    assert "mirror half" in half.report.solver
+    monkeypatch.setattr(solve, "folded", lambda problem: None)
+    whole = scene.solve(model)
+    assert "mirror half" not in whole.report.solver
+    size = float(np.abs(whole.points).max())
+    scales = {
+        "pressure": whole.pressure.max(),
+        "traction": whole.pressure.max(),
+        "gap": np.abs(whole.displacement.upper).max(),
+        "force": whole.normal_force,
+        "moment": whole.normal_force * size,
+    }
+    for name, scale in scales.items():
+        assert np.abs(getattr(half, name) - getattr(whole, name)).max() < 1e-9 * scale, name
+
+
+@pytest.mark.parametrize(
+    ("kind", "model", "arguments"),
+    [
+        ("paraboloid", "half-space", {"sliding_direction": (1.0, 0.3)}),
+        ("paraboloid", "half-space", {"sliding_direction": (0.0, 1.0)}),
+        ("paraboloid", "half-space", {"friction": lambda x, y: 0.2 + 0.1 * (y > 0)}),
+        ("shoe", "half-space", {"spacing": 6e-3, "magnetic_pressure": (3e6, 2e6)}),
+        ("shoe", "half-space", {"spacing": 6e-3, "poles": 1}),
+        ("shoe", "half-space", {"spacing": 6e-3, "lateral": 1e-3}),
+        ("shoe", "half-space", {"spacing": 6e-3, "yaw": 1e-3}),
+        ("shoe", "elastic-upper", {"spacing": 6e-3, "sliding_direction": (1.0, 0.2)}),
+    ],
+)
+def test_what_is_not_symmetric_is_not_halved(kind: str, model: str, arguments: dict[str, Any]) -> None:
+    assert folded(BUILD[kind](**arguments).problem(model)) is None
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_body_held_on_one_side_is_not_halved(side: str) -> None:
+    """Points, gap and prescribed motion are symmetric; the body is not."""
+    line = np.linspace(-0.05, 0.05, 6)
+    body = mtb.ElasticBody(
+        block_mesh(line, line, 0.1), mtb.steel, "contact", [mtb.Support(side, x=0, y=0, z=0)]
+    )
+    scene = mtb.Scene(upper=body, lower=mtb.steel, spacing=0.02, friction=0.2, approach=1e-6)
+    pressure = scene.solve().pressure
+    held, free = (pressure[-1], pressure[0]) if side == "left" else (pressure[0], pressure[-1])
+    assert held.sum() > 2.0 * free.sum()
