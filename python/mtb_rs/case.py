@@ -42,7 +42,7 @@ from .bodies import Rigid
 from .check import choice, path_of
 from .errors import CaseError
 from .friction import InterfaceLayer
-from .geometry import STANDARD_PROFILES, UNITS, Profile
+from .geometry import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
 from .loads import GaussianPressure, VelocityTable
 from .material import Material
 from .result import Result
@@ -261,8 +261,8 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
 #: How a profile file is to be read, where it does not say so itself.
 _PROFILE_WORDS = {
     "unit": tuple(UNITS),
-    "interpolation": ("smooth", "linear"),
-    "z_axis": ("up", "down", "guess"),
+    "interpolation": INTERPOLATIONS,
+    "z_axis": Z_AXES,
 }
 
 

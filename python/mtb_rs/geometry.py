@@ -18,6 +18,9 @@ from .result import Patch
 Array = NDArray[np.float64]
 Interpolation = Literal["smooth", "linear"]
 
+#: Ways between the points of a profile, and ways that z of its file may point.
+INTERPOLATIONS, Z_AXES = ("smooth", "linear"), ("up", "down", "guess")
+
 #: Profiles known by name: rail head 60E1 (UIC 60, EN 13674-1), wheel S1002 (EN 13715).
 STANDARD_PROFILES = ("60E1", "S1002")
 
@@ -88,6 +91,7 @@ class Profile:
             raise ValueError(
                 f"y and z have shapes {y.shape} and {z.shape}: one-dimensional arrays are needed"
             )
+        choice("interpolation", interpolation, INTERPOLATIONS)
         core = _mtb_rs.Profile.from_points(y, z, interpolation)
         return cls(core, name, (cls.from_points, (y, z, interpolation, name)))
 
@@ -114,6 +118,8 @@ class Profile:
             fall off at their flanks, wheels at their flange.
         """
         path = path_of("path", path)
+        choice("interpolation", interpolation, INTERPOLATIONS)
+        choice("z_axis", z_axis, Z_AXES)
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:

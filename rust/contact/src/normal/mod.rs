@@ -122,6 +122,10 @@ pub fn solve_normal(
     monitor: Monitor<'_>,
 ) -> Result<NormalSolution, Error> {
     let points = contact.grid.points();
+    check_number("cells", points as f64, points > 0, "at least one is needed")?;
+    for (name, side) in [("dx", contact.grid.dx), ("dy", contact.grid.dy)] {
+        check_number(name, side, side > 0.0, "a positive number is needed")?;
+    }
     check("gap", contact.gap, points)?;
     match contact.load {
         Load::Force(force) => {

@@ -169,7 +169,14 @@ fn start(
             levels[k].start_from(&levels[*coarser], pressure)
         }
         _ if matches!(contact.load, Load::Force(_)) => vec![1.0; levels[k].grid.points()],
-        _ => vec![0.0; levels[k].grid.points()],
+        _ => {
+            // balance is restored by factors: where a moment is to be carried, something must be there
+            let (grid, half) = (&levels[k].grid, half_sides(&contact.grid));
+            let carried = (0..2)
+                .filter_map(|axis| Some(contact.moments[axis]?.abs() / half[axis]))
+                .fold(0.0, f64::max);
+            vec![carried / (grid.cell_area() * grid.points() as f64); grid.points()]
+        }
     }
 }
 

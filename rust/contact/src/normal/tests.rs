@@ -1,6 +1,7 @@
 use std::f64::consts::PI;
 
 use mtb_operator::{Grid, unmonitored};
+use proptest::prelude::*;
 
 use super::*;
 
@@ -242,4 +243,39 @@ fn bad_input_is_named() {
             ..
         })
     ));
+}
+
+/// Numbers about one and of every size, also those that are none.
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![6 => 0.01..2.0_f64, 1 => -1.0..1.0_f64, 1 => prop::num::f64::ANY]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn any_input_is_solved_or_refused(
+        (nx, ny) in (0..9_usize, 1..9_usize),
+        gap in prop::collection::vec(prop_oneof![40 => 0.0..1.0_f64, 1 => any_number()], 64),
+        sides in prop::array::uniform2(any_number()),
+        load in (any::<bool>(), any_number()),
+        moments in prop::array::uniform2(prop::option::weighted(0.2, any_number())),
+        method in prop_oneof![Just(Method::Auto), Just(Method::Dense), Just(Method::Fourier)],
+    ) {
+        let grid = Grid { nx, ny, dx: sides[0], dy: sides[1] };
+        let gap = &gap[..(nx * ny).min(gap.len())];
+        let by = if load.0 { Load::Force(load.1) } else { Load::Approach(load.1) };
+        if let Ok(found) = run(grid, gap, by, moments, method)
+            && found.status == Status::Solved
+        {
+            let moderate = |v: f64| v.abs() < 1e30 && (v == 0.0 || v.abs() > 1e-30);
+            let all = gap.iter().chain(&sides).chain(moments.iter().flatten()).chain([&load.1]);
+            // beyond what the door of the package lets in, sums of squares overflow
+            if all.copied().all(moderate) {
+                prop_assert!(found.pressure.iter().all(|p| p.is_finite() && *p >= 0.0));
+                prop_assert!(found.gap.iter().all(|g| g.is_finite()));
+                prop_assert!(found.approach.is_finite() && found.residual.is_finite());
+            }
+        }
+    }
 }

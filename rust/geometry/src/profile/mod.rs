@@ -6,11 +6,15 @@ mod spline;
 mod standard;
 
 use crate::Error;
-use crate::error::all_finite;
+use crate::error::{all_finite, out_of_range};
 use piece::{Curve, Piece};
 
 pub use file::Vertical;
 pub use piece::Station;
+
+/// Coordinates beyond this [m], and steps along y below it, are refused: slopes and curvatures would overflow.
+const FARTHEST: f64 = 1e9;
+const CLOSEST: f64 = 1e-12;
 
 /// How a profile runs between tabulated points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +75,18 @@ impl Profile {
                     y: pair[1],
                     previous: pair[0],
                 });
+            }
+        }
+        for (name, values) in [("y", y), ("z", z)] {
+            if let Some(value) = values.iter().find(|v| v.abs() > FARTHEST) {
+                let accepted = format!("at most {FARTHEST} m is accepted");
+                return Err(out_of_range(name, *value, accepted));
+            }
+        }
+        for pair in y.windows(2) {
+            if (pair[1] - pair[0]).abs() < CLOSEST {
+                let accepted = format!("points of a profile lie at least {CLOSEST:e} m apart");
+                return Err(out_of_range("y", pair[1], accepted));
             }
         }
         let (mut y, mut z) = (y.to_vec(), z.to_vec());

@@ -142,3 +142,78 @@ proptest! {
         }
     }
 }
+
+/// Numbers of every size, also those that are none.
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![-40.0..40.0_f64, prop::num::f64::ANY]
+}
+
+/// What a profile that was accepted must hold: finite heights, slopes and arc lengths from end to end.
+fn is_sound(profile: &Profile) -> bool {
+    let [start, end] = profile.range();
+    (0..=8).all(|k| {
+        let y = if k == 8 {
+            end
+        } else {
+            start + f64::from(k) / 8.0 * (end - start)
+        };
+        let finite = profile.at(y).is_some_and(|s| {
+            s.height.is_finite() && s.slope.is_finite() && s.curvature().is_finite()
+        });
+        finite && profile.arc_length(&[y]).is_ok_and(|s| s[0].is_finite())
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn any_points_make_a_sound_profile_or_none(
+        mut y in prop::collection::vec(any_number(), 0..8),
+        z in prop::collection::vec(any_number(), 0..8),
+        ordered in any::<bool>(),
+        linear in any::<bool>(),
+    ) {
+        if ordered {
+            y.sort_by(f64::total_cmp);
+        }
+        let kind = if linear { Interpolation::Linear } else { Interpolation::Smooth };
+        if let Ok(profile) = Profile::from_points(&y, &z, kind) {
+            prop_assert!(is_sound(&profile), "{y:?} {z:?}");
+        }
+    }
+
+    #[test]
+    fn any_text_makes_a_sound_profile_or_none(
+        lines in prop::collection::vec(
+            prop_oneof![
+                "[ -~]{0,12}",
+                "-?[0-9]{1,3}(\\.[0-9])?[ ,;\t]-?[0-9](e[0-9]{1,3})?",
+                "(shift|mirror|bound|units|rotate|point|approx)\\.(y|z|y\\.min|len\\.f|ang\\.f|dist\\.min|smooth) = -?[0-9]{1,3}",
+                Just("point.begin".to_owned()),
+                Just("point.end".to_owned()),
+            ],
+            0..12,
+        ),
+        unit in any_number(),
+    ) {
+        let text = lines.join("\n");
+        for unit in [1e-3, unit] {
+            if let Ok(profile) = Profile::parse(&text, unit, Vertical::Guess, Interpolation::Smooth) {
+                prop_assert!(is_sound(&profile), "{text:?} {unit}");
+            }
+        }
+    }
+}
+
+#[test]
+fn points_too_close_or_too_far_are_refused() {
+    // slopes over steps of 1e-293 m came out as NaN
+    for (y, message) in [
+        ([0.0, 1.5e-293], "at least 1e-12 m apart"),
+        ([0.0, 1e200], "at most"),
+    ] {
+        let error = Profile::from_points(&y, &[0.0, 0.0], Interpolation::Smooth).unwrap_err();
+        assert!(error.to_string().contains(message), "{error}");
+    }
+}

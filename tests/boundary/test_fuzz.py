@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A sample of studies/fuzz.py: random input at every door for a second each; and what it once found."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+DOORS = (
+    *("case_files", "cases", "ellipses", "height_fields", "mesh_files", "prepared_bytes", "profile_files"),
+    *("profile_points", "rough_surfaces", "scenes", "shifts", "shoes", "surfaces", "tetrahedra", "wheels"),
+)
+
+
+@pytest.fixture(scope="module")
+def fuzz() -> ModuleType:
+    sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))
+    try:
+        import fuzz
+    finally:
+        sys.path.pop(0)
+    assert tuple(sorted(fuzz.DOORS)) == DOORS
+    return fuzz
+
+
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("door", DOORS)
+def test_a_sample_at_every_door(fuzz: ModuleType, door: str) -> None:
+    outcomes, findings = fuzz.search(door, 1000, start=0, stop=time.perf_counter() + 1.3)
+    assert findings == []
+    assert outcomes["refused"] > 0
+
+
+def test_an_approach_with_a_moment_is_reachable_by_convolutions() -> None:
+    # it started from no pressure at all, which no factor turns into a moment
+    gap = 1e-5 * np.random.default_rng(1).random((8, 8))
+    pair = {"lower": mtb.steel, "upper": mtb.steel, "edge": "sharp", "approach": 1.9e-6}
+    dense, fast = (
+        mtb.solve_normal(gap, 1e-3, moments=(6e-5, None), tolerance=1e-10, method=method, **pair)
+        for method in ("dense", "fft")
+    )
+    assert np.abs(dense.pressure - fast.pressure).max() < 1e-7 * dense.pressure.max()
+
+
+def test_the_size_that_would_do_is_found_quickly_for_the_dense_method() -> None:
+    # each larger grid of the search took a dense factorisation: minutes
+    gap = 1e-5 * np.random.default_rng(1).random((12, 36))
+    with pytest.raises(ValueError, match="no grid up to four times as large would do"):
+        mtb.solve_normal(
+            gap, 1.0, lower=mtb.steel, upper=mtb.steel, approach=1e30, moments=(1e-6, None), method="dense"
+        )
