@@ -273,7 +273,7 @@ def draw(findings: list[Finding]) -> Figure:
     figure, (axes,) = panels(1, 6.4, 5.2)
     limits = np.array([2e-3, 5.0])
     axes.fill_between(
-        limits, limits / 1e3, 2.0 * limits, color="#DDEEF7", lw=0, label="within twice the estimate"
+        limits, limits[0], 2.0 * limits, color="#DDEEF7", lw=0, label="within twice the estimate"
     )
     axes.plot(limits, limits, color="0.5", lw=1, label="estimate = truth")
     kinds = {"block": "s", "shoe": "^", "paraboloid": "o", "wheel": "D"}

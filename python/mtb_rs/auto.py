@@ -41,8 +41,8 @@ MODEL_SHARE, SHARE_OF_FREE_SPACING = 0.9, 0.5
 #: Share of the tolerance aimed at by the next spacing; its least and largest ratio to the one before.
 AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
 
-#: Least ratio of the areas of cells from which an error is estimated.
-LEAST_COARSENING = 1.2
+#: Ratio of the areas of cells from which an error is estimated: at least, and if there is a choice.
+LEAST_COARSENING, COARSENING = 1.2, 2.5
 
 #: Points by which the error estimated from n of them is raised, (1 + k / n): few may agree by chance.
 FEW_POINTS = 4.0
@@ -229,13 +229,15 @@ class Errors:
 
 
 def estimated(fine: Level, wider: Sequence[Level], choice: Choice, *, skip_border: bool) -> Errors | None:
-    """Errors of a solution from those on wider cells, the least wide first; None if there is none.
+    """Errors of a solution from those on wider cells, the least wide first; None without any.
 
     The difference to the next wider one tells the error; the one after it guards against two solutions that
     agree by chance, since no error falls faster than with the square of the spacing.
     """
     if not wider or not all(level.is_solved for level in (fine, *wider)):
         return None
+    # differences between near spacings are mostly noise
+    wider = [w for w in wider if np.prod(w.cell) >= COARSENING * np.prod(fine.cell)] or wider[-1:]
     if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
         return None
     cells = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}

@@ -237,7 +237,7 @@ def _fine(
     budget: float,
     progress: Callable[[float, str], None],
 ) -> tuple[Fields, float | None, ChartPoint]:
-    """The finest solve that the budget affords, its error by the one before it, and its point."""
+    """The finest solve that the budget affords, its error by one twice as wide, and its point."""
     assert scene.layout is not None
     started = time.perf_counter()
     solved: list[tuple[Fields, Report, float, float]] = []
@@ -264,7 +264,8 @@ def _fine(
     fields, report, used, elapsed = solved[-1]
     error: float | None = None
     if len(solved) > 1:
-        rough = solved[-2][0]
+        # over about twice the spacing: differences between near spacings are mostly noise
+        rough = solved[max(len(solved) - 3, 0)][0]
         apart = rough.errors(fields, scene.layout.is_body_edge).get("pressure")
         error = None if apart is None else extrapolated(apart, fields.spacing, rough.spacing)
     point = ChartPoint(
