@@ -292,7 +292,9 @@ def resolved(
         if before and before[0].operations < level.operations:
             growth = float(np.log(level.operations / before[0].operations))
             growth /= float(np.log(before[0].spacing[0] / level.spacing[0]))
-        if level.operations * factor**-growth > MOST_OPERATIONS:
+        # as fine as the operations allow, if they do not allow what is needed
+        factor = max(factor, (level.operations / MOST_OPERATIONS) ** (1.0 / growth))
+        if factor > WIDEST_STEP:
             return level, errors, spent
         spent += level.operations
         before = [level, *before]

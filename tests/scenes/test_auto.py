@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import direct
+from mtb_rs import auto, direct
 from mtb_rs.auto import Level
 from mtb_rs.chart_scene import closed_form, fields_of
 
@@ -147,6 +147,14 @@ def test_levels_of_a_free_spacing_are_reused(solved: list[Level]) -> None:
     assert len(levels) >= 2
     assert all(later < 0.75 * before for before, later in pairwise(levels))
     assert result.pressure.size == solved[-1].problem.n
+
+
+def test_a_tolerance_out_of_reach_is_approached_and_not_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(auto, "MOST_OPERATIONS", 2e10)
+    coarse, fine = (mtb.scenes.block_on_plane(spacing=None).solve(tolerance=t) for t in (0.3, 1e-3))
+    assert fine.pressure.size > 1.5 * coarse.pressure.size
+    assert 1e-3 < fine.error_estimate < coarse.error_estimate
+    assert fine.report.operations["condensation"] < 4e10
 
 
 def test_what_is_asked_for_decides_the_model() -> None:
