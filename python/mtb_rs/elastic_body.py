@@ -220,6 +220,12 @@ class ElasticBody:
         for support in self.supports:
             if not isinstance(support, Support):
                 raise ValueError(f"supports contain {support!r}: Support objects are needed")
+        wrong = ~np.isfinite(self.mesh.nodes).all(axis=1)
+        if wrong.any():
+            node = int(np.argmax(wrong))
+            raise ValueError(
+                f"node {node} is not finite: it lies at {self.mesh.nodes[node].tolist()}, numbers [m] are needed"
+            )
         size = float(np.ptp(self.mesh.nodes, axis=0).max())
         if size > SUSPICIOUS_SIZE:
             warnings.warn(

@@ -11,17 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mtb_rs
-from .check import reals
+from .check import number, reals
 
 Array = NDArray[np.float64]
 
 
 def _number(name: str, value: float, lowest: float = 0.0, strictly: bool = False) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
-        raise ValueError(f"{name} is {value!r}: a number is needed")
-    if not math.isfinite(value) or value < lowest or (strictly and value == lowest):
+    checked = number(name, value)
+    if checked < lowest or (strictly and checked == lowest):
         raise ValueError(f"{name} is {value:g}: it must be {'above' if strictly else 'at least'} {lowest:g}")
-    return float(value)
+    return checked
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.mesh import block_mesh
 
 DOORS = (
     *("case_files", "cases", "ellipses", "height_fields", "mesh_files", "prepared_bytes", "profile_files"),
@@ -36,6 +37,19 @@ def test_a_sample_at_every_door(fuzz: ModuleType, door: str) -> None:
     outcomes, findings = fuzz.search(door, 1000, start=0, stop=time.perf_counter() + 1.3)
     assert findings == []
     assert outcomes["refused"] > 0
+
+
+def test_a_number_too_large_for_a_float_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"kinetic is 1000.* of at most 1e.30"):
+        mtb.StaticKinetic(0.4, 10**400)
+
+
+def test_nodes_at_infinity_are_named_before_anything_is_measured() -> None:
+    mesh = block_mesh(np.linspace(-0.02, 0.02, 3), np.linspace(-0.01, 0.01, 3), 0.02)
+    nodes = mesh.nodes.copy()
+    nodes[2, 2] = np.inf
+    with pytest.raises(ValueError, match=r"node 2 is not finite: it lies at \[.*inf\]"):
+        mtb.ElasticBody(mtb.TetraMesh(nodes, mesh.cells, {}), mtb.steel, "bottom")
 
 
 def test_an_approach_with_a_moment_is_reachable_by_convolutions() -> None:

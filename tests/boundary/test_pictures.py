@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import io
 import json
 import shutil
@@ -262,16 +263,18 @@ def test_saving_again_leaves_nothing_of_the_old_result(pole_shoe_result: Result,
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in written} | {"notes.txt"}
 
 
+def ask_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Probes again in this test only: later tests keep the answer and do not depend on another probe."""
+    monkeypatch.setattr(view, "missing_for_view", functools.cache(view.missing_for_view.__wrapped__))
+
+
 def test_without_pyvista_the_rest_is_written(
     pole_shoe_result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyvista", None)
-    view.missing_for_view.cache_clear()
-    try:
-        with pytest.warns(PictureWarning, match=r"mtb-rs\[viz\]"):
-            written = {path.name for path in save(pole_shoe_result, tmp_path / "out")}
-    finally:
-        view.missing_for_view.cache_clear()
+    ask_anew(monkeypatch)
+    with pytest.warns(PictureWarning, match=r"mtb-rs\[viz\]"):
+        written = {path.name for path in save(pole_shoe_result, tmp_path / "out")}
     assert {"summary.json", "fields.npz", "pressure.png", "pressure_lines.png"} <= written
     assert "view.png" not in written
     assert len(json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]) == 2
@@ -281,12 +284,9 @@ def test_missing_driver_names_the_packages(monkeypatch: pytest.MonkeyPatch, pole
     pytest.importorskip("pyvista")
     crashed = subprocess.CompletedProcess([], -11)
     monkeypatch.setattr(view.subprocess, "run", lambda *_, **__: crashed)
-    view.missing_for_view.cache_clear()
-    try:
-        with pytest.raises(view.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
-            pole_shoe_result.plot("pressure", "3d")
-    finally:
-        view.missing_for_view.cache_clear()
+    ask_anew(monkeypatch)
+    with pytest.raises(view.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
+        pole_shoe_result.plot("pressure", "3d")
 
 
 def test_json_holds_no_nan() -> None:
