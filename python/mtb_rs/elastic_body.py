@@ -223,9 +223,7 @@ class ElasticBody:
         wrong = ~np.isfinite(self.mesh.nodes).all(axis=1)
         if wrong.any():
             node = int(np.argmax(wrong))
-            raise ValueError(
-                f"node {node} is not finite: it lies at {self.mesh.nodes[node].tolist()}, numbers [m] are needed"
-            )
+            raise ValueError(f"node {node} is not finite: it lies at {self.mesh.nodes[node].tolist()} m")
         size = float(np.ptp(self.mesh.nodes, axis=0).max())
         if size > SUSPICIOUS_SIZE:
             warnings.warn(
