@@ -17,6 +17,7 @@ from .check import choice, number, positive
 from .errors import ConvergenceError
 from .friction import Coulomb, Friction, InterfaceLayer, native_law
 from .geometry import spacing_pair
+from .wheel_balance import NoRootError, differences, find_root
 from .wheel_contact import FoundPatch, WheelOverRail
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 
@@ -31,8 +32,9 @@ SIDES = ("left", "right", "both")
 NORMAL_TOLERANCE, TANGENTIAL_TOLERANCE = 1e-9, 1e-6
 #: Relative error of a vertical force that the height is found for.
 FORCE_TOLERANCE = 1e-7
-#: Solves in which the height must be found.
-MOST_TRIALS = 40
+#: Error of the undeformed overlap that the search for height and roll begins with, and the change of height
+#: for differences, both over the approach; and the longest step of that search [m].
+LAID, DIFFERENCE, LONGEST = 1e-2, 1e-4, 5e-4
 #: Operators are made for multiples of so many cells, so that few serve all patches ...
 CELLS = 8
 #: ... and so many of them are kept.
@@ -269,45 +271,58 @@ class PreparedWheels:
     def _in_balance(self, place: Array, state: WheelState | None) -> list[_Trial]:
         """Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found.
 
-        The unknowns are the depths of the undeformed overlap: of the wheel that lies deepest, or of each.
-        Force goes nearly with depth^(3/2), so a secant through force^(2/3) needs few trials.
+        Unknowns are the height [m] and, if free, roll times `tape` [m]. Force goes nearly with
+        overlap^(3/2), so force^(2/3) is nearly linear; its first derivatives are those of the undeformed
+        overlap, which cost no solve and know that a roll moves a flange sideways.
         """
         is_each = bool(np.isnan(place[3]))
-        place[2] = 0.0
-        if is_each:
-            place[3] = 0.0
-        at_rest = np.array([self._wheel.depth(*self._mirrored(side, place)) for side in self.sides])
-        if not is_each:
-            at_rest = at_rest.max(keepdims=True)
+        n = 2 if is_each else 1
         wanted = self._force * (1.0 if is_each else len(self.sides))
-        depth = np.full(at_rest.size, self._depth)
-        if state is not None and len(state.depth) == depth.size:
+        depth = np.full(n, self._depth)
+        if state is not None and len(state.depth) == n:
             depth = np.array(state.depth)
-        last: tuple[Array, Array] | None = None
-        for _ in range(MOST_TRIALS):
-            up = at_rest - depth
-            place[2] = up.mean()
+        trials: list[_Trial] = []
+
+        def posed(x: Array) -> Array:
+            place[2] = x[0]
             if is_each:
-                place[3] = 0.5 * (up[0] - up[1]) / self._wheel.tape
-            trials = [self._trial(side, place) for side in self.sides]
+                place[3] = x[1] / self._wheel.tape
+            return place
+
+        def overlap(x: Array) -> Array:
+            found = np.array([self._wheel.depth(*self._mirrored(side, posed(x))) for side in self.sides])
+            return found if is_each else found.max(keepdims=True)
+
+        def carried(x: Array) -> Array:
+            """force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up."""
+            trials[:] = [self._trial(side, posed(x)) for side in self.sides]
             forces = np.array([trial.force for trial in trials])
-            reached = forces if is_each else forces.sum(keepdims=True)
-            if np.abs(reached / wanted - 1.0).max() < FORCE_TOLERANCE:
-                self._depths = tuple(depth.tolist())
-                return trials
-            root = (reached / wanted) ** (2.0 / 3.0)
-            slope = root / depth
-            if last is not None:
-                with np.errstate(invalid="ignore", divide="ignore"):
-                    secant = (root - last[1]) / (depth - last[0])
-                slope = np.where((secant > 0.3 * slope) & np.isfinite(secant), secant, slope)
-            last = depth, root
-            with np.errstate(divide="ignore"):
-                change = np.where(root > 0.0, (1.0 - root) / slope, depth)
-            depth = depth + np.clip(change, -0.7 * depth, 2.0 * depth)
-        raise ConvergenceError(
-            f"no height of the wheelset carries {wanted:g} N: {reached.tolist()} N were reached"
-        )
+            root = ((forces if is_each else forces.sum(keepdims=True)) / wanted) ** (2.0 / 3.0)
+            if not root.all():
+                root = np.where(root > 0.0, root, np.minimum(overlap(x) / self._depth, 0.0))
+            return np.asarray(root - 1.0)
+
+        small = DIFFERENCE * self._depth
+        level = np.zeros(n)
+        level[0] = (overlap(level) - depth).max()
+        try:
+            slope = differences(overlap, level, overlap(level), small)
+            x = find_root(lambda x: overlap(x) - depth, level, slope, LAID * self._depth, LONGEST, small)
+        except (NoRootError, ValueError):
+            # a flange that climbs: from the wheel that touches first
+            x = level
+        slope = differences(overlap, x, overlap(x), small) / depth[:, None]
+        try:
+            x = find_root(carried, x, slope, FORCE_TOLERANCE / 1.5, LONGEST, small)
+        except NoRootError:
+            reached = ", ".join(f"{trial.force:g} N" for trial in trials)
+            raise ConvergenceError(
+                f"no height{' and roll' * is_each} of the wheelset found at which "
+                f"{'each wheel carries' if is_each else 'its wheels carry'} {wanted:g} N: the last carries "
+                f"{reached}"
+            ) from None
+        self._depths = tuple(overlap(x).tolist())
+        return trials
 
     def _rolling(
         self, side: str, found: FoundPatch, pressure: Array, centre: Array, motion: Array, start: Array | None

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.wheel_balance import NoRootError, find_root
 from mtb_rs.wheel_stepping import KEPT
 
 V = 20.0
@@ -208,6 +209,39 @@ def test_each_wheel_carries_its_force():
     both = contact.step(level, V)
     carried = sum(p.normal_force * np.cos(p.contact_angle) for p in both.patches)
     assert carried == pytest.approx(120e3, rel=1e-6)
+
+
+@pytest.mark.parametrize("y", [5.5e-3, 6e-3, 6.4e-3, 6.6e-3, -6.4e-3])
+def test_a_free_wheelset_on_its_flange_is_in_balance(y):
+    """There a roll moves the flange into the rail: height and roll are coupled."""
+    step = wheels().copy().step([0.0, y, np.nan, np.nan, 0.0, 0.0], V)
+    flange = step.patches[0 if y > 0.0 else -1]
+    assert flange.contact_angle > 0.3
+    held = wheels().copy().step(step.pose, V)
+    for side in ("left", "right"):
+        carried = sum(p.normal_force * np.cos(p.contact_angle) for p in held.patches if p.side == side)
+        assert carried == pytest.approx(60e3, rel=1e-6)
+
+
+def test_the_wheelset_as_the_scene_shifts_it_is_in_balance():
+    step = wheels(6.2e-3).copy().step([0.0, 0.0, np.nan, np.nan, 0.0, 0.0], V)
+    shifted = wheels().copy().step([0.0, 6.2e-3, np.nan, np.nan, 0.0, 0.0], V)
+    assert step.pose[3] == pytest.approx(shifted.pose[3], rel=1e-6)
+
+
+def test_a_balance_that_does_not_exist_is_an_error():
+    def never(x):
+        return np.array([x[0] ** 2 + x[1] ** 2 + 1.0, x[0] - x[1]])
+
+    with pytest.raises(NoRootError):
+        find_root(never, np.ones(2), np.eye(2), 1e-9, 1.0, 1e-6)
+
+    def bounded(x):
+        if x[0] > 1.0:
+            raise ValueError("off the profile")
+        return np.array([np.expm1(10.0 * (x[0] - 0.9))])
+
+    assert find_root(bounded, np.zeros(1), 1e-3 * np.eye(1), 1e-9, 5.0, 1e-6) == pytest.approx(0.9)
 
 
 def test_tread_and_flange_carry_together():
