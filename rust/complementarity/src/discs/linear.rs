@@ -9,6 +9,11 @@ const LONGEST_BASIS: usize = 150;
 /// Share of its start below which a linear residual is never pushed.
 const LEAST_REDUCTION: f64 = 1e-2;
 
+/// Power of `1 + curvature / diagonal` by which the preconditioner given fades: 1 to 2 serve alike.
+const FADING: f64 = 1.25;
+/// Stiffness that the operator adds to the curvature where that rules, in diagonals: 2 to 5 serve alike.
+const STIFFENING: f64 = 3.0;
+
 /// The linear system of one Newton step, reduced to what is free.
 ///
 /// Unknowns: the field (both components inside a disc; along the tangent on the rim; along the
@@ -16,8 +21,10 @@ const LEAST_REDUCTION: f64 = 1e-2;
 pub(super) struct LinearStep<'a> {
     problem: &'a DiscProblem<'a>,
     iterate: &'a Iterate,
-    /// `1 / sqrt(1 + curvature / diagonal)`: damps the preconditioner where the rim is stiff.
-    damping: Vec<f64>,
+    /// Weight of the preconditioner given, `S = (1 + curvature / diagonal)^-FADING`.
+    share: Vec<f64>,
+    /// What stands in for it, `(1 - S^2) / (STIFFENING diagonal + curvature)`.
+    local: Vec<f64>,
     /// Scale of the rows of the resultants.
     row_scale: f64,
     /// Preconditioned columns of the multipliers.
@@ -39,10 +46,15 @@ pub(super) struct Outcome {
 
 impl<'a> LinearStep<'a> {
     pub(super) fn new(problem: &'a DiscProblem<'a>, iterate: &'a Iterate) -> Self {
-        let damping = iterate
+        let share: Vec<f64> = iterate
             .curvature
             .iter()
-            .map(|d| 1.0 / (1.0 + d / problem.diagonal).sqrt())
+            .map(|d| (1.0 + d / problem.diagonal).powf(-FADING))
+            .collect();
+        let local = share
+            .iter()
+            .zip(&iterate.curvature)
+            .map(|(s, d)| (1.0 - s * s) / (STIFFENING * problem.diagonal + d))
             .collect();
         let free = iterate
             .state
@@ -52,7 +64,8 @@ impl<'a> LinearStep<'a> {
         let mut step = Self {
             problem,
             iterate,
-            damping,
+            share,
+            local,
             row_scale: 1.0,
             columns: Vec::new(),
             schur: Vec::new(),
@@ -263,16 +276,29 @@ impl<'a> LinearStep<'a> {
         }
     }
 
-    /// `S P M P S` on the free part, `1 / diagonal` along normals that may move.
+    /// `S P M P S + (1 - S^2) / (STIFFENING diagonal + curvature)` on the free part, `1 / diagonal`
+    /// along normals that may move.
+    ///
+    /// Where the curvature outweighs the operator its inverse is nearly the curvature's, whatever the wave
+    /// length. `M` knows nothing of curvature and is largest for the waves that the operator hardly sees
+    /// (in rolling those across the rolling direction, the more so the finer the grid), so it must fade
+    /// there.
     fn precondition_field(&self, y: &[f64]) -> Vec<f64> {
         let n = self.iterate.radius.len();
-        let mut inner = y[..2 * n].to_vec();
-        self.reduce(&mut inner, false);
-        self.damp(&mut inner);
+        let mut free = y[..2 * n].to_vec();
+        self.reduce(&mut free, false);
+        let mut inner = free.clone();
+        self.weigh(&mut inner);
         let mut x = vec![0.0; 2 * n];
         self.problem.preconditioner.apply(&inner, &mut x);
         self.reduce(&mut x, false);
-        self.damp(&mut x);
+        self.weigh(&mut x);
+        for i in 0..n {
+            if self.iterate.curvature[i] > 0.0 {
+                x[i] += self.local[i] * free[i];
+                x[n + i] += self.local[i] * free[n + i];
+            }
+        }
         if law(self.problem).is_some() {
             for i in 0..n {
                 if self.iterate.state[i] == DiscState::Rim {
@@ -286,9 +312,9 @@ impl<'a> LinearStep<'a> {
         x
     }
 
-    fn damp(&self, field: &mut [f64]) {
-        let (first, second) = field.split_at_mut(self.damping.len());
-        for ((x, y), s) in first.iter_mut().zip(second).zip(&self.damping) {
+    fn weigh(&self, field: &mut [f64]) {
+        let (first, second) = field.split_at_mut(self.share.len());
+        for ((x, y), s) in first.iter_mut().zip(second).zip(&self.share) {
             *x *= s;
             *y *= s;
         }
