@@ -374,13 +374,15 @@ impl LayerStencil {
 
     fn difference(&self, i: isize, j: isize) -> f64 {
         let here = if i == 0 && j == 0 { 1.0 } else { 0.0 };
-        let ahead: f64 = self
-            .0
+        here - self.ahead(i, j)
+    }
+
+    fn ahead(&self, i: isize, j: isize) -> f64 {
+        self.0
             .iter()
             .filter(|([di, dj], _)| *di == -i && *dj == -j)
             .map(|(_, w)| w)
-            .sum();
-        here - ahead
+            .sum()
     }
 }
 
@@ -389,9 +391,10 @@ const DECAY: f64 = 12.0;
 
 /// Kernels of the inverse of the symbol of the slip operator.
 ///
-/// In steady rolling the symbol `C^ (1 - e^(i k d)) / |d|` has a line of zeros, which is removed by
+/// In steady rolling the symbol has a line of zeros, as `C^ (1 - e^(i k d)) / |d|`, which is removed by
 /// letting the memory along the rolling direction decay over the patch. The symbol is that of the torus of
-/// the padded grid, without a gap between the furthest offsets.
+/// the padded grid, without a gap between the furthest offsets; what lies a fraction of a
+/// cell ahead has its own spectrum, since no phase turns the short waves of the one into the other's.
 fn inverse_symbol(
     transform: &Transform,
     grid: &Grid,
@@ -408,10 +411,24 @@ fn inverse_symbol(
     ];
     let step = motion.step();
     let length = motion.step_length();
+    let is_steady = matches!(motion, Motion::Steady { .. });
     let turns = [
         step[0] / grid.dx / padded[0] as f64,
         step[1] / grid.dy / padded[1] as f64,
     ];
+    let ahead = (is_steady && table.whole.is_none()).then(|| {
+        let stencil = LayerStencil::new(grid, step);
+        [0, 1, 2].map(|c| {
+            torus.kernel(|i, j| {
+                let own = if c == 1 {
+                    0.0
+                } else {
+                    layer * stencil.ahead(i, j)
+                };
+                table.ahead(i, j)[c] + own
+            })
+        })
+    });
     let extent = (grid.nx as f64 * grid.dx * step[0].abs() / length)
         .hypot(grid.ny as f64 * grid.dy * step[1].abs() / length);
     let decay = (-DECAY * length / extent).exp();
@@ -425,26 +442,16 @@ fn inverse_symbol(
         let spread = half.hypot(xy);
         let lift = (1e-9 * largest - (mean - spread)).max(0.0);
         let (xx, yy) = (xx + lift, yy + lift);
-        let determinant = xx * yy - xy * xy;
-        let factor = if let Motion::Steady { .. } = motion {
-            let wave = |k: usize, m: usize| {
-                if 2 * k > m {
-                    k as f64 - m as f64
-                } else {
-                    k as f64
-                }
-            };
-            let angle = std::f64::consts::TAU
-                * (wave(kx, padded[0]) * turns[0] + wave(ky, padded[1]) * turns[1]);
-            Complex::new(length, 0.0) / (1.0 - decay * Complex::new(angle.cos(), angle.sin()))
-        } else {
-            Complex::new(1.0, 0.0)
+        let angle = std::f64::consts::TAU * (kx as f64 * turns[0] + ky as f64 * turns[1]);
+        let phase = Complex::new(angle.cos(), angle.sin());
+        let entry = |c: usize, here: f64| match &ahead {
+            Some(ahead) => (here - decay * torus.spectrum(&ahead[c], kx, ky)) / length,
+            None if is_steady => here * (1.0 - decay * phase) / length,
+            None => Complex::new(here, 0.0),
         };
-        [
-            factor * (yy / determinant),
-            factor * (-xy / determinant),
-            factor * (xx / determinant),
-        ]
+        let (xx, xy, yy) = (entry(0, xx), entry(1, xy), entry(2, yy));
+        let determinant = xx * yy - xy * xy;
+        [yy / determinant, -xy / determinant, xx / determinant]
     };
     BlockKernels {
         xx: transform.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[0]),
