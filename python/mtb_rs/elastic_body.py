@@ -202,6 +202,7 @@ class ElasticBody:
     supports : sequence of Support
         What is left free must be held by the contact; what contact cannot hold is an error.
     name : str
+        For reports and files; two bodies of one name become "upper <name>" and "lower <name>" in a scene.
     """
 
     mesh: TetraMesh
@@ -270,6 +271,12 @@ class ElasticBody:
             path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
         )
         return cls(mesh, material, contact, supports, name)
+
+    def named(self, name: str) -> ElasticBody:
+        """The same body, with all that is known of it, under another name."""
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__, name=name)
+        return twin
 
     @cached_property
     def core_mesh(self) -> _mtb_rs.TetraMesh:

@@ -130,6 +130,11 @@ class Scene:
         for side in ("upper", "lower"):
             body = getattr(self, side)
             put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
+        if isinstance(self.upper, ElasticBody) and isinstance(self.lower, ElasticBody):
+            name = self.upper.name
+            if name == self.lower.name:
+                put(self, "upper", self.upper.named(f"upper {name}"))
+                put(self, "lower", self.lower.named(f"lower {name}"))
         if self.spacing is not None:
             put(self, "spacing", spacing_pair(self.spacing))
         elif self.layout is None or self.layout.start is None:

@@ -56,9 +56,7 @@ class BodyLayout:
 
     def sheet(self, spacing: tuple[float, float]) -> ContactSheet:
         """Cells of about `spacing` that fill the bounding box of the contact face."""
-        corners = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces][:, :3])]
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        level = low[2] if self.upper else high[2]
+        low, high, level = self._extent()
         size = high - low
         if min(size[:2]) <= 0.0:
             raise ValueError(
@@ -83,6 +81,12 @@ class BodyLayout:
         middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
         return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
+
+    def _extent(self) -> tuple[Array, Array, float]:
+        """Corners (3,) [m] of the bounding box of the contact face, and the height of the plane."""
+        corners = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces][:, :3])]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return low, high, float(low[2] if self.upper else high[2])
 
     def _check_outlook(self) -> None:
         """An upper body's face must look down, a lower one's up."""
@@ -120,8 +124,7 @@ class BodyLayout:
         """The boundary of the body, and the plane beside it."""
         nodes = self.body.mesh.nodes
         low, high = nodes.min(axis=0), nodes.max(axis=0)
-        sheet = self.sheet((float(np.ptp(nodes[:, 0])) / 4, float(np.ptp(nodes[:, 1])) / 4))
-        level = float(sheet.nodes.points[2, 0])
+        _, _, level = self._extent()
         wide = 0.25 * (high - low)
         x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
         plane = height_surface("lower" if self.upper else "upper", x, y, np.full((9, 9), level))

@@ -100,3 +100,50 @@ def test_an_elastic_lower_body_under_all_loads():
     pulled = mtb.Scene(steel, table, spacing=2.5e-2, magnetic_pressure=3e6, friction=0.3).solve()
     assert pulled.force[2] == pytest.approx(-3e4, rel=1e-9)
     np.testing.assert_allclose(pulled.pressure, pressed.pressure, rtol=1e-6)
+
+
+def block(*, upper, **options):
+    x, y = np.linspace(-0.04, 0.04, 6), np.linspace(-0.02, 0.02, 4)
+    mesh = block_mesh(x, y, 0.04)
+    if upper:
+        held = [mtb.Support("top", x=0, y=0)]
+        return mtb.ElasticBody(mesh, steel, "bottom", held, **options)
+    held = [mtb.Support("bottom", x=0, y=0, z=0)]
+    return mtb.ElasticBody(mesh.moved(shift=(0.0, 0.0, -0.04)), steel, "top", held, **options)
+
+
+@pytest.mark.parametrize("lower", ["half-space", "rigid", "elastic"])
+def test_a_given_gap_on_any_grid_keeps_raised_regions_free(lower):
+    below = {"half-space": steel, "rigid": mtb.Rigid(), "elastic": block(upper=False)}[lower]
+    gap = np.zeros((6, 11))
+    gap[:, 4:7] = 1e-3  # a groove across the middle
+    scene = mtb.Scene(upper=block(upper=True), lower=below, spacing=8e-3, force=5e3, friction=0.1, gap=gap)
+    result = scene.solve()
+    assert result.pressure.shape == gap.shape
+    assert (result.pressure[:, 4:7] == 0.0).all()
+    assert (result.pressure[:, :4] > 0.0).any()
+    assert (result.pressure[:, 7:] > 0.0).any()
+    assert result.normal_force == pytest.approx(5e3, rel=1e-9)
+    np.testing.assert_array_equal(result.initial_gap, gap)
+    assert len(result.surfaces) == 2
+    with pytest.raises(ValueError, match=r"gap has shape \(5, 5\).* \(6, 11\) nodes"):
+        mtb.Scene(upper=block(upper=True), lower=below, spacing=8e-3, force=5e3, gap=gap[:5, :5]).solve()
+
+
+def test_two_bodies_of_one_name_are_told_apart(tmp_path):
+    upper, lower = block(upper=True), block(upper=False)
+    result = mtb.Scene(upper=upper, lower=lower, spacing=1e-2, force=5e3, friction=0.1).solve()
+    states = result.states()
+    assert list(states) == ["upper body", "lower body"]
+    assert set(result.report.reactions) == {"upper body: top", "lower body: bottom"}
+    up, down = (sum(state.reactions.values()) for state in states.values())
+    assert down == pytest.approx(-result.force, rel=1e-6, abs=1e-3)
+    np.testing.assert_allclose(down[:2], -up[:2], rtol=1e-6, atol=1e-3)
+    assert (upper.name, lower.name) == ("body", "body")
+    files = {path.name for path in result.save(tmp_path)}
+    if "contact.vtp" in files:
+        assert {"body_upper_body.vtu", "body_lower_body.vtu"} <= files
+    pair = mtb.Scene(
+        upper=block(upper=True, name="pad"), lower=block(upper=False, name="disc"), spacing=1e-2, force=5e3
+    )
+    assert (pair.upper.name, pair.lower.name) == ("pad", "disc")
