@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import json
 import os
@@ -18,18 +17,20 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Annotated, Any, TextIO
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from . import scenes
+from .check import path_of
 from .direct import choose
 from .errors import ConvergenceError
-from .geometry import Profile
+from .fingerprint import fingerprint
 from .result import Result
 from .scene import Scene
 from .sweep_table import SweepTable
@@ -68,7 +69,9 @@ def sweep(
     measure : callable
         Numbers of a result that make further columns; for processes a function of a module.
     checkpoint : path
-        Solved cases are kept there one by one; a sweep called again with the same file goes on from it.
+        Solved cases are kept there one by one; a sweep called again with the same file goes on from it. The
+        same sweep is one of the same scene, values, options and measure: functions count by their code and
+        what they hold, objects by their attributes.
     progress : callable
         Called with the cases done and all cases.
     **options
@@ -82,8 +85,12 @@ def sweep(
     Raises
     ------
     ValueError
-        If an argument is unknown, or the checkpoint is of another sweep.
+        If an argument is unknown, the executor is none, the checkpoint is of another sweep or damaged, or an
+        input hides what it holds, so that a checkpoint could not tell it from another.
     """
+    if not isinstance(parameters, Mapping):
+        raise ValueError(f"parameters is {parameters!r}: a mapping from arguments to their values is needed")
+    _check_executor(executor)
     grid = {name: _labelled(name, values) for name, values in parameters.items()}
     if not grid:
         raise ValueError("parameters is empty: at least one argument with its values is needed")
@@ -92,7 +99,8 @@ def sweep(
         if name not in known:
             raise ValueError(f"{name!r} is no argument of the scene: it has {', '.join(sorted(known))}")
     cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
-    with _Checkpoint(checkpoint, _fingerprint([scene, grid, options])) as kept:
+    key = "" if checkpoint is None else _key(scene, grid, options, measure)
+    with _Checkpoint(checkpoint, key, len(cases)) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(cases)) if k not in records)
         done = len(records)
@@ -122,10 +130,17 @@ def varied(scene: Scene, changes: Values) -> Scene:
     kept = {
         name: getattr(scene, name)
         for name in own - {"layout", "inputs", "name"} - set(changes)
-        if _fingerprint(getattr(scene, name)) != _fingerprint(getattr(before, name))
+        if not _same(getattr(scene, name), getattr(before, name))
     }
     new: Scene = build(**{**arguments, **changes})
     return new.with_(**kept)
+
+
+def _same(value: Any, other: Any) -> bool:
+    try:
+        return fingerprint(value) == fingerprint(other)
+    except ValueError:
+        return value is other
 
 
 class _Work:
@@ -248,7 +263,7 @@ def _pool(executor: Executor | int) -> tuple[Executor, bool]:
         executor = int(getattr(executor, "_max_workers", 1))
     if isinstance(executor, Executor):
         return executor, False
-    return ProcessPoolExecutor(executor, get_context("spawn"), _one_thread), True
+    return ProcessPoolExecutor(int(executor), get_context("spawn"), _one_thread), True
 
 
 def _one_thread() -> None:
@@ -256,28 +271,59 @@ def _one_thread() -> None:
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
 
 
+def _check_executor(executor: Any) -> None:
+    if executor is None or isinstance(executor, Executor):
+        return
+    if isinstance(executor, bool) or not isinstance(executor, (int, np.integer)) or executor < 1:
+        raise ValueError(
+            f"executor is {executor!r}: a concurrent.futures.Executor, a number of processes from 1 on, "
+            "or None is needed"
+        )
+
+
+def _key(scene: Scene, grid: Mapping[str, Values], options: Values, measure: Measure | None) -> str:
+    """What a checkpoint is known by."""
+    try:
+        return fingerprint([scene, scene.inputs, grid, options, measure])
+    except ValueError as error:
+        raise ValueError(f"no checkpoint is possible: {error}") from error
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+
+class _Head(_Line):
+    """The first line of a checkpoint."""
+
+    sweep: str
+
+
+class _Solved(_Line):
+    """A further line: what became of a case."""
+
+    case: Annotated[int, Field(ge=0)]
+    status: str
+    model: str | None = None
+    numbers: dict[str, float] | None = None
+
+
 class _Checkpoint:
     """Solved cases in a file, one line each; the first line says of which sweep."""
 
-    def __init__(self, path: str | os.PathLike[str] | None, key: str) -> None:
-        self.path = None if path is None else Path(path)
+    def __init__(self, path: str | os.PathLike[str] | None, key: str, cases: int) -> None:
+        self.path = None if path is None else path_of("checkpoint", path)
         self.key = key
+        self.cases = cases
         self.records: dict[int, Record] = {}
         self._stream: TextIO | None = None
 
     def __enter__(self) -> _Checkpoint:
         if self.path is None:
             return self
-        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
-        if lines and json.loads(lines[0]).get("sweep") != self.key:
-            raise ValueError(f"{self.path} is the checkpoint of another sweep: give another file")
-        for line in lines[1:]:
-            try:
-                entry = json.loads(line)
-            except json.JSONDecodeError:
-                continue  # cut short by an interruption: solved again
-            if not entry["status"].startswith("lost"):
-                self.records[entry.pop("case")] = entry
+        if self.path.is_dir():
+            raise ValueError(f"checkpoint is {self.path}: a file is needed, not a directory")
+        self._read(self.path)
         # written anew without what was cut short
         draft = self.path.with_name(self.path.name + ".draft")
         with draft.open("w", encoding="utf-8") as stream:
@@ -286,6 +332,38 @@ class _Checkpoint:
         os.replace(draft, self.path)
         self._stream = self.path.open("a", encoding="utf-8")
         return self
+
+    def _read(self, path: Path) -> None:
+        lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+        for number, line in enumerate(lines, 1):
+            try:
+                content = json.loads(line)
+                if number == 1:
+                    key = _Head.model_validate(content).sweep
+                else:
+                    entry = _Solved.model_validate(content).model_dump(exclude_none=True)
+            except ValidationError as error:
+                first = error.errors()[0]
+                where = ".".join(map(str, first["loc"]))
+                problem = f"{where}: {first['msg']}" if where else str(first["msg"])
+                raise ValueError(_damaged(path, number, problem)) from None
+            except ValueError as error:
+                if number == len(lines) > 1 and not line.endswith(b"\n"):
+                    return  # cut short by an interruption: solved again
+                raise ValueError(_damaged(path, number, str(error))) from None
+            if number == 1:
+                if key != self.key:
+                    raise ValueError(
+                        f"{path} is the checkpoint of another sweep (scene, values, options or measure): "
+                        "remove it, or write to another place"
+                    )
+                continue
+            if entry["case"] >= self.cases:
+                raise ValueError(_damaged(path, number, f"case is {entry['case']} of {self.cases}"))
+            if entry["status"] == "solved" and not {"model", "numbers"} <= set(entry):
+                raise ValueError(_damaged(path, number, "a solved case without model and numbers"))
+            if not entry["status"].startswith("lost"):
+                self.records[entry.pop("case")] = entry
 
     def __exit__(self, *_: object) -> None:
         if self._stream is not None:
@@ -297,6 +375,10 @@ class _Checkpoint:
             self._stream.write(json.dumps({"case": index, **record}) + "\n")
             self._stream.flush()
             os.fsync(self._stream.fileno())
+
+
+def _damaged(path: Path, line: int, problem: str) -> str:
+    return f"{path}, line {line}: no line of a checkpoint: {problem}; without the file all are solved again"
 
 
 def _table(
@@ -342,27 +424,3 @@ def _known(scene: Scene) -> set[str]:
     if scene.name in scenes.__all__:
         known |= set(inspect.signature(getattr(scenes, scene.name)).parameters)
     return known
-
-
-def _fingerprint(value: Any) -> str:
-    """A text that is the same for the same input in any process."""
-    return hashlib.sha256(_words(value).encode()).hexdigest()
-
-
-def _words(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        return (
-            f"{value.shape}{value.dtype}{hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()}"
-        )
-    if isinstance(value, Mapping):
-        return "{" + ",".join(f"{k!r}:{_words(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
-        return "[" + ",".join(map(_words, value)) + "]"
-    if isinstance(value, Profile):
-        return _words(value.__reduce__()[1])
-    if is_dataclass(value) and not isinstance(value, type):
-        named = ",".join(f"{f.name}={_words(getattr(value, f.name))}" for f in fields(value) if f.compare)
-        return f"{type(value).__name__}({named})"
-    if callable(value):
-        return f"{value.__module__}.{getattr(value, '__qualname__', type(value).__qualname__)}"
-    return repr(value)

@@ -1,10 +1,15 @@
 """Sweeps: any executor, one table, interruptions and dead workers lose nothing."""
 
 import csv
+import functools
 import json
 import os
 import signal
+import subprocess
+import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,7 +32,9 @@ def peak_place(result):
 
 
 def deadly(result):
-    """Ends its process for one case; the file it finds itself in tells whether it did so before."""
+    """Ends its process for two cases, unless told that it is healed."""
+    if "MTB_TEST_HEALED" in os.environ:
+        return {"pid": 0}
     if result.force[0] > 0.25 * -result.force[2] and result.normal_force > 4e6:
         os.kill(os.getpid(), signal.SIGKILL)
     return {"pid": os.getpid()}
@@ -102,7 +109,6 @@ def test_any_executor_gives_the_same(kind):
 
 def test_an_interrupted_sweep_goes_on(tmp_path):
     path = tmp_path / "sweep.jsonl"
-    calls = []
 
     def stop_at_three(done, total):
         if done == 3:
@@ -114,12 +120,129 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
     assert len(lines) == 4
     with path.open("a", encoding="utf-8") as stream:
         stream.write(lines[-1][:20])  # cut short in the middle of a line
-    table = mtb.sweep(paraboloid(), GRID, checkpoint=path, measure=lambda r: calls.append(r) or {})
-    assert len(calls) == 3
+    seen = []
+    table = mtb.sweep(paraboloid(), GRID, checkpoint=path, progress=lambda done, of: seen.append(done))
+    assert seen == [3, 4, 5, 6]
     want = mtb.sweep(paraboloid(), GRID)
     np.testing.assert_array_equal(table["force_x"], want["force_x"])
     assert len(path.read_text(encoding="utf-8").splitlines()) == 7
     with pytest.raises(ValueError, match="is the checkpoint of another sweep"):
+        mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
+
+
+class Mu:
+    """Friction over the place, as an object that holds its value."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def __call__(self, x, y):
+        return self.value + 0 * x
+
+
+def mu(value, x, y):
+    return value + 0 * x
+
+
+LEVEL = 0.1
+
+
+def of_level(x, y):
+    return LEVEL + 0 * x
+
+
+FRICTIONS = {
+    "object": Mu,
+    "partial": lambda value: functools.partial(mu, value),
+    "closure": lambda value: lambda x, y: value + 0 * x,
+    "default": lambda value: lambda x, y, value=value: value + 0 * x,
+    "method": lambda value: Mu(value).__call__,
+    "code": lambda value: eval(f"lambda x, y: {value} + 0 * x"),
+}
+
+
+@pytest.mark.parametrize("kind", FRICTIONS)
+@pytest.mark.parametrize("where", ["grid", "scene"])
+def test_a_checkpoint_tells_callables_apart(kind, where, tmp_path):
+    def swept(value):
+        friction = FRICTIONS[kind](value)
+        if where == "grid":
+            return mtb.sweep(paraboloid(), {"friction": {"f": friction}}, checkpoint=tmp_path / "c")
+        return mtb.sweep(paraboloid().with_(friction=friction), {"force": [1e6]}, checkpoint=tmp_path / "c")
+
+    kept = swept(0.1)["force_x"]
+    assert swept(0.1)["force_x"] == kept
+    with pytest.raises(ValueError, match="is the checkpoint of another sweep"):
+        swept(0.5)
+
+
+def test_a_checkpoint_knows_its_measure_and_the_globals_of_functions(tmp_path, monkeypatch):
+    def swept(measure=None):
+        return mtb.sweep(
+            paraboloid().with_(friction=of_level),
+            {"force": [1e6]},
+            checkpoint=tmp_path / "c",
+            measure=measure,
+        )
+
+    swept(peak_place)
+    assert "peak_x" in swept(peak_place).columns
+    with pytest.raises(ValueError, match="another sweep"):
+        swept()
+    monkeypatch.setattr(sys.modules[__name__], "LEVEL", 0.2)
+    with pytest.raises(ValueError, match="another sweep"):
+        swept(peak_place)
+
+
+def test_a_key_is_the_same_in_another_process():
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import test_sweeps as t; from mtb_rs.fingerprint import fingerprint\n"
+        "print(fingerprint([t.paraboloid(), t.Mu(0.1), t.of_level, t.peak_place, {'b', 'a', 'c'}]))"
+    )
+    command = [sys.executable, "-c", code, str(Path(__file__).parent)]
+    keys = {
+        subprocess.run(
+            command, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(keys) == 1
+
+
+def test_what_hides_its_content_has_no_checkpoint(tmp_path):
+    lock = threading.Lock()
+    friction = {"f": lambda x, y: 0.1 + 0 * x * lock.locked()}
+    assert mtb.sweep(paraboloid(), {"friction": friction}).failures == []
+    with pytest.raises(ValueError, match=r"no checkpoint is possible: <unlocked _thread\.lock"):
+        mtb.sweep(paraboloid(), {"friction": friction}, checkpoint=tmp_path / "c")
+
+
+DAMAGE = [
+    (1, "[]"),
+    (1, "5"),
+    (1, "null"),
+    (1, '{"swe'),
+    (1, '{"status": "solved"}'),
+    (1, "\xff"),
+    (2, '{"status": "solved"}'),
+    (2, '{"case": 0}'),
+    (2, '{"case": 0, "status": 3}'),
+    (2, '{"case": "0", "status": "solved"}'),
+    (2, '{"case": 1, "status": "no solution"}'),
+    (2, '{"case": 0, "status": "solved"}'),
+    (2, '{"case": 0, "sta'),
+]
+
+
+@pytest.mark.parametrize(("number", "line"), DAMAGE)
+def test_a_damaged_checkpoint_is_named_with_its_line(number, line, tmp_path):
+    path = tmp_path / "sweep.jsonl"
+    mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
+    lines = path.read_bytes().splitlines()
+    lines[number - 1] = line.encode("latin-1")
+    path.write_bytes(b"\n".join(lines) + b"\n")
+    with pytest.raises(ValueError, match=rf"sweep\.jsonl, line {number}: "):
         mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
 
 
@@ -133,7 +256,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, monkeypatch):
     assert len(set(table["pid"].ravel())) == 1
 
 
-def test_a_case_that_kills_its_worker_is_recorded_and_stops_nobody(tmp_path):
+def test_a_case_that_kills_its_worker_is_recorded_and_stops_nobody(tmp_path, monkeypatch):
     path = tmp_path / "sweep.jsonl"
     table = mtb.sweep(paraboloid(), GRID, executor=2, checkpoint=path, measure=deadly)
     assert [case for case, _ in table.failures] == [
@@ -142,8 +265,10 @@ def test_a_case_that_kills_its_worker_is_recorded_and_stops_nobody(tmp_path):
     ]
     assert all("its process ended twice" in reason for _, reason in table.failures)
     # what was lost is tried again when the sweep goes on
-    healed = mtb.sweep(paraboloid(), GRID, checkpoint=path)
+    monkeypatch.setenv("MTB_TEST_HEALED", "1")
+    healed = mtb.sweep(paraboloid(), GRID, checkpoint=path, measure=deadly)
     assert healed.failures == []
+    assert np.count_nonzero(healed["pid"] == 0) == 2
 
 
 def test_the_command_line(tmp_path, capsys):
@@ -197,6 +322,7 @@ BAD = [
     ({"friction": []}, "friction has no values"),
     ({"friction": 0.1}, "friction is 0.1: a list of values is needed"),
     ({"friction": [0.1, 0.1]}, "friction has a value twice"),
+    (["friction"], "a mapping from arguments to their values is needed"),
 ]
 
 
@@ -204,3 +330,14 @@ BAD = [
 def test_bad_input_is_named(parameters, message):
     with pytest.raises(ValueError, match=message):
         mtb.sweep(paraboloid(), parameters)
+
+
+@pytest.mark.parametrize("executor", ["x", 0, -1, 1.5, True])
+def test_an_executor_that_is_none_is_named(executor):
+    with pytest.raises(ValueError, match=f"executor is {executor!r}: "):
+        mtb.sweep(paraboloid(), {"friction": [0.1]}, executor=executor)
+
+
+def test_a_checkpoint_is_a_file(tmp_path):
+    with pytest.raises(ValueError, match="a file is needed, not a directory"):
+        mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path)
