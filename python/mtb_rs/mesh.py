@@ -69,7 +69,8 @@ class TetraMesh:
         Raises
         ------
         ValueError
-            On indices out of range, inverted or flat tetrahedra, loose nodes, several pieces.
+            On indices out of range, inverted or flat tetrahedra, loose nodes, several pieces, tetrahedra that
+            are there twice or share a face with two others.
         """
         cells = np.asarray(self.cells)
         if cells.ndim != 2 or np.asarray(self.nodes).ndim != 2:
@@ -79,9 +80,35 @@ class TetraMesh:
             )
         if cells.size and cells.min() < 0:
             raise ValueError(f"cells contain the node number {cells.min()}: numbers start at 0")
-        return _mtb_rs.TetraMesh(
+        mesh = _mtb_rs.TetraMesh(
             np.ascontiguousarray(self.nodes, dtype=np.float64), np.ascontiguousarray(cells, dtype=np.uintp)
         )
+        _check_owners(cells[:, :4])
+        return mesh
+
+
+def _check_owners(corners: Index) -> None:
+    """A face belongs to one tetrahedron or two; more overlap."""
+    sides = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+    faces = np.sort(np.concatenate([corners[:, side] for side in sides]), axis=1)
+    order = np.lexsort(faces.T)
+    ranked = faces[order]
+    third = np.flatnonzero((ranked[2:] == ranked[:-2]).all(axis=1))
+    if not third.size:
+        return
+    k = third[0]
+    owners = np.sort(order[k : k + 3] % len(corners))
+    points = np.sort(corners[owners], axis=1)
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        if (points[a] == points[b]).all():
+            raise ValueError(
+                f"tetrahedron {owners[b]} has the corners {points[b].tolist()} of tetrahedron {owners[a]}: "
+                "each must be there once"
+            )
+    raise ValueError(
+        f"the tetrahedra {owners[0]}, {owners[1]} and {owners[2]} share the face {ranked[k].tolist()}: "
+        "a face belongs to one or two"
+    )
 
 
 def graded(first: float, length: float, growth: float = GROWTH, least: int = 2) -> Array:

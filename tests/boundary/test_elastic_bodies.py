@@ -239,3 +239,16 @@ def test_two_processes_share_a_folder(tmp_path: Path) -> None:
     assert len(sums) == 40
     assert np.ptp(sums) <= 1e-12 * abs(sums[0])
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_tetrahedra_that_overlap_are_named() -> None:
+    mesh = block_mesh(np.linspace(0.0, 0.1, 3), np.linspace(0.0, 0.1, 3), 0.1, quadratic=False)
+    again = np.concatenate([mesh.cells, mesh.cells[5:6]])
+    with pytest.raises(ValueError, match=rf"tetrahedron {len(mesh.cells)} has the corners .* tetrahedron 5:"):
+        mtb.TetraMesh(mesh.nodes, again).checked()
+    # one more tetrahedron on a face that already has two
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1], [0.1, 0.1, 2]])
+    cells = np.array([[0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 5]])
+    mtb.TetraMesh(corners[:5], cells[:2]).checked()
+    with pytest.raises(ValueError, match=r"tetrahedra 0, 1 and 2 share the face \[0, 1, 2\]"):
+        mtb.TetraMesh(corners, cells).checked()
