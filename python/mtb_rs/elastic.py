@@ -82,6 +82,31 @@ class ElasticPart:
         forces = Forces(touched - pulled, pulled, self.balance.spread, supports)
         return forces.mirrored() if self.is_half else forces
 
+    @property
+    def lifts(self) -> Array:
+        """Rise (m,) of the free motions that are translations along z; 0 for all others."""
+        others = np.abs(self.modes[:, [0, 1, 3, 4, 5]]).max(axis=1, initial=0.0)
+        rise = self.modes[:, 2]
+        return np.where(others <= 1e-9 * np.abs(rise), rise, 0.0)
+
+    def loads_in_words(self) -> list[str]:
+        """The given loads on the body, besides its magnetic pull."""
+        words = []
+        if self.spread[2]:
+            words.append(f"force {self.spread[2]:.6g} N along z on {self.body.name}")
+        size = float(np.ptp(self.body.mesh.nodes, axis=0).max())
+        moment = np.where(
+            np.abs(self.spread[3:]) > 1e-9 * size * np.abs(self.spread[:3]).max(), self.spread[3:], 0.0
+        )
+        if moment.any():
+            given = ", ".join(f"{m:.4g}" for m in moment)
+            words.append(f"moment ({given}) N m about the centre of {self.body.name}")
+        for name, support in zip(self.body.support_names, self.body.supports, strict=True):
+            for axis, value in zip("xyz", support.values, strict=True):
+                if isinstance(value, Guide) and value.force:
+                    words.append(f"guide {name!r} of {self.body.name} {value.force:.6g} N along {axis}")
+        return words
+
     def _tractions(self, coefficients: Array) -> tuple[Array, Array]:
         """Tractions (3, n) [Pa] of the contact and of the pull, in the body's own frame."""
         n = self.pull.size

@@ -319,6 +319,8 @@ class Scene:
             averages=known,
             time_s=time_s,
         )
+        if self.approach is not None:
+            self._check_pressed(problem)
         solution = solve_direct(problem)
         try:
             result = self._finish(problem, solution, "direct")
@@ -327,6 +329,17 @@ class Scene:
         if result.report.contact_area == 0.0:
             raise ValueError("the bodies never touch: nothing brings them together")
         return on_grid(result, contact.kept, whole)
+
+    def _check_pressed(self, problem: ContactProblem) -> None:
+        """A body free along z gives way to an approach, unless a guide presses it."""
+        for side in (problem.upper, problem.lower):
+            for part in side.state or ():
+                if (side.work[part.lifts != 0.0] == 0.0).any():
+                    raise ValueError(
+                        f"approach is {self.approach:g} m, but the supports leave {part.body.name} free "
+                        "along z and nothing presses it: hold z by a support, or give force [N] or "
+                        "magnetic_pressure [Pa] instead"
+                    )
 
     def _wrench(self, middle: Array, body: ElasticBody) -> Array:
         """Force and moment about the centre of volume (6,) that press an elastic upper body."""

@@ -490,7 +490,7 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
     if solution.status == "unreachable":
         return (
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
-            f"{problem.n} contact points balances it ({_loads_in_words(problem)})"
+            f"{problem.n} contact points balances it ({_loads_in_words(problem)}){_lost_hold(problem)}"
         )
     margin = solution.wedging_margin
     if solution.status == "no solution" or (margin is not None and margin > 1.0):
@@ -526,8 +526,26 @@ def _lost_digits(problem: ContactProblem) -> str:
 
 
 def _loads_in_words(problem: ContactProblem) -> str:
+    parts = (*(problem.upper.state or ()), *(problem.lower.state or ()))
+    words = [line for part in parts for line in part.loads_in_words()]
     pull = problem.loads.get("pull", problem.loads.get("magnetic"))
-    return "no force" if pull is None else f"force {np.asarray(pull)[2]:.6g} N along z"
+    if pull is not None:
+        words.insert(0, f"force {np.asarray(pull)[2]:.6g} N along z")
+    return ", ".join(words) or "no force"
+
+
+def _lost_hold(problem: ContactProblem) -> str:
+    """Why no pressure balances the load: it pulls the bodies apart, or friction tips them over."""
+    for side, up in ((problem.upper, 1.0), (problem.lower, -1.0)):
+        lifts = [(part.body.name, lift) for part in side.state or () for lift in part.lifts]
+        for (name, lift), work in zip(lifts, side.work, strict=False):
+            if up * lift * work > 0.0:
+                return f": in all {up * work / lift:.6g} N pull {name} off the contact"
+    if problem.averages is not None and problem.direction.any():
+        smooth = replace(problem, direction=np.zeros_like(problem.direction), time_s={})
+        if solve_direct(smooth, with_margin=False).status == "solved":
+            return ": without friction the contact carries it, so friction tips a body over"
+    return ""
 
 
 def sided_influence(

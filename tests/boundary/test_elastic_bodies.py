@@ -6,6 +6,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -252,3 +253,36 @@ def test_tetrahedra_that_overlap_are_named() -> None:
     mtb.TetraMesh(corners[:5], cells[:2]).checked()
     with pytest.raises(ValueError, match=r"tetrahedra 0, 1 and 2 share the face \[0, 1, 2\]"):
         mtb.TetraMesh(corners, cells).checked()
+
+
+def standing(height: float, z: mtb.Guide | None = None) -> mtb.ElasticBody:
+    mesh = block_mesh(np.linspace(-0.015, 0.015, 4), np.linspace(-0.015, 0.015, 4), height)
+    return mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support("top", x=0, y=0, z=z)], name="pad")
+
+
+@pytest.mark.parametrize(
+    ("height", "z", "given", "reason"),
+    [
+        (0.1, None, {"force": 1e4, "friction": 0.8}, r"force -10000 N along z on pad\): without friction"),
+        (
+            0.02,
+            mtb.Guide(2e3),
+            {"magnetic_pressure": 1e6},
+            r"guide 'top' of pad 2000 .*in all 1100 N pull pad off",
+        ),
+        (0.02, None, {"force": 1e4, "moments": (0.0, 800.0)}, r"moment \(0, 800, 0\) N m about the.* pad\)$"),
+    ],
+)
+def test_a_load_that_no_contact_carries_is_explained(
+    height: float, z: mtb.Guide | None, given: dict[str, Any], reason: str
+) -> None:
+    scene = mtb.Scene(standing(height, z), STEEL, spacing=1e-2, **given)
+    with pytest.raises(mtb.ResultantError, match=reason):
+        scene.solve()
+
+
+def test_an_approach_needs_a_body_held_along_z() -> None:
+    with pytest.raises(ValueError, match="supports leave pad free along z and nothing presses it"):
+        mtb.Scene(standing(0.02), STEEL, spacing=1e-2, approach=1e-5, friction=0.3).solve()
+    pressed = mtb.Scene(standing(0.02, mtb.Guide(-2e3)), STEEL, spacing=1e-2, approach=1e-5).solve()
+    assert pressed.normal_force == pytest.approx(2e3, rel=1e-9)
