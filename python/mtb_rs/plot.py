@@ -28,6 +28,7 @@ from PIL import Image
 from .check import path_of
 from .grids import corners, flat, patches, row_borders
 from .result import Array, Patch, Pictured, Result
+from .sweep_table import UNITS, SweepTable
 
 Limits = tuple[float, float]
 Body = Literal["upper", "lower"]
@@ -396,6 +397,55 @@ def draw_lines(
     return figure
 
 
+def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
+    """A quantity of a sweep over its first parameter, a line for each value of the others."""
+    if quantity not in table.columns:
+        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(table.columns) or 'none'} is needed")
+    (first, along), *others = table.parameters.items()
+    values = table.columns[quantity]
+    unit = UNITS.get(quantity, "")
+    factor = 1.0
+    if unit in _PREFIXES:
+        factor, unit = unit_of(values[np.isfinite(values)], unit)
+    numeric = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in along)
+    places = np.array(along, dtype=float) if numeric else np.arange(len(along), dtype=float)
+    order = np.argsort(places, kind="stable")
+    figure, ax = _canvas(ax, (7.2, 3.9))
+    styles = ((colour, dash) for dash in cycle(("-", "--", ":", "-.")) for colour in LINE_COLOURS)
+    for at, (colour, dash) in zip(np.ndindex(values.shape[1:]), styles, strict=False):
+        label = ", ".join(f"{_spaced(k)} = {_plain(v[i])}" for (k, v), i in zip(others, at, strict=True))
+        line = values[(slice(None), *at)][order] / factor
+        # labels have no places between them
+        ax.plot(
+            places[order],
+            line,
+            dash if numeric else "none",
+            marker="." if numeric else "o",
+            color=colour,
+            linewidth=1.6,
+            label=label or None,
+        )
+    if not numeric:
+        ax.set_xticks(places, [str(v) for v in along])
+    ax.set_xlabel(_spaced(first))
+    name = _spaced(quantity)
+    ax.set_ylabel(f"{name} [{unit}]" if unit not in ("", "1") else name)
+    ax.set_title(_spaced(table.attributes["scene"]), loc="left", fontsize=10.5, color=INK)
+    if others:
+        ax.legend(frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    _style(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+def _spaced(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 @dataclass(frozen=True)
 class _Row:
     patch: Patch
@@ -452,7 +502,8 @@ def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -
     """Unit and colours for `values` [SI], or for given `limits` [SI].
 
     Values on both sides of zero get a scale that is white there. Peaks at sharp edges, singular in
-    theory, do not flatten the rest: the scale then ends below them, and says so by its open end.
+    theory, do not flatten the rest: the scale then ends below them, and says so by its open end, or where
+    a bar has none by :func:`bar_title`.
     """
     spanned = values if limits is None else np.array(limits)
     factor, unit = unit_of(spanned, asked.unit)
@@ -474,6 +525,16 @@ def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -
     peaked = high > 1.4 * robust > 0.0
     norm = Normalize(0.0, robust if peaked else high or 1.0)
     return Scale(factor, unit, asked.colours or "viridis", norm, "max" if peaked else "neither")
+
+
+def bar_title(label: str, values: Array, scale: Scale) -> str:
+    """What stands over the bar of a picture in space: what, in which unit, and what the scale leaves out."""
+    title = f"{label}\n[{scale.unit}]"
+    if scale.extend in ("max", "both"):
+        title += f"\n(largest {values.max() / scale.factor:.3g})"
+    if scale.extend in ("min", "both"):
+        title += f"\n(smallest {values.min() / scale.factor:.3g})"
+    return title
 
 
 def _title(label: str, values: Array, unit: str) -> str:

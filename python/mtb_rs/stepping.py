@@ -4,17 +4,17 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import number, positive
+from .check import number, path_of, positive
 from .errors import ConvergenceError, ResultantError
 from .loads import PressureDependentFriction, VelocityTable, friction_field
 from .solve import ContactProblem, Side, magnetic_field, to_global, to_local
@@ -236,11 +236,25 @@ class PreparedContact:
         return PreparedContact(self._core.copy(), self._source)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the contact for :meth:`load` and for the C interface: all matrices, with a checksum."""
-        target = Path(path)
-        with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as draft:
-            draft.write(self._core.to_bytes())
-        os.replace(draft.name, target)
+        """Writes the contact for :meth:`load` and for the C interface: all matrices, with a checksum.
+
+        Raises
+        ------
+        ValueError
+            If the path is a directory.
+        OSError
+            If nothing can be written there.
+        """
+        target = path_of("path", path)
+        if target.is_dir():
+            raise ValueError(f"cannot save into {target}: it is a directory, a file is needed")
+        # beside the target, as a file of the user's own mode: what stands there is complete
+        draft = target.with_name(f".{target.name}-{uuid4().hex}")
+        try:
+            draft.write_bytes(self._core.to_bytes())
+            os.replace(draft, target)
+        finally:
+            draft.unlink(missing_ok=True)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:

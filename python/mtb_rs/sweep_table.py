@@ -88,6 +88,24 @@ class SweepTable:
             writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
             writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
 
+    def plot(self, quantity: str = "peak_pressure", *, ax: Any = None) -> Any:
+        """Draws one quantity over the first parameter, a line for each value of the others.
+
+        Parameters
+        ----------
+        quantity : str
+            One of the columns. Cases without a solution leave a gap.
+        ax : matplotlib.axes.Axes
+            Draw there, not into a figure of its own.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .plot import draw_sweep
+
+        return draw_sweep(self, quantity, ax)
+
     def to_xarray(self) -> Any:
         """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""
         try:
@@ -105,7 +123,12 @@ class SweepTable:
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
         """Writes the table as netCDF-4 (extra ``sweep``)."""
-        self.to_xarray().to_netcdf(path, engine="h5netcdf")
+        table = self.to_xarray()
+        try:
+            import h5netcdf  # noqa: F401
+        except ImportError as error:
+            raise ImportError("h5netcdf is missing: pip install 'mtb-rs[sweep]'") from error
+        table.to_netcdf(path, engine="h5netcdf")
 
     def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         for at in np.ndindex(self.status.shape):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .check import number
 from .grids import corners, flat, patches, quads
 from .result import Array, Pictured, Result, Surface
 
@@ -87,7 +88,8 @@ def view(
     quantity : str
         As in :func:`mtb_rs.plot.plot`.
     limits : (low, high) [SI unit of the quantity]
-        Ends of the colour scale.
+        Ends of the colour scale. By default those of the values, or less where single peaks would
+        flatten the rest: the largest value then stands over the bar.
     scale : float
         Factor on all displacements. By default 0 where the bodies carry none (half-spaces), otherwise
         such that the largest one is seen as a twentieth of the patch.
@@ -105,9 +107,13 @@ def view(
     ------
     ViewError
         Without pyvista or a GL driver; names what to install.
+    ValueError
+        If the scale is no finite number.
     """
+    if scale is not None:
+        scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
-    from .plot import STATUS_COLOURS, STATUS_NAMES, colour_scale, quantity_of
+    from .plot import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
 
     asked = quantity_of(result, quantity)
     surfaces = bodies(result)
@@ -138,7 +144,7 @@ def view(
             "cmap": shades.colours,
             "clim": (shades.norm.vmin, shades.norm.vmax),
             "scalar_bar_args": _bar(
-                f"{asked.label}\n[{shades.unit}]".replace(" displacement", "\ndisplacement")
+                bar_title(asked.label.replace(" displacement", "\ndisplacement"), values[shown], shades)
             ),
         }
     patch = contact_mesh(result, scale=scale, lift=2e-3 * span)
@@ -177,8 +183,10 @@ def view_von_mises(
             f"quantity is 'von_mises', but in the model {result.model!r} no body has finite elements: "
             "solve with model='elastic-upper' or 'elastic-both'"
         )
+    if scale is not None:
+        scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
-    from .plot import Quantity, colour_scale
+    from .plot import Quantity, bar_title, colour_scale
 
     surfaces = bodies(result)
     if scale is None:
@@ -186,7 +194,8 @@ def view_von_mises(
     stress = {id(s): s.von_mises for s in surfaces if s.von_mises is not None}
     label = "von Mises stress"
     asked = Quantity(label, "Pa", "von_mises", lambda r, _: r.pressure)
-    shades = colour_scale(np.concatenate(list(stress.values())), asked, limits)
+    everything = np.concatenate(list(stress.values()))
+    shades = colour_scale(everything, asked, limits)
     for surface in surfaces:
         if id(surface) not in stress:
             plotter.add_mesh(body_mesh(surface), color=_BODY_COLOURS["lower"], opacity=0.12)
@@ -201,7 +210,7 @@ def view_von_mises(
             smooth_shading=True,
             split_sharp_edges=True,
             feature_angle=35.0,
-            scalar_bar_args=_bar(f"{label}\n[{shades.unit}]"),
+            scalar_bar_args=_bar(bar_title(label, everything, shades)),
             copy_mesh=True,
         )
     below = all(part.upper for part in result.parts)

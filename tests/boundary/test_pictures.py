@@ -144,6 +144,22 @@ def test_cells_tile_the_patch(pole_shoe_result: Result, nodal: bool) -> None:
     np.testing.assert_allclose(borders(np.arange(4) * 2.0, (True, True)), [0, 1, 3, 5, 6])
 
 
+@pytest.mark.parametrize("scale", ["a", float("nan"), True])
+def test_a_scale_is_a_finite_number(pole_shoe_result: Result, scale: object) -> None:
+    with pytest.raises(ValueError, match=f"scale is {scale!r}: a finite number"):
+        pole_shoe_result.plot("pressure", "3d", scale=scale)
+
+
+@needs_gl
+def test_the_bar_in_space_says_what_it_leaves_out(pole_shoe_result: Result) -> None:
+    largest = pole_shoe_result.pressure.max()
+    for limits, wanted in (((0.0, 1e6), f"(largest {largest / 1e6:.3g})"), ((0.0, 2 * largest), "[MPa]")):
+        plotter = pole_shoe_result.plot("pressure", "3d", off_screen=True, limits=limits)
+        (title,) = plotter.scalar_bars.keys()
+        plotter.close()
+        assert title.strip().splitlines()[-1] == wanted
+
+
 @needs_gl
 def test_view_shows_bodies_and_pressure(pole_shoe_result: Result) -> None:
     plotter = pole_shoe_result.plot("pressure", "3d", off_screen=True, scale=500.0)

@@ -103,6 +103,17 @@ def test_magnetic_pressure_in_place_of_the_scenes():
         np.testing.assert_allclose(step.force, solved.force, rtol=1e-9, atol=1e-9 * abs(solved.force[2]))
 
 
+def test_saving_keeps_the_users_mode_and_leaves_nothing_behind(tmp_path):
+    contact = mtb.scenes.paraboloid_on_plane(points=6, friction=0.2).prepare()
+    plain, saved = tmp_path / "plain", tmp_path / "saved"
+    plain.touch()
+    contact.save(saved)
+    assert saved.stat().st_mode == plain.stat().st_mode
+    with pytest.raises(ValueError, match="it is a directory"):
+        contact.save(tmp_path)
+    assert sorted(tmp_path.iterdir()) == [plain, saved]
+
+
 def test_memory_and_state_change_nothing_but_time(tmp_path):
     scene, model = SCENES["elastic"]
     contact = scene.prepare(model)

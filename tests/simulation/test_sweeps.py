@@ -296,6 +296,32 @@ def test_the_command_line(tmp_path, capsys):
     assert main(["sweep", str(case), "--vary", "frction=1", "-o", str(tmp_path)]) == 2
 
 
+def test_a_table_draws_its_lines():
+    table = mtb.sweep(paraboloid(), {"friction": [0.3, 0.1], "force": [1e6, 5e6, -1.0]})
+    axes = table.plot("peak_pressure").axes[0]
+    assert axes.get_ylabel() == "peak pressure [MPa]"
+    assert [t.get_text() for t in axes.get_legend().get_texts()] == [
+        "force = 1e+06",
+        "force = 5e+06",
+        "force = -1",
+    ]
+    assert axes.lines[0].get_xdata().tolist() == [0.1, 0.3]
+    np.testing.assert_allclose(axes.lines[1].get_ydata(), table["peak_pressure"][::-1, 1] / 1e6)
+    assert np.isnan(axes.lines[2].get_ydata()).all()
+    with pytest.raises(ValueError, match="quantity is 'pressure': one of force_x"):
+        table.plot("pressure")
+    labelled = mtb.sweep(paraboloid(), {"friction": {"wet": 0.1, "dry": 0.3}}).plot("force_x").axes[0]
+    assert [t.get_text() for t in labelled.get_xticklabels()] == ["wet", "dry"]
+
+
+def test_netcdf_names_the_extra(monkeypatch, tmp_path):
+    table = mtb.sweep(paraboloid(), {"friction": [0.1]})
+    for package in ("h5netcdf", "xarray"):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(ImportError, match=rf"{package} is missing: pip install 'mtb-rs\[sweep\]'"):
+            table.to_netcdf(tmp_path / "sweep.nc")
+
+
 def test_netcdf_keeps_labels_and_units(tmp_path):
     xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
     pytest.importorskip("h5netcdf", reason="h5netcdf (extra sweep) is not installed")
