@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 import warnings
@@ -19,6 +20,7 @@ from rich.table import Table
 from . import __version__
 from .chart import QUANTITIES
 from .errors import CaseError, ConvergenceError
+from .geometry import STANDARD_PROFILES
 from .result import Result
 
 #: Exit codes, beside 0: bad input or an unwritable directory; no solution; stopped by the user.
@@ -28,7 +30,7 @@ BAD_INPUT, NO_SOLUTION, STOPPED = 2, 3, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
-    errors = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    errors = Console(stderr=True, highlight=False, markup=False, emoji=False, soft_wrap=True)
     try:
         command: Callable[[argparse.Namespace], int] = options.command
         return command(options)
@@ -101,7 +103,7 @@ def _parser() -> argparse.ArgumentParser:
         help="solve a case for all combinations of some of its arguments",
         description="Solves the scene of a case file for all combinations of the values of --vary and writes "
         "sweep.csv and, where xarray is installed, sweep.nc. What is solved is kept in sweep.jsonl: the same "
-        "command goes on where it was stopped.",
+        "command goes on where it was stopped; other values need another DIR.",
     )
     sweep.add_argument("case", type=Path, metavar="CASE.toml")
     sweep.add_argument(
@@ -110,10 +112,11 @@ def _parser() -> argparse.ArgumentParser:
         required=True,
         type=_variation,
         metavar="KEY=VALUES",
-        help="an argument of the scene with its values: 0.1,0.3,0.5 or first:last:count; may be repeated",
+        help="an argument of the scene with its values: 0.1,0.3,0.5, words, or first:last:count; repeated "
+        "for further arguments",
     )
     sweep.add_argument(
-        "-j", "--jobs", type=int, default=None, metavar="N", help="processes (default: this one alone)"
+        "-j", "--jobs", type=_processes, default=None, metavar="N", help="processes (default: this one alone)"
     )
     sweep.add_argument(
         "-o",
@@ -129,7 +132,7 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     from .case import load_case
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     directory: Path = options.output or Path(options.case.stem)
     case = load_case(options.case)
     with console.status("solving ..."):
@@ -149,7 +152,7 @@ def _run(options: argparse.Namespace) -> int:
 def _chart(options: argparse.Namespace) -> int:
     from .case import load_case
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     directory: Path = options.output or Path(options.case.stem)
     scene = load_case(options.case).scene()
     with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
@@ -183,21 +186,47 @@ def _variation(text: str) -> tuple[str, list[Any]]:
     key, equals, values = text.partition("=")
     if not equals or not key or not values:
         raise argparse.ArgumentTypeError(f"{text!r}: KEY=VALUES is needed, for example friction=0.1,0.3")
-    span = values.split(":")
+    first, colon, rest = values.partition(":")
+    if colon and not isinstance(_value(first), str):
+        last, _, count = rest.partition(":")
+        if isinstance(_value(last), str) or not count.strip().isdecimal() or int(count) < 1:
+            raise argparse.ArgumentTypeError(
+                f"{text!r}: first:last:count needs two finite numbers and a whole number from 1 on"
+            )
+        return key, np.linspace(_value(first), _value(last), int(count)).tolist()
+    listed = [_value(value) for value in values.split(",")]
+    words = [value for value in listed if isinstance(value, str)]
+    if "" in words or 0 < len(words) < len(listed):
+        raise argparse.ArgumentTypeError(f"{text!r}: all values must be finite numbers, or all of them words")
+    return key, listed
+
+
+def _value(text: str) -> Any:
+    """A finite number, or a word; the name of a profile is one, though 60E1 reads as a number."""
+    text = text.strip()
     try:
-        if len(span) == 3 and int(span[2]) > 0:
-            return key, np.linspace(float(span[0]), float(span[1]), int(span[2])).tolist()
-        return key, [float(value) for value in values.split(",")]
+        number = float(text)
     except ValueError:
-        return key, [value.strip() for value in values.split(",")]
+        return text
+    return number if math.isfinite(number) and text not in STANDARD_PROFILES else text
+
+
+def _processes(text: str) -> int:
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: a whole number from 1 on is needed")
+    return int(text)
 
 
 def _sweep(options: argparse.Namespace) -> int:
     from .case import load_case
     from .sweeps import sweep
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     directory: Path = options.output or Path(options.case.stem)
+    varied = [key for key, _ in options.vary]
+    if len(set(varied)) < len(varied):
+        twice = next(key for key in varied if varied.count(key) > 1)
+        raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
     case = load_case(options.case)
     directory.mkdir(parents=True, exist_ok=True)
     solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)

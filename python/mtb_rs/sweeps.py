@@ -355,7 +355,7 @@ class _Checkpoint:
                 if key != self.key:
                     raise ValueError(
                         f"{path} is the checkpoint of another sweep (scene, values, options or measure): "
-                        "remove it, or write to another place"
+                        "remove it, or write elsewhere (checkpoint=, on the command line -o)"
                     )
                 continue
             if entry["case"] >= self.cases:

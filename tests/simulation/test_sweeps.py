@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
+from mtb_rs.__main__ import BAD_INPUT, NO_SOLUTION, main
 
 rubber = mtb.Material(young_modulus=5e9, poisson_ratio=0.2)
 GRID = {"friction": [0.1, 0.3, 0.5], "force": [1e6, 5e6]}
@@ -294,6 +294,39 @@ def test_the_command_line(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["sweep", str(case), "--vary", "friction"])
     assert main(["sweep", str(case), "--vary", "frction=1", "-o", str(tmp_path)]) == 2
+
+
+USAGE = [
+    (["--vary", "friction=0.1:0.2:0"], "a whole number from 1 on"),
+    (["--vary", "friction=0.1:0.2:2.5"], "a whole number from 1 on"),
+    (["--vary", "friction=0.1:0.2"], "a whole number from 1 on"),
+    (["--vary", "friction=0.1:nan:3"], "two finite numbers"),
+    (["--vary", "friction=x,1e6"], "or all of them words"),
+    (["--vary", "friction=0.1,"], "or all of them words"),
+    (["--vary", "friction=0.1", "-j", "0"], "'0': a whole number from 1 on is needed"),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), USAGE, ids=[" ".join(words) for words, _ in USAGE])
+def test_usage_errors(words, message, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["sweep", str(tmp_path / "case.toml"), *words])
+    assert message in capsys.readouterr().err
+
+
+def test_words_of_the_command_line(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    case.write_text('scene = "paraboloid_on_plane"\npoints = 6\n', encoding="utf-8")
+    command = ["sweep", str(case), "-o", str(tmp_path), "--vary"]
+    assert main([*command, "friction=a:b:c"]) == NO_SOLUTION
+    assert "friction = a:b:c: ValueError" in capsys.readouterr().out
+    assert main([*command, "friction=0.1", "--vary", "friction=0.2"]) == BAD_INPUT
+    assert "--vary friction= is there twice" in capsys.readouterr().err
+    assert main([*command, "friction=0.3"]) == BAD_INPUT
+    assert "on the command line -o" in capsys.readouterr().err
+    shoe = tmp_path / "shoe.toml"
+    shoe.write_text('scene = "pole_shoe_on_rail"\nspacing = 1e-2\n[solve]\nmodel = "half-space"\n')
+    assert main(["sweep", str(shoe), "-o", str(tmp_path / "shoe"), "--vary", "rail=60E1"]) == 0
 
 
 def test_a_table_draws_its_lines():
