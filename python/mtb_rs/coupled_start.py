@@ -139,9 +139,11 @@ def _newton(contact: CoupledContact, state: CoupledState | None, push: Array) ->
     offset[2 * n :] += push[2 * n :]
     iterate = _Iterate(contact, offset, state.unknowns, state.motion)
     size = max(float(np.linalg.norm(state.pressure)), 1e-300)
+    # a push whose traction stays below the tolerance of the pressure still takes its linear step
+    fewest = 1 if np.any(push != state.push) else 0
     for count in range(_STEPS + 1):
         size = max(size, float(np.linalg.norm(iterate.unknowns[2 * n :])))
-        if iterate.residual <= contact.tolerance * size:
+        if count >= fewest and iterate.residual <= contact.tolerance * size:
             displacement = iterate.displacement - offset
             status = np.where(iterate.is_closed, np.where(iterate.is_slipping, 2, 1), 0).astype(np.int8)
             # what the last damped step left at open points is below the tolerance

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import choice, pair, positive, reals
+from .check import choice, number, pair, positive, reals
 from .friction import (
     Coulomb,
     FallingFriction,
@@ -49,7 +49,8 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
     poisson_ratio : float [-]
         0 to 0.5.
     """
-    return KalkerCoefficients(*_mtb_rs.kalker_coefficients(float(ratio), float(poisson_ratio)))
+    axes, nu = positive("ratio", ratio), number("poisson_ratio", poisson_ratio)
+    return KalkerCoefficients(*_mtb_rs.kalker_coefficients(axes, nu))
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,7 +189,7 @@ def _fastsim(
         forces = found["forces"]
         whole["forces"] += forces
         whole["forces"][:, 2] += x * forces[:, 1] - y * forces[:, 0]
-        for name in ("traction", "slip", "slipping"):
+        for name in ("traction", "slip", "slipping") if len(rows) else ():
             # rectangles of separate contacts may overlap, their cells do not
             whole[name][(..., *cut)] += found[name]
     return field, whole
@@ -223,7 +224,9 @@ def fastsim(
     flexibilities : {1, 3}
         One for each creepage, or their weighted mean.
     order : {1, 2}
-        Of the integration along the rolling direction; 2 as in FASTSIM2.
+        Of the integration along the rolling direction; 2 as in FASTSIM2. The error of the forces then
+        falls at second order with the elliptic bound only;
+        with the parabolic one at first order as before, if several times smaller.
     speed : float [m/s]
     semi_axes : (a, b) or None [m]
         Ellipse whose linear theory sets the flexibilities, for a single contact; None takes the one of

@@ -19,7 +19,7 @@ from .solve import ContactProblem
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StartOfSliding:
     """How a contact gives way, step by step.
 
@@ -51,6 +51,14 @@ class StartOfSliding:
     pressure: Array
     status: NDArray[np.int8]
     iterations: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        fx, fy = self.force[-1]
+        return (
+            f"StartOfSliding({len(self.force)} steps, {self.status.size} points, last: {stick} stick, "
+            f"{slip} slip, force ({fx:.4g}, {fy:.4g}) N of {self.normal_force[-1]:.4g} N)"
+        )
 
 
 def start_of_sliding(
@@ -105,7 +113,11 @@ def start_of_sliding(
             raise ConvergenceError(
                 f"no state found for the displacement {step.tolist()} m, step {k + 1}", found
             )
-        q, status, before = found["field"], found["status"], step
+        q, before = found["field"], step
+        # a point of contact without friction has no disc: it slips, if anything moves it
+        moves = np.any(found["image"].reshape(2, n) != 0.0, axis=0)
+        status = np.where(contact & (found["status"] == 0), np.where(moves, 2, 1), found["status"])
+        status = status.astype(np.int8)
         force.append([float(q[:n] @ a), float(q[n:] @ a)])
         share.append(float(a[status == 2].sum() / a[contact].sum()) if np.any(contact) else 0.0)
         counts.append(found["iterations"])

@@ -16,7 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import choice, number, numbers, pair, positive, reals
 from .errors import ConvergenceError
-from .friction import Friction, InterfaceLayer, native_law
+from .friction import (
+    Coulomb,
+    FallingFriction,
+    Friction,
+    InterfaceLayer,
+    TabulatedFriction,
+    native_law,
+)
 from .material import Material
 from .patch import PressureField, pressure_field
 from .report import Report
@@ -37,18 +44,23 @@ class Rolling:
     Parameters
     ----------
     creepage : (xi, eta, phi)
-        Longitudinal and lateral creepage [-] and spin [1/m].
+        Creepage along x and along y [-], whatever the `angle`, and spin [1/m]. At an angle, creepages
+        (l, t) along the rolling direction and to its left are
+        ``xi = l cos(angle) - t sin(angle)``, ``eta = l sin(angle) + t cos(angle)``.
     force : (Fx, Fy) or None [N]
         Total tangential force on the lower body to be reached by the creepage of that
         component; None for a component whose creepage is given.
     angle : float [rad]
-        Direction of rolling from +x towards +y.
+        Direction of rolling from +x towards +y; a line contact rolls along +x or -x only.
     speed : float [m/s]
         Rolling speed; matters for friction that depends on the slip speed.
     transient : bool
         One step from a state instead of the steady state.
     step : float or None [m]
-        Distance rolled in a transient step, and over which steady slip is measured; None for one cell.
+        Distance rolled in a transient step, and over which steady slip is measured; None for one cell. The
+        rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on: the part of
+        a cell's own traction in the difference vanishes with the step, so that neighbours are told apart
+        ever less; below a tenth of a cell it is refused.
     """
 
     creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -101,6 +113,30 @@ class Shift:
         _check_force(self.force)
         number("spin", self.spin, "rad")
         positive("duration", self.duration, "s")
+
+
+#: Shortest step, over a cell, by which the slip of steady rolling is measured.
+_SHORTEST_STEP = 0.1
+
+
+def _rolling_step(field: PressureField, motion: Rolling) -> Pair:
+    """The step (x, y) [m] on the cells of `field`, checked."""
+    along, across = motion.step_vector(field.spacing)
+    if field.reference is not None:
+        # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
+        if abs(across) > 1e-9 * math.hypot(along, across):
+            raise ValueError(
+                f"angle is {motion.angle:g} rad: a line contact rolls along +x (0) or -x (pi) only"
+            )
+        across = 0.0
+    if motion.step is not None and not motion.transient:
+        cell = math.hypot(*replace(motion, step=None).step_vector(field.spacing))
+        if motion.step < _SHORTEST_STEP * cell:
+            raise ValueError(
+                f"step is {motion.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
+                f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
+            )
+    return along, across
 
 
 def _check_force(force: Any) -> None:
@@ -250,7 +286,7 @@ def _prepare(
     if isinstance(motion, Shift):
         kind, step = "shift", (0.0, 0.0)
     else:
-        kind, step = "transient" if motion.transient else "steady", motion.step_vector(field.spacing)
+        kind, step = "transient" if motion.transient else "steady", _rolling_step(field, motion)
     key = _Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
@@ -281,8 +317,9 @@ def solve_tangential(
 
     Half-spaces under piecewise constant tractions; a semismooth Newton method whose products go by the
     Fourier transform, started from coarser grids. In steady rolling slip is a first-order
-    difference over one cell and the rigid slip is taken a sixth of a cell ahead, both as in
-    CONTACT, whose fields are thus met cell by cell; the error falls with the cell size.
+    difference over one step, and in rolling of both kinds the rigid slip is taken a sixth of a step
+    ahead, both as in CONTACT, whose fields are thus met cell by cell; the error falls with
+    `Rolling.step`, by default one cell.
 
     Parameters
     ----------
@@ -308,8 +345,10 @@ def solve_tangential(
 
     Raises
     ------
+    ValueError
+        For bad input, and for a force of at least what the coefficient at rest carries.
     ConvergenceError
-        With the last iterate as ``.result``.
+        With the likely cause, and the last iterate as ``.result``.
     """
     choice("coupling", coupling, ("one-way", "full"))
     _check_problem(motion, layer, state)
@@ -354,10 +393,23 @@ def solve_tangential(
     if not result.report.converged:
         raise ConvergenceError(
             f"stick and slip were not found: residual {result.report.residual:.1e} after "
-            f"{result.report.iterations} Newton steps, {tolerance:.0e} asked for",
+            f"{result.report.iterations} Newton steps, {tolerance:.0e} asked for"
+            f"{_likely_cause(motion, friction)}",
             result,
         )
     return result
+
+
+def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
+    """What may stand against a solution, to be put behind a message."""
+    if isinstance(friction, Coulomb):
+        return ""
+    causes = []
+    if motion.force is not None and any(f is not None for f in motion.force):
+        causes.append("the force prescribed may be above the largest one that this friction law carries")
+    if isinstance(friction, (FallingFriction, TabulatedFriction)) and friction.memory is None:
+        causes.append("friction that depends on the slip may have no state without a memory: give it one")
+    return f"; {', or '.join(causes)}" if causes else ""
 
 
 def _check_problem(motion: Any, layer: Any, state: Any) -> None:
@@ -384,7 +436,7 @@ def _alternate(
     """Normal and tangential problem in turn [Kalker1990, ch. 4] until the pressure stays."""
     from .normal import solve_normal
 
-    for name in ("initial_gap", "normal_force", "approach"):
+    for name in ("initial_gap", "normal_force", "approach", "tilts"):
         if not hasattr(normal, name):
             raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
     if any(normal.tilts):
@@ -567,5 +619,6 @@ def creep_curve(
     failed = np.flatnonzero(~converged)
     if failed.size:
         forces[failed] = np.nan
-        raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}", forces)
+        cause = _likely_cause(Rolling(speed=speed), friction)
+        raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
     return forces

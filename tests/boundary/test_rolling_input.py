@@ -20,6 +20,7 @@ MU = mtb.Coulomb(0.3)
 ROLL = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
 LINE = reference.line_pressure(1e5, 3e-3, 20, mtb.steel, mtb.steel)
 TWO = mtb.PressureField(np.array([[1e8, 0.0, 1e8]] * 3), (1e-3, 1e-3), mtb.steel, None)
+SCENE_RESULT = mtb.scenes.paraboloid_on_plane(friction=0.0, force=100.0, points=8).solve(model="half-space")
 STATE = mtb.solve_tangential(PATCH, mtb.Shift(displacement=(1e-6, 0.0)), MU).state
 
 
@@ -93,6 +94,12 @@ def patch(**changes: object) -> mtb.PressureField:
         (lambda: mtb.polach(PATCH, (0, 0, 0), 0.3), "friction is 0.3"),
         (lambda: mtb.polach(PATCH, (0, 0, 0), MU, reduction=1.0), "reduction is 1.0"),
         (lambda: mtb.kalker_coefficients(20.0, 0.3), "ratio is 20"),
+        (lambda: mtb.kalker_coefficients(None, 0.3), "ratio is None"),
+        (lambda: mtb.kalker_coefficients(1.0, [0.3]), "poisson_ratio is [0.3]"),
+        (lambda: mtb.solve_tangential(LINE, mtb.Rolling(angle=np.pi / 2), MU), "angle is 1.5708 rad"),
+        (lambda: mtb.solve_tangential(LINE, mtb.Rolling(angle=0.3, transient=True), MU), "angle is 0.3 rad"),
+        (lambda: mtb.solve_tangential(PATCH, mtb.Rolling(step=2e-6), MU), "step is 2e-06 m: steady"),
+        (lambda: mtb.solve_tangential(SCENE_RESULT, ROLL, MU, coupling="full"), "not a Result"),
         (lambda: mtb.kalker_coefficients(1.0, 0.6), "poisson_ratio is 0.6"),
     ],
 )
@@ -115,6 +122,56 @@ def test_no_traction_without_friction_or_creepage() -> None:
     assert not mtb.fastsim(PATCH, (1e-3, 1e-3, 0.1), mtb.Coulomb(0.0)).force[:2].any()
 
 
+@pytest.mark.parametrize(
+    ("law", "creepage"),
+    [
+        (mtb.Coulomb(0.0), 1e-3),
+        (mtb.TabulatedFriction([0.0, 0.01], [0.3, 0.0]), 1e-2),
+        (mtb.Coulomb(np.where(np.arange(10) < 5, 0.0, 0.3) * np.ones((12, 1))), 2e-2),
+    ],
+)
+def test_contact_without_friction_slips(law: mtb.Coulomb | mtb.TabulatedFriction, creepage: float) -> None:
+    found = mtb.solve_tangential(PATCH, mtb.Rolling(creepage=(creepage, 0.0, 0.0)), law)
+    assert np.array_equal(found.status == 2, PATCH.pressure > 0.0)
+    assert found.report.contact_area == pytest.approx(np.sum(found.area[PATCH.pressure > 0.0]))
+    free = (found.friction_coefficient == 0.0) & (PATCH.pressure > 0.0)
+    assert free.any()
+    assert found.slip[0][free] == pytest.approx(creepage, rel=0.2)
+
+
+@pytest.mark.parametrize("share", [1.0 - 1e-13, 1.0, 1.0 + 1e-13])
+def test_a_force_at_the_limit_is_refused(share: float) -> None:
+    motion = mtb.Rolling(force=(share * 0.3 * PATCH.normal_force, None))
+    with pytest.raises(ValueError, match="friction carries less"):
+        mtb.solve_tangential(PATCH, motion, MU)
+
+
+@pytest.mark.parametrize(
+    ("law", "force"), [(mtb.FallingFriction(0.3, 0.15, 0.05), 2900.0), (mtb.StaticKinetic(0.3, 0.2), 2400.0)]
+)
+def test_a_force_beyond_what_a_falling_law_carries_is_refused_soon(
+    law: mtb.FallingFriction | mtb.StaticKinetic, force: float
+) -> None:
+    normal = mtb.hertz(1e4, semi_axes=(4e-3, 3e-3)).on_grid((24, 24), (0.35e-3, 0.27e-3))
+    with pytest.raises(mtb.ConvergenceError, match="above the largest one that this") as failure:
+        mtb.solve_tangential(normal, mtb.Rolling(force=(force, None)), law)
+    assert failure.value.result.report.iterations < 400
+
+
+def test_a_line_contact_rolls_backwards_as_forwards() -> None:
+    there, back = (
+        mtb.solve_tangential(LINE, mtb.Rolling(creepage=(xi, 0.0, 0.0), angle=angle), MU)
+        for xi, angle in ((1e-3, 0.0), (-1e-3, np.pi))
+    )
+    np.testing.assert_allclose(back.traction[0], -there.traction[0, :, ::-1], atol=1e-6 * 1e9)
+
+
+def test_no_creepages_give_no_forces() -> None:
+    assert mtb.fastsim_curve(PATCH, np.zeros((0, 3)), MU).shape == (0, 3)
+    assert mtb.creep_curve(PATCH, np.zeros((0, 3)), MU).shape == (0, 3)
+    assert mtb.polach(PATCH, np.zeros((0, 3)), MU).shape == (0, 2)
+
+
 def test_friction_may_vary_over_the_patch() -> None:
     field = np.broadcast_to(np.linspace(0.1, 0.5, 12)[:, None], (12, 10))
     slides = mtb.solve_tangential(PATCH, mtb.Rolling(creepage=(1.0, 0.0, 0.0)), mtb.Coulomb(field))
@@ -128,7 +185,7 @@ def test_what_does_not_converge_says_so() -> None:
     body = mtb.Material.from_shear_modulus(82e9, 0.28)
     normal = reference.elliptic_pressure(106.7e3, (6.3e-3, 12.6e-3), (24, 24), body, body)
     motion = mtb.Rolling(creepage=(0.012, 0.0, 0.0))
-    with pytest.raises(mtb.ConvergenceError, match="not found") as failure:
+    with pytest.raises(mtb.ConvergenceError, match=r"not found.*without a memory") as failure:
         mtb.solve_tangential(normal, motion, law, layer=mtb.InterfaceLayer(12.5e-3, 82e9))
     assert not failure.value.result.report.converged
     with pytest.raises(mtb.ConvergenceError, match=r"0\.012") as failure:

@@ -61,6 +61,24 @@ def test_like_half_spaces_keep_their_pressure() -> None:
     np.testing.assert_allclose(follows.pressure, held.pressure, atol=1e-6 * held.pressure.max())
 
 
+@pytest.mark.parametrize("pressure", ["held", "follows"])
+def test_tiny_pushes_are_linear(pressure: str) -> None:
+    scene = block(0.1, 0.5)
+    force = [
+        scene.start_of_sliding([[size, 0.0]], model="elastic-upper", pressure=pressure).force[0, 0] / size
+        for size in (1e-12, 1e-15)
+    ]
+    assert force[0] > 0.0
+    assert force[1] == pytest.approx(force[0], rel=0.02)
+
+
+def test_a_start_is_shown_in_one_line() -> None:
+    scene = mtb.scenes.paraboloid_on_plane(friction=0.0, points=8)
+    start = scene.start_of_sliding([[1e-4, 0.0]], model="half-space", pressure="held")
+    assert re.fullmatch(r"StartOfSliding\(1 steps, \d+ points, last: 0 stick, .* N\)", repr(start))
+    assert start.slip_share[0] == 1.0
+
+
 def test_bad_input_is_named() -> None:
     scene = block(0.1, 0.5)
     for arguments, words in [

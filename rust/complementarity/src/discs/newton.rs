@@ -40,6 +40,13 @@ pub fn solve_discs(
     if problem.resultants.is_empty() {
         return newton(problem, start, options, monitor);
     }
+    if is_out_of_reach(problem) {
+        let none = DiscOptions {
+            max_iterations: 0,
+            ..options
+        };
+        return newton(problem, start, none, monitor);
+    }
     let first = DiscOptions {
         max_iterations: options.max_iterations.min(FIRST_ATTEMPT),
         ..options
@@ -50,6 +57,33 @@ pub fn solve_discs(
     }
     approach_resultants(problem, attempt, options, monitor)
 }
+
+/// Whether no field within fixed discs has the resultants: what `value . weight` can reach stays below
+/// `value . value`.
+fn is_out_of_reach(problem: &DiscProblem<'_>) -> bool {
+    let Radius::Fixed(radius) = problem.radius else {
+        return false;
+    };
+    let mut weight = vec![0.0; problem.offset.len()];
+    let mut wanted = 0.0;
+    for resultant in problem.resultants {
+        if resultant.softness > 0.0 {
+            return false;
+        }
+        wanted += resultant.value.powi(2);
+        for (w, own) in weight.iter_mut().zip(&resultant.weight) {
+            *w += resultant.value * own;
+        }
+    }
+    wanted > reach(&weight, radius)
+}
+
+/// Newton steps without a lower residual after which more of them are not worth while.
+const STALLED: usize = 40;
+/// Rounds of softened resultants without a lower residual, likewise.
+const STALLED_ROUNDS: usize = 6;
+/// Share of the lowest residual so far below which a residual is a lower one.
+const LOWER: f64 = 0.99;
 
 /// Newton steps of the first attempt at a problem with resultants.
 const FIRST_ATTEMPT: usize = 25;
@@ -80,6 +114,7 @@ fn approach_resultants(
     counts[1] += outcome.products;
     counts[2] += outcome.preconditionings;
     let mut history = std::mem::take(&mut failed.history);
+    let (mut best, mut best_round) = (f64::INFINITY, 0);
     for round in 0..ROUNDS {
         let resultants: Vec<Resultant> = problem
             .resultants
@@ -120,7 +155,11 @@ fn approach_resultants(
             counts[2] += solution.preconditionings;
         }
         history.extend(&attempt.history);
-        if attempt.converged || round + 1 == ROUNDS {
+        let lowest = attempt.history.iter().copied().fold(best, f64::min);
+        if lowest < LOWER * best {
+            (best, best_round) = (lowest, round);
+        }
+        if attempt.converged || round + 1 == ROUNDS || round >= best_round + STALLED_ROUNDS {
             [
                 attempt.iterations,
                 attempt.products,
@@ -162,7 +201,11 @@ fn newton(
         }
     };
     let mut history = vec![iterate.relative()];
-    while iterate.relative() > options.tolerance && history.len() <= options.max_iterations {
+    let (mut best, mut best_step) = (iterate.relative(), 0);
+    while iterate.relative() > options.tolerance
+        && history.len() <= options.max_iterations
+        && history.len() <= best_step + STALLED
+    {
         let progress = Progress {
             iteration: history.len() - 1,
             residual: iterate.relative(),
@@ -176,6 +219,9 @@ fn newton(
         products += outcome.products;
         preconditionings += outcome.preconditionings;
         iterate = search(problem, &iterate, &outcome, &mut products);
+        if iterate.relative() < LOWER * best {
+            (best, best_step) = (iterate.relative(), history.len());
+        }
         history.push(iterate.relative());
         if !iterate.merit().is_finite() {
             break;
