@@ -17,7 +17,7 @@ from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .geometry import ContactSheet, PoleShoe, SheetPoints
 from .layout import BlockLayout, Layout, ShoeLayout, cells_along
 from .material import Material
-from .mesh import TetraMesh, block_mesh, rail_mesh, shoe_mesh
+from .mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe_mesh
 from .result import Patch
 from .solve import Side, to_global
 from .supports import Guide, Support
@@ -491,6 +491,7 @@ def _upper_body(
     if element_size is not None:
         sides = (patch.nx - 1) * sheet.spacing[0], (patch.ny - 1) * sheet.spacing[1]
         nx, ny = (cells_along(side, element_size) + 1 for side in sides)
+        check_unknowns(6.0 * nx * ny)
     if isinstance(layout, BlockLayout):
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
         mesh, name = block_mesh(x, y, layout.height), "block"

@@ -26,6 +26,9 @@ Index = NDArray[np.int64]
 #: Bodies larger than this are suspected to be in millimetres [m].
 SUSPICIOUS_SIZE = 10.0
 
+#: Share by which the area of a contact face may miss that of the function that gives it.
+BORDER = 0.03
+
 
 @dataclass(frozen=True)
 class Condensed:
@@ -198,7 +201,8 @@ class ElasticBody:
     mesh : TetraMesh
     material : Material
     contact
-        Where it may touch: boundary triangles with all corners there.
+        Where it may touch: boundary triangles with all corners there. A warning says if a function covers
+        another area than these.
     supports : sequence of Support
         What is left free must be held by the contact; what contact cannot hold is an error.
     name : str
@@ -234,6 +238,8 @@ class ElasticBody:
         self._check_values()
         _ = self.core
         _ = self.contact_faces
+        if callable(self.contact):
+            self._check_border()
 
     def __getstate__(self) -> dict[str, Any]:
         """The body without what can be made again from it."""
@@ -261,7 +267,7 @@ class ElasticBody:
         unit : "m", "mm", "um" or "in"
             Of the file's numbers; STL files do not say.
         contact, supports
-            In metres.
+            In metres. Whole triangles make the contact face: its edges must be edges of the surface.
         size : float [m]
             Size of the tetrahedra at the contact face, for closed surfaces; they grow away from it.
         """
@@ -355,6 +361,29 @@ class ElasticBody:
                         f"{clash[0]}, where another gives {seen[clash[0]]:g} m"
                     )
                 seen[nodes] = value
+
+    def _check_border(self) -> None:
+        """Warns if whole triangles follow the border of a contact given as a function badly."""
+        corners = self.mesh.nodes[self.faces[:, :3].astype(np.int64)]
+        double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        chosen = np.zeros(len(corners), dtype=bool)
+        chosen[self.contact_faces] = True
+        # what looks elsewhere, such as side walls within a tolerance, is not meant
+        outlook = double[chosen].sum(axis=0)
+        alike = double @ outlook > 0.7 * np.linalg.norm(double, axis=1) * np.linalg.norm(outlook)
+        fine = 6  # points within a triangle: the middles of its 36 parts, but for those upside down
+        i, j = np.nonzero(np.add.outer(np.arange(fine), np.arange(fine)) < fine)
+        share = np.stack([i + 1 / 3, j + 1 / 3, fine - i - j - 2 / 3]) / fine
+        points = np.einsum("kp,fkc->fpc", share, corners[alike])
+        inside = select(points.reshape(-1, 3), {}, self.contact).reshape(points.shape[:2]).mean(axis=1)
+        area = 0.5 * np.linalg.norm(double, axis=1)
+        meant, taken = float(inside @ area[alike]), float(area[chosen & alike].sum())
+        if abs(taken - meant) > BORDER * meant:
+            warnings.warn(
+                f"the contact face of {self.name} takes {taken:.4g} m2 of whole triangles, the function "
+                f"covers {meant:.4g} m2: its edges must be edges of the surface",
+                stacklevel=4,
+            )
 
     def sample(
         self, points: SheetPoints, patches: Sequence[Patch], spacing: tuple[float, float], *, upper: bool

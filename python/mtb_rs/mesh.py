@@ -25,6 +25,9 @@ Index = NDArray[np.int64]
 #: Growth of a layer over the one before it, away from the contact.
 GROWTH = 1.7
 
+#: Unknown displacements that no factorisation within the limits of the compiled core holds (8 GB).
+MOST_UNKNOWNS = 4e6
+
 #: Ends of the edges that carry the mid-side nodes 4 to 9.
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
@@ -85,6 +88,22 @@ class TetraMesh:
         )
         _check_owners(cells[:, :4])
         return mesh
+
+
+def check_unknowns(tetrahedra: float, *, quadratic: bool = True) -> None:
+    """Refuses a mesh before it is made, where factorising it will be refused.
+
+    Raises
+    ------
+    ValueError
+    """
+    # four unknowns a tetrahedron of 10 nodes, half an unknown one of 4
+    unknowns = tetrahedra * (4.0 if quadratic else 0.5)
+    if unknowns > MOST_UNKNOWNS:
+        raise ValueError(
+            f"the mesh would have about {tetrahedra:.2g} tetrahedra with {unknowns:.2g} unknowns, more than "
+            f"{MOST_UNKNOWNS:g}: larger elements are needed (element_size, size or spacing)"
+        )
 
 
 def _check_owners(corners: Index) -> None:
@@ -248,6 +267,7 @@ def block_mesh(
     x, y = _stations("x", x), _stations("y", y)
     z = graded(float(min(np.diff(x).min(), np.diff(y).min())), positive("height", height, "m"), growth)
     (x, ahead), (y, aside) = _symmetric(x), _symmetric(y)
+    check_unknowns(6.0 * x.size * y.size * (z.size - 1), quadratic=quadratic)
     corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
     nodes, cells, number = tetrahedra(corners, flipped=(ahead, aside), quadratic=quadratic)
     return TetraMesh(nodes, cells, _box_sets(number))
@@ -303,6 +323,8 @@ def shoe_mesh(
     rise = graded(float(min(step, thinnest)), shoe.height - float(shoe.sole(y).min()), growth) / (
         shoe.height - float(shoe.sole(y).min())
     )
+
+    check_unknowns(6.0 * x.size * y.size * (rise.size - 1), quadratic=quadratic)
 
     def place(x: Array, y: Array, rise: Array) -> Array:
         xs, ys, rises = np.meshgrid(x, y, rise, indexing="ij")
@@ -402,6 +424,7 @@ def rail_mesh(
         plane = np.concatenate([mirrored, grid.plane])
         keep = np.concatenate([grid.keep[::-1], grid.keep])
         offset = grid.plane.shape[0] - 1
+    check_unknowns(6.0 * x.size * np.count_nonzero(keep), quadratic=quadratic)
     corners = np.empty((x.size, *plane.shape[:2], 3))
     corners[..., 0] = x[:, None, None]
     corners[..., 1:] = plane

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .check import path_of, positive
 from .geometry import metres
-from .mesh import EDGES, TetraMesh
+from .mesh import EDGES, TetraMesh, check_unknowns
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,6 +29,9 @@ SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
 
 #: Tetrahedra far from the contact are this many times as large as at it.
 FAR = 2.5
+
+#: Growth of the size over the distance from the contact.
+GROWTH = 0.2
 
 #: Edges of a surface that turn by more than this angle stay edges [rad]: the end of a worn sole is a
 #: kink of 11 degrees.
@@ -203,18 +206,35 @@ def filled(
             f"filling a closed surface with tetrahedra needs gmsh (pip install mtb-rs[mesh]): {error}"
         ) from None
     if near is not None and not near(surface.vertices, surface.vertices).any():
-        raise ValueError("the contact face has no vertex of the surface on it")
+        raise ValueError(
+            "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
+            "the edges of the contact must be edges of the surface (split its triangles along them)"
+        )
+    is_contact = None if near is None else near(surface.vertices, surface.vertices)
+    try:
+        check_unknowns(_expected(surface, is_contact, size))
+    except ValueError as error:
+        raise ValueError(f"size is {size:g} m: {error}") from None
     with _broken_pipes_as_they_were():
         gmsh.initialize(interruptible=False)
     try:
-        nodes, cells = _gmsh_tetrahedra(
-            gmsh, surface, None if near is None else near(surface.vertices, surface.vertices), size
-        )
+        nodes, cells = _gmsh_tetrahedra(gmsh, surface, is_contact, size)
     except Exception as error:
         raise ValueError(f"gmsh cannot mesh the surface: {error}") from None
     finally:
         gmsh.finalize()
     return quadratic(upright(TetraMesh(nodes, cells)))
+
+
+def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float) -> float:
+    """About how many tetrahedra fill the surface: regular ones, of the sizes asked for."""
+    regular = 1.0 / (6.0 * np.sqrt(2.0)) * size**3
+    chosen = slice(None) if is_contact is None else is_contact[surface.faces].all(axis=1)
+    area = float(surface.area_faces[chosen].sum())
+    # the size grows by GROWTH of the distance: the integral of 1 / size^3 up to FAR
+    near = area * size * 0.5 / GROWTH * (1.0 - FAR**-2)
+    volume = abs(float(surface.volume))
+    return float(min(volume, near + volume / FAR**3) / regular)
 
 
 @contextlib.contextmanager
@@ -263,7 +283,7 @@ def _gmsh_tetrahedra(
     gmsh.model.mesh.field.setNumbers(distance, "SurfacesList", at_contact)
     gmsh.model.mesh.field.setNumber(distance, "Sampling", 60)
     grown = gmsh.model.mesh.field.add("MathEval")
-    gmsh.model.mesh.field.setString(grown, "F", f"1 + Min({FAR - 1.0}, 0.2 * F{distance})")
+    gmsh.model.mesh.field.setString(grown, "F", f"1 + Min({FAR - 1.0}, {GROWTH} * F{distance})")
     gmsh.model.mesh.field.setAsBackgroundMesh(grown)
     for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)

@@ -18,6 +18,7 @@ from mtb_rs import cache
 from mtb_rs.elastic_body import Condensed
 from mtb_rs.layout import BlockLayout
 from mtb_rs.mesh import block_mesh
+from mtb_rs.mesh_files import _expected
 
 STEEL = mtb.steel
 TOP = mtb.Support("top", x=0, y=0, z=0)
@@ -286,3 +287,35 @@ def test_an_approach_needs_a_body_held_along_z() -> None:
         mtb.Scene(standing(0.02), STEEL, spacing=1e-2, approach=1e-5, friction=0.3).solve()
     pressed = mtb.Scene(standing(0.02, mtb.Guide(-2e3)), STEEL, spacing=1e-2, approach=1e-5).solve()
     assert pressed.normal_force == pytest.approx(2e3, rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e-29])
+def test_meshes_beyond_the_memory_are_refused_before_they_are_made(size: float) -> None:
+    with pytest.raises(ValueError, match=r"more than 4e.06: larger elements"):
+        mtb.scenes.block_on_plane(spacing=1e-2).with_(element_size=size).solve(model="elastic-upper")
+    with pytest.raises(ValueError, match=r"more than 4e.06: larger elements"):
+        mtb.scenes.pole_shoe_on_rail(spacing=6e-3).with_(element_size=size).solve(model="elastic-upper")
+    with pytest.raises(ValueError, match=rf"size is {size:g} m: the mesh would have about .* unknowns"):
+        mtb.ElasticBody.from_mesh(trimesh.creation.box((0.08, 0.04, 0.04)), STEEL, size=size)
+
+
+@pytest.mark.parametrize("size", [4e-3, 8e-3])
+def test_the_number_of_tetrahedra_is_foreseen(size: float) -> None:
+    pytest.importorskip("gmsh")
+    box = trimesh.creation.box((0.08, 0.04, 0.04))
+    body = mtb.ElasticBody.from_mesh(box, STEEL, contact="bottom", size=size)
+    bottom = box.vertices[:, 2] < 0.0
+    assert 0.4 < _expected(box, bottom, size) / len(body.mesh.cells) < 2.0
+
+
+def test_a_contact_across_triangles_is_named() -> None:
+    pytest.importorskip("gmsh")
+    box = trimesh.creation.box((0.08, 0.04, 0.04))
+    with pytest.raises(ValueError, match="edges of the contact must be edges of the surface"):
+        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: (p[:, 2] < 0.0) & (abs(p[:, 0]) < 0.02))
+    with pytest.warns(UserWarning, match=r"takes 0\.00\d+ m2 of whole triangles, the function covers 0\.001"):
+        mtb.ElasticBody.from_mesh(
+            box, STEEL, contact=lambda p: (p[:, 2] < -0.0199) & (abs(p[:, 0]) > 0.02), size=8e-3
+        )
+    # no warning where the edges are met; side walls within the tolerance are not meant
+    mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: p[:, 2] < -0.017, size=8e-3)
