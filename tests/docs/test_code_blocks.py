@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Iterator
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from matplotlib import pyplot
 
 from mtb_rs.view import missing_for_view
 
@@ -28,6 +30,13 @@ def _gallery() -> ModuleType:
 
 GALLERY = _gallery()
 PAGES = [ROOT / "README.md", ROOT / "rust" / "capi" / "README.md", *GALLERY.pages()]
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays_open() -> Iterator[None]:
+    """What the pages' code draws by pyplot is closed with it: other tests count open figures."""
+    yield
+    pyplot.close("all")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
