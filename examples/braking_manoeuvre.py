@@ -8,8 +8,8 @@ coupling. Each load enters with its tangent from the start of the ride, which ma
 in the stiff contact; without it steps had to resolve the shoe on its contact, at 2 kHz. What the size of the
 step costs is measured.
 
-Left out is a functional mock-up unit (FMU): it would need a Python on the host; programs in C and Fortran
-link the C interface instead.
+A functional mock-up unit (FMU) is not built: it needs a model description and a packing of the C interface
+with the contact's file for each scene, and would serve whom the C interface serves.
 
 Masses, dimensions, springs and tables are assumed, of plausible size; they are not those of a vehicle.
 
@@ -491,7 +491,7 @@ def write_histories(ride: Ride, path: Path) -> None:
 
 
 def draw_histories(ride: Ride, table: Table, path: Path) -> None:
-    """Brake force, pitch and pressure over the time."""
+    """Brake force, pitch and pressure away from the edges over the time."""
     figure, axes = plt.subplots(3, 1, figsize=(7, 8), sharex=True, layout="constrained")
     axes[0].plot(ride.time, 1e-3 * ride.brake_force(), label="contact solved every step")
     axes[0].plot(table.time, 1e-3 * table.brake_force(table.speed), "--", label="table over velocity")

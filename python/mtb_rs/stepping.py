@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -85,7 +85,7 @@ class StepResult:
         opposite.
     reference_point : (3,) [m]
     friction_power : float [W]
-        Heat of sliding, >= 0.
+        Heat of sliding, >= 0: friction times the velocity, without what the pressures work.
     friction_work : float or None [J]
         `friction_power` times `dt`.
     gap : (n,) [m]
@@ -102,12 +102,22 @@ class StepResult:
     gap: Array
     state: StepState
     report: StepReport
-    _core: _mtb_rs.PreparedContact
+    _core: _mtb_rs.PreparedContact | None = field(repr=False)
+    _pressure: Array | None = field(default=None, repr=False)
 
     @property
     def pressure(self) -> Array:
         """Mean pressure (n,) [Pa] over each contact point."""
+        if self._core is None:
+            return np.asarray(self._pressure)
         return self._core.mean_pressure(self.state.pressure)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without the matrices
+        return self.__dict__ | {"_core": None, "_pressure": self.pressure}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
 
 
 class PreparedContact:
@@ -189,9 +199,7 @@ class PreparedContact:
         ConvergenceError
             If the body wedges: no sliding state exists. The last state is its `result`.
         """
-        place = np.full(6, np.nan) if pose is None else np.asarray(pose, dtype=float)
-        if place.shape != (6,):
-            raise ValueError(f"pose has shape {place.shape}: (x, y, z, roll, pitch, yaw) is needed")
+        place = np.full(6, np.nan) if pose is None else pose_of(pose)
         if dt is not None:
             positive("dt", dt, "s")
         sliding = self._velocity(velocity)
@@ -204,12 +212,12 @@ class PreparedContact:
             else:
                 given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
         if state is not None:
+            self._check_state(state)
             self._core.resume(state.pressure, state.motion)
         out = self._core.step(place.tolist(), sliding, uniform, given)
-        force = out["force"]
-        power = float(force[0] * sliding[0] + force[1] * sliding[1])
+        power = out["friction_power"]
         result = StepResult(
-            force=force,
+            force=out["force"],
             moment=out["moment"],
             reference_point=self.reference_point,
             friction_power=power,
@@ -274,6 +282,19 @@ class PreparedContact:
         # finite elements stay behind: the copy is as one read from a file
         return _from_bytes, (self._core.to_bytes(),)
 
+    def _check_state(self, state: Any) -> None:
+        if not isinstance(state, StepState):
+            raise ValueError(f"state is {state!r}: a StepState, the `state` of a step, is needed")
+        n = self.area.size
+        for name, values, shape in (("pressure", state.pressure, (n,)), ("motion", state.motion, None)):
+            array = values if isinstance(values, np.ndarray) else np.zeros(())
+            if array.dtype != np.float64 or array.ndim != 1 or (shape and array.shape != shape):
+                found = getattr(values, "dtype", type(values).__name__)
+                raise ValueError(
+                    f"state.{name} is {found} of shape {np.shape(values)}: an array of float64, "
+                    f"{shape or '(m,)'}, is needed"
+                )
+
     def _velocity(self, velocity: float | Sequence[float] | None) -> tuple[float, float]:
         forwards = self._core.sliding_direction
         if velocity is None:
@@ -288,6 +309,22 @@ class PreparedContact:
             raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
         vx, vy = velocity  # type: ignore[misc]
         return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
+
+
+def pose_of(pose: Any) -> Array:
+    """A pose (6,) as numbers that are finite or NaN, each at most as large as any input may be."""
+    try:
+        given = np.asarray(pose)
+        is_real = given.dtype.kind in "iuf"
+    except ValueError:
+        is_real = False
+    if not is_real or given.shape != (6,):
+        raise ValueError(f"pose is {pose!r}: six real numbers (x, y, z, roll, pitch, yaw) are needed")
+    place = given.astype(float)
+    for name, value in zip(POSE, place, strict=True):
+        if not np.isnan(value):
+            number(f"pose, {name},", float(value), "rad" if name in POSE[3:] else "m")
+    return place
 
 
 def _from_bytes(data: bytes) -> PreparedContact:

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace
-from .check import choice, number, positive
+from .check import choice, number, numbers, positive
 from .errors import ConvergenceError
 from .friction import Coulomb, Friction, InterfaceLayer, native_law
 from .geometry import spacing_pair
+from .stepping import pose_of
 from .wheel_balance import NoRootError, differences, find_root
 from .wheel_contact import FoundPatch, WheelOverRail
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
@@ -39,6 +40,10 @@ LAID, DIFFERENCE, LONGEST = 1e-2, 1e-4, 5e-4
 CELLS = 8
 #: ... and so many of them are kept.
 KEPT = 12
+#: Largest displacement [m]; beyond it cells drown in rounding.
+FARTHEST = 1e6
+#: Roll and yaw [rad] beyond which a wheelset is not on its rails.
+MOST_TURNED = 0.5
 #: Below this share of the speed of the wheel's rim rolling has no direction.
 NO_ROLLING = 1e-9
 
@@ -98,6 +103,8 @@ class PreparedWheels:
         self._constants = [None if m is None else (m.shear_modulus, m.poisson_ratio) for m in materials]
         if isinstance(friction, Coulomb) and np.ndim(friction.coefficient):
             raise ValueError("friction varies over the patch: patches move, one coefficient is needed")
+        if layer is not None and not isinstance(layer, InterfaceLayer):
+            raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
         native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
         self._friction = friction
         self._layer = 0.0 if layer is None else layer.flexibility
@@ -150,9 +157,7 @@ class PreparedWheels:
         ConvergenceError
             If a problem was not solved.
         """
-        place = np.zeros(6) if pose is None else np.array(pose, dtype=float)
-        if place.shape != (6,) or np.isinf(place).any():
-            raise ValueError(f"pose is {pose!r}: (x, y, z, roll, pitch, yaw), finite or NaN, is needed")
+        place = np.zeros(6) if pose is None else pose_of(pose)
         if pose is None:
             place[2] = np.nan
         is_free = np.isnan(place)
@@ -160,7 +165,18 @@ class PreparedWheels:
             raise ValueError(
                 f"pose is {place.tolist()}: z alone, or z and roll of both wheels, can be found from balance"
             )
+        for name, value in zip("xyz", place, strict=False):
+            if abs(value) > FARTHEST:
+                raise ValueError(f"pose, {name}, is {value:g} m: at most {FARTHEST:g} m is needed")
+        for name, value in (("roll", place[3]), ("yaw", place[5])):
+            if abs(value) > MOST_TURNED:
+                raise ValueError(
+                    f"{name} is {value:g} rad: at most {MOST_TURNED} rad is needed, or the wheelset does "
+                    "not roll along the rails"
+                )
         motion = self._velocity(velocity)
+        if state is not None:
+            self._check_state(state)
         if dt is not None:
             positive("dt", dt, "s")
         with self._lock:
@@ -222,10 +238,29 @@ class PreparedWheels:
             raise ValueError("velocity is missing: a number [m/s] or (vx, vy, vz, wx, wy, wz) is needed")
         if np.ndim(velocity) == 0:
             return np.array([number("velocity", velocity, "m/s")])
-        motion = np.asarray(velocity, dtype=float)
-        if motion.shape != (6,) or not np.isfinite(motion).all():
+        if np.shape(velocity) != (6,):
             raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy, vz, wx, wy, wz) is needed")
-        return motion
+        return np.array(numbers("velocity", velocity, 6))
+
+    def _check_state(self, state: Any) -> None:
+        if not isinstance(state, WheelState):
+            raise ValueError(f"state is {state!r}: a WheelState, the `state` of a step, is needed")
+        if not all(np.isfinite(depth) and depth > 0.0 for depth in state.depth):
+            raise ValueError(f"state.depth is {state.depth!r}: overlaps > 0 [m] are needed")
+        for k, entry in enumerate(state.ratio):
+            side, first, ratio = entry if isinstance(entry, tuple) and len(entry) == 3 else (None, (), None)
+            if (
+                side not in ("left", "right")
+                or len(first) != 2
+                or not isinstance(ratio, np.ndarray)
+                or ratio.dtype != np.float64
+                or ratio.ndim != 3
+                or ratio.shape[0] != 2
+                or not np.isfinite(ratio).all()
+            ):
+                raise ValueError(
+                    f"state.ratio[{k}] is not (side, first (x, y) cell, finite array (2, ny, nx) of float64)"
+                )
 
     def _mirrored(self, side: str, place: Array) -> tuple[Array, Array]:
         """Centre of the axle [m] and its unit direction, for the right wheel seen in a mirror."""

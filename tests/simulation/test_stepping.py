@@ -3,6 +3,7 @@
 import os
 import pickle
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +148,33 @@ def test_memory_and_state_change_nothing_but_time(tmp_path):
         loaded.step(velocity=20.0, magnetic_pressure=[1e6, 2e6])
 
 
+def test_results_pickle():
+    scene, model = SCENES["elastic"]
+    step = scene.prepare(model).step(velocity=20.0)
+    data = pickle.dumps(step)
+    # the matrices stay behind
+    assert len(data) < 100 * step.gap.nbytes
+    again = pickle.loads(pickle.dumps(pickle.loads(data)))
+    np.testing.assert_array_equal(again.pressure, step.pressure)
+    np.testing.assert_array_equal(again.force, step.force)
+    assert again.report == step.report
+
+
+def test_heat_is_the_work_of_friction_alone():
+    frictionless = shoe(upper=rubber, friction=0.0, magnetic_pressure=[3e6, 1e6]).prepare("half-space")
+    across = frictionless.step(velocity=(0.0, 5.0), dt=1.0)
+    # pressures push sideways on the round rail, which heats nothing
+    assert abs(across.force[1]) > 10.0
+    assert across.friction_power == across.friction_work == 0.0
+    contact = shoe(upper=rubber, friction=0.3, magnetic_pressure=[3e6, 1e6]).prepare("half-space")
+    for velocity in ((0.0, 5.0), (0.0, -5.0), (3.0, 4.0), (-2.0, 0.0)):
+        step = contact.step(velocity=velocity)
+        along = np.array([*velocity, 0.0])
+        tangential = along[:, None] - contact.normal * (along @ contact.normal)
+        heat = (0.3 * step.pressure * np.linalg.norm(tangential, axis=0) * contact.area).sum()
+        assert step.friction_power == pytest.approx(heat, rel=1e-9)
+
+
 def test_one_object_serves_threads():
     contact = shoe(upper=rubber).prepare("half-space")
     wanted = {v: contact.copy().step(velocity=v).force for v in np.linspace(1.0, 40.0, 8)}
@@ -201,14 +229,24 @@ def test_wedging_is_named():
     assert contact.step(velocity=0.1).report.status == "solved"
 
 
+def bent(contact, **changes):
+    return replace(contact.step(velocity=1.0).state, **changes)
+
+
 BAD = [
     (lambda c: c.step(), "velocity is missing"),
     (lambda c: c.step(velocity=0.0), "velocity is 0: at rest friction has no direction"),
     (lambda c: c.step(velocity=70.0), "the table of friction covers 0 to 50 m/s"),
     (lambda c: c.step(velocity=float("nan")), "velocity is nan"),
     (lambda c: c.step(velocity=(1.0, 2.0, 3.0)), "velocity is .*a number or"),
-    (lambda c: c.step([0.0] * 5, 1.0), "pose has shape"),
-    (lambda c: c.step([np.inf] * 6, 1.0), r"pose\[0\] is inf"),
+    (lambda c: c.step([0.0] * 5, 1.0), "pose is .*six real numbers"),
+    (lambda c: c.step([0.0] * 5 + [1j], 1.0), "pose is .*six real numbers"),
+    (lambda c: c.step([0.0] * 5 + [[1.0]], 1.0), "pose is .*six real numbers"),
+    (lambda c: c.step([np.inf] * 6, 1.0), "pose, x, is inf"),
+    (lambda c: c.step([0.0, 0.0, -1e300, 0.0, 0.0, 0.0], 1.0), r"pose, z, is -1e\+300"),
+    (lambda c: c.step(velocity=1.0, state=5), "state is 5: a StepState"),
+    (lambda c: c.step(velocity=1.0, state=bent(c, pressure=[0.0])), "state.pressure is list"),
+    (lambda c: c.step(velocity=1.0, state=bent(c, motion=np.zeros(2, "f4"))), "state.motion is float32"),
     (lambda c: c.step(velocity=1.0, dt=-1.0), "dt is -1.0"),
     (lambda c: c.step(velocity=1.0, magnetic_pressure=np.ones(3)), "magnetic_pressure has shape"),
 ]

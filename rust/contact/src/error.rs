@@ -25,6 +25,26 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// An entry is larger than any that is meant.
+    #[error("{name}[{index}] is {value:e}, a number of at most {largest:e} is needed")]
+    TooLarge {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Largest size accepted.
+        largest: f64,
+    },
+    /// A result is not finite.
+    #[error("the numbers given are too large: {name} is {value}")]
+    Overflow {
+        /// Name of the result.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// An entry is negative where it may not be.
     #[error("{name}[{index}] is {value}, it must not be negative")]
     Negative {

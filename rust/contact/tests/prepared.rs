@@ -78,11 +78,13 @@ fn force_and_moment_are_those_of_the_pressures() {
     for (found, wanted) in out.force.iter().zip([0.9, 0.0, -3.0]) {
         assert!((found - wanted).abs() < 1e-12, "{:?}", out.force);
     }
+    assert!((out.friction_power - 4.5).abs() < 1e-12);
     // friction 2 below the reference point
     assert!((out.moment[1] + 1.8).abs() < 1e-12, "{:?}", out.moment);
     let back = contact
         .step(&step(FREE, [-5.0, 0.0], Pull::Uniform(4.0)), &unmonitored)
         .unwrap();
+    assert!((back.friction_power - 9.0).abs() < 1e-12);
     assert!((back.force[0] + 1.8).abs() < 1e-12 && (back.force[2] + 6.0).abs() < 1e-12);
 }
 
@@ -139,6 +141,35 @@ fn what_cannot_be_asked_is_named() {
         ),
         "pose[0] is inf, a finite number is needed"
     );
+    let (fast, nan) = ([1.0, 0.0], f64::NAN);
+    for (pose, velocity, pull, wanted) in [
+        (
+            [nan, nan, -1e300, nan, nan, nan],
+            fast,
+            Pull::Scene,
+            "pose[2] is -1e300",
+        ),
+        (FREE, [0.0, 1e31], Pull::Scene, "velocity[1] is 1e31"),
+        (FREE, [nan, 0.0], Pull::Scene, "velocity[0] is NaN"),
+        (
+            FREE,
+            fast,
+            Pull::Uniform(1e300),
+            "magnetic_pressure[0] is 1e300",
+        ),
+        (
+            [nan, nan, -1.0, nan, nan, nan],
+            fast,
+            Pull::Given {
+                gap: &[-1e308; N],
+                work: &[0.0],
+            },
+            "the numbers given are too large",
+        ),
+    ] {
+        let message = ask(pose, velocity, pull);
+        assert!(message.starts_with(wanted), "{message}");
+    }
     let mut slow = springs();
     slow.standstill_speed = Some(0.1);
     let out = PreparedContact::new(Arc::new(slow))

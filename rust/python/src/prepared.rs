@@ -277,6 +277,7 @@ impl PyPreparedContact {
         let out = PyDict::new(py);
         out.set_item("status", status_name(solution.status))?;
         out.set_item("force", outcome.force.to_vec().into_pyarray(py))?;
+        out.set_item("friction_power", outcome.friction_power)?;
         out.set_item("moment", outcome.moment.to_vec().into_pyarray(py))?;
         out.set_item("pressure", solution.pressure.into_pyarray(py))?;
         out.set_item("gap", solution.gap.into_pyarray(py))?;

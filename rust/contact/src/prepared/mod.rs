@@ -12,6 +12,9 @@ use crate::sliding::{RigidMotion, SlidingContact, SlidingSolution};
 use crate::stepping::{Effort, Influence, SlidingStepper};
 pub use table::Table;
 
+/// Largest number a step takes, in SI units; beyond it squares overflow.
+const LARGEST: f64 = 1e30;
+
 /// Contact points in the common frame: three components (3n) each, x of all points first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
@@ -118,6 +121,8 @@ pub struct Outcome {
     pub force: [f64; 3],
     /// Moment of it about the reference point [N m].
     pub moment: [f64; 3],
+    /// Heat of sliding [W]: the friction times the sliding velocity; the work of the pressures is not in it.
+    pub friction_power: f64,
     /// What it took.
     pub effort: Effort,
 }
@@ -218,7 +223,6 @@ impl Prepared {
     /// Friction coefficients and sliding directions (2n) at a velocity.
     fn sliding(&self, velocity: [f64; 2]) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let n = self.influence.points();
-        check("velocity", &velocity, 2)?;
         let speed = velocity[0].hypot(velocity[1]);
         let mut friction = self.friction.at("friction", speed)?;
         if let Some(slow) = self.standstill_speed {
@@ -298,17 +302,16 @@ impl PreparedContact {
     /// Solves one step.
     ///
     /// # Errors
-    /// Numbers that are not finite; a speed outside the tables; friction at rest without a standstill speed;
+    /// Numbers that are not finite, or too large for a finite result; a speed outside the tables; friction at rest without a standstill speed;
     /// an interruption. That no sliding state exists (wedging) is a status of the solution.
     pub fn step(&mut self, step: &Step<'_>, monitor: Monitor<'_>) -> Result<Outcome, Error> {
         let prepared = self.prepared.clone();
         let (n, m) = (prepared.influence.points(), prepared.motions.len());
-        if let Some(index) = step.pose.iter().position(|v| v.is_infinite()) {
-            return Err(Error::NotFinite {
-                name: "pose",
-                index,
-                value: step.pose[index],
-            });
+        let pose = step.pose.map(|v| if v.is_nan() { 0.0 } else { v });
+        check_size("pose", &pose)?;
+        check_size("velocity", &step.velocity)?;
+        if let Pull::Uniform(pressure) = step.pull {
+            check_size("magnetic_pressure", &[pressure])?;
         }
         let (friction, direction) = prepared.sliding(step.velocity)?;
         let mut gap = match step.pull {
@@ -317,7 +320,6 @@ impl PreparedContact {
                 prepared.loads.at("magnetic_pressure", x.hypot(y))?
             }
             Pull::Uniform(pressure) => {
-                check("magnetic_pressure", &[pressure], 1)?;
                 let [base, unit] = prepared.magnetic.as_ref().ok_or(Error::NotMagnetic)?;
                 base.iter()
                     .zip(unit)
@@ -351,7 +353,20 @@ impl PreparedContact {
             motions: &motions,
         };
         let (solution, effort) = self.stepper.solve(&contact, monitor)?;
-        Ok(outcome(&prepared, solution, friction, direction, effort))
+        let outcome = outcome(
+            &prepared,
+            solution,
+            friction,
+            direction,
+            step.velocity,
+            effort,
+        );
+        if let Err(error) = outcome.check() {
+            // what is not finite must not start the next step
+            self.stepper = SlidingStepper::new(prepared.influence.clone());
+            return Err(error);
+        }
+        Ok(outcome)
     }
 }
 
@@ -360,11 +375,12 @@ fn outcome(
     solution: SlidingSolution,
     friction: Vec<f64>,
     direction: Vec<f64>,
+    velocity: [f64; 2],
     effort: Effort,
 ) -> Outcome {
     let g = &prepared.geometry;
     let n = g.points();
-    let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+    let (mut force, mut moment, mut friction_power) = ([0.0; 3], [0.0; 3], 0.0);
     for i in 0..n {
         let p = solution.pressure[i];
         if p == 0.0 {
@@ -376,6 +392,8 @@ fn outcome(
             friction[i] * p * direction[i],
             friction[i] * p * direction[n + i],
         );
+        let along = |t: [f64; 3]| velocity[0] * t[0] + velocity[1] * t[1];
+        friction_power += g.area[i] * (qx * along(tx) + qy * along(ty));
         let load: [f64; 3] =
             std::array::from_fn(|c| g.area[i] * (qx * tx[c] + qy * ty[c] - p * normal[c]));
         let arm: [f64; 3] = std::array::from_fn(|c| at[c] - prepared.reference_point[c]);
@@ -391,7 +409,41 @@ fn outcome(
         direction,
         force,
         moment,
+        friction_power,
         effort,
+    }
+}
+
+impl Outcome {
+    /// Whether all numbers are finite.
+    fn check(&self) -> Result<(), Error> {
+        for (name, values) in [
+            ("pressure", self.solution.pressure.as_slice()),
+            ("gap", &self.solution.gap),
+            ("motion", &self.solution.motion),
+            ("force", &self.force),
+            ("moment", &self.moment),
+            ("friction power", &[self.friction_power]),
+        ] {
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Overflow { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Finite numbers of a size that is meant.
+fn check_size(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    check(name, values, values.len())?;
+    match values.iter().position(|v| v.abs() > LARGEST) {
+        Some(index) => Err(Error::TooLarge {
+            name,
+            index,
+            value: values[index],
+            largest: LARGEST,
+        }),
+        None => Ok(()),
     }
 }
 
