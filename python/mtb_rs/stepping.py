@@ -17,6 +17,7 @@ from . import _mtb_rs
 from .check import number, path_of, positive
 from .errors import ConvergenceError, ResultantError
 from .loads import PressureDependentFriction, VelocityTable, friction_field
+from .result import Patch, Pictured
 from .solve import ContactProblem, Side, magnetic_field, to_global, to_local
 
 if TYPE_CHECKING:
@@ -75,8 +76,17 @@ class StepReport:
 
 
 @dataclass(frozen=True)
-class StepResult:
-    """Contact load of a step.
+class StepGrid:
+    """Where the contact points (3, n) [m] of a step lie, their areas (n,) [m2] and regular grids."""
+
+    points: Array
+    area: Array
+    patches: tuple[Patch, ...]
+
+
+@dataclass(frozen=True)
+class StepResult(Pictured):
+    """Contact load of a step, which draws pressure, gap and status.
 
     Attributes
     ----------
@@ -102,11 +112,32 @@ class StepResult:
     gap: Array
     state: StepState
     report: StepReport
+    _grid: StepGrid = field(repr=False)
     _core: _mtb_rs.PreparedContact | None = field(repr=False)
     _pressure: Array | None = field(default=None, repr=False)
 
     @property
-    def pressure(self) -> Array:
+    def points(self) -> Array:  # type: ignore[override]
+        """Contact points (3, n) [m]."""
+        return self._grid.points
+
+    @property
+    def area(self) -> Array:  # type: ignore[override]
+        """Area (n,) [m2] of each contact point."""
+        return self._grid.area
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """Regular grids of the points; none for a contact from a file."""
+        return self._grid.patches
+
+    @property
+    def status(self) -> NDArray[np.int8]:  # type: ignore[override]
+        """0 open, 2 slip (n,)."""
+        return np.where(self.state.pressure > 0.0, 2, 0).astype(np.int8)
+
+    @property
+    def pressure(self) -> Array:  # type: ignore[override]
         """Mean pressure (n,) [Pa] over each contact point."""
         if self._core is None:
             return np.asarray(self._pressure)
@@ -133,6 +164,7 @@ class PreparedContact:
     def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
         self._core = core
         self._source = source
+        self._grid = StepGrid(core.points, core.area, () if source is None else source.problem.patches)
 
     def __repr__(self) -> str:
         free = ", ".join(self.motions) or "nothing"
@@ -233,6 +265,7 @@ class PreparedContact:
                 residual=out["residual"],
                 unstable=out["unstable"],
             ),
+            _grid=self._grid,
             _core=self._core,
         )
         if out["status"] != "solved":

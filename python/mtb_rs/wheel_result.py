@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .result import Pictured
 
 Array = NDArray[np.float64]
 
@@ -102,10 +105,39 @@ class WheelPatch:
         along, across = self.traction
         return float((along * (xi - phi * y) + across * (eta + phi * x)).sum() * self.area)
 
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
+        x, y = np.meshgrid(self.x, self.y)
+        picture = _PatchPicture(
+            points=np.stack([x, y]),
+            area=np.full(x.shape, self.area),
+            pressure=self.pressure,
+            traction=self.traction,
+            slip=self.slip_velocity,
+            status=self.status,
+            normal_force=self.normal_force,
+        )
+        return picture.plot(quantity, kind, **options)
+
     def load(self) -> Array:
         """Force on the rail at each cell (3, ny, nx) [N], in the track."""
         local = np.concatenate([self.traction, -self.pressure[None]])
         return np.asarray(self.area * np.einsum("ij,jkl->ikl", self.rotation, local))
+
+
+@dataclass(frozen=True)
+class _PatchPicture(Pictured):
+    points: Array
+    area: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    status: NDArray[np.int8]
+    normal_force: float
+
+    @property
+    def slip_unit(self) -> str:
+        return "m/s"
 
 
 @dataclass(frozen=True)

@@ -158,6 +158,8 @@ def test_results_pickle():
     np.testing.assert_array_equal(again.pressure, step.pressure)
     np.testing.assert_array_equal(again.force, step.force)
     assert again.report == step.report
+    assert again.plot("gap").axes
+    assert again.plot(kind="line").axes
 
 
 def test_heat_is_the_work_of_friction_alone():

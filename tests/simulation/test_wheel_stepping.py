@@ -319,6 +319,13 @@ def test_tractions_keep_to_friction():
     assert (patch.slip_velocity[:, patch.status == 1] == 0.0).all()
 
 
+def test_patches_draw_themselves():
+    (patch,) = wheels(side="left").step(velocity=[V, 0.02, 0.0, 0.0, V / 0.46, 0.0]).patches
+    for quantity in ("pressure", "traction", "slip", "status"):
+        assert patch.plot(quantity).axes
+    assert "m/s" in patch.plot("slip").axes[-1].get_ylabel()
+
+
 def test_moments_are_about_the_point_named():
     pose, velocity = [0.0, 1e-3, np.nan, 0.0, 0.0, 0.0], V
     point = (0.1, 0.2, 0.3)

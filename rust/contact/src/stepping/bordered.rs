@@ -112,6 +112,12 @@ impl Bordered {
         self.drag == drag
     }
 
+    /// Whether the factors are those of friction in about the opposite direction.
+    pub(super) fn is_against(&self, drag: &[f64]) -> bool {
+        let along: f64 = self.drag.iter().zip(drag).map(|(a, b)| a * b).sum();
+        along < 0.0
+    }
+
     /// Sign of the determinant of the bordered equations.
     pub(super) fn sign(&self) -> f64 {
         self.lu.sign * self.now.schur.sign()

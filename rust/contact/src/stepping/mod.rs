@@ -131,6 +131,10 @@ impl SlidingStepper {
             .map(|(i, d)| d * contact.friction[i % n.max(1)])
             .collect();
         let mut effort = Effort::default();
+        if self.factors.as_ref().is_some_and(|f| f.is_against(&drag)) {
+            // a preconditioner for friction the other way costs more than it saves
+            self.factors = None;
+        }
         let found = self.by_sets(contact, &drag, &mut effort, monitor)?;
         let solution = if let Some(solution) = found {
             solution
