@@ -125,6 +125,10 @@ def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
         wrong = cells[(cells < 0) | (cells >= len(points))][0]
         raise ValueError(f"tetrahedra name the node {wrong}: there are 0 to {len(points) - 1}")
     used, cells = np.unique(cells, return_inverse=True)
+    wrong = ~np.isfinite(points[used]).all(axis=1)
+    if wrong.any():
+        node = int(used[np.argmax(wrong)])
+        raise ValueError(f"node {node} of the mesh is {points[node].tolist()}: finite numbers are needed")
     nodes = points[used] * scale
     return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64)))
 

@@ -319,3 +319,11 @@ def test_a_contact_across_triangles_is_named() -> None:
         )
     # no warning where the edges are met; side walls within the tolerance are not meant
     mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: p[:, 2] < -0.017, size=8e-3)
+
+
+def test_a_node_of_a_file_that_is_no_number_is_named() -> None:
+    mesh = block_mesh([0.0, 0.1], [0.0, 0.1], 0.1, quadratic=False)
+    nodes = mesh.nodes.copy()
+    nodes[3, 1] = np.nan
+    with pytest.raises(ValueError, match=r"node 3 of the mesh is \[.*nan"):
+        mtb.ElasticBody.from_mesh(meshio.Mesh(nodes, [("tetra", mesh.cells)]), STEEL)
