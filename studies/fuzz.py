@@ -8,6 +8,10 @@ profiles, meshes, height fields, bytes of prepared contacts. Allowed are a resul
 says that it converged, and a ValueError or ConvergenceError with words. All else is a finding, and printed
 with the smallest input that shows it: other exceptions, a panic of the compiled core, warnings, silent NaN,
 inputs that take longer than ten seconds. The same seed draws the same inputs.
+
+The doors of the Rust crates have their own, quicker drivers:
+
+    PROPTEST_CASES=1000000 cargo test --release -p mtb-geometry -p mtb-contact any_
 """
 
 from __future__ import annotations

@@ -251,7 +251,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    #![proptest_config(ProptestConfig::default())]
 
     #[test]
     fn any_input_is_solved_or_refused(

@@ -165,7 +165,7 @@ fn is_sound(profile: &Profile) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::default())]
 
     #[test]
     fn any_points_make_a_sound_profile_or_none(
