@@ -76,20 +76,26 @@ def draw(chart: Chart) -> Figure:
                 fontweight="bold",
                 color="0.2",
             )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _limits(chart, axes)
     span = [p.time for p in chart.drawn()] + [f.time for f in chart.figures]
     middle = np.sqrt(min(span) * max(span))
     for known in chart.figures:
         if known.error is None:
             axes.axvline(known.time, color="0.55", lw=0.9, ls=(0, (4, 3)), zorder=0)
+            place = _end(chart, axes, known.time)
+            # between two lines close together there is no room
+            right = any(f.error is None and 0.0 < np.log10(known.time / f.time) < 0.2 for f in chart.figures)
             axes.annotate(
                 known.label,
-                (known.time, 0.985),
+                (known.time, place),
                 xycoords=("data", "axes fraction"),
-                xytext=(-3, 0),
+                xytext=(3 if right else -3, 0),
                 textcoords="offset points",
                 rotation=90,
-                ha="right",
-                va="top",
+                ha="left" if right else "right",
+                va="top" if place > 0.5 else "bottom",
                 fontsize=7,
                 color="0.35",
             )
@@ -103,10 +109,10 @@ def draw(chart: Chart) -> Figure:
                 ha="left" if known.time < middle else "right",
                 fontsize=7.5,
                 color=INK,
+                # lines pass behind it
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+                zorder=2,
             )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    _limits(chart, axes)
     if chart.reference_error:
         axes.axhspan(axes.get_ylim()[0], 100.0 * chart.reference_error, color="0.93", zorder=0)
         axes.annotate(
@@ -134,6 +140,23 @@ def draw(chart: Chart) -> Figure:
     axes.set_title(f"against: {chart.reference}", loc="right", fontsize=8, color="0.35")
     axes.legend(fontsize=7.5, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
+
+
+def _end(chart: Chart, axes: Axes, time: float) -> float:
+    """Where the label of a line starts, as a share of the height: above, or below if marks are there."""
+    low, high = np.log(axes.get_ylim())
+
+    def height(error: float) -> float:
+        return float((np.log(100.0 * error) - low) / (high - low))
+
+    # the labels of marks reach far to the side, points do not
+    taken = [height(f.error) for f in chart.figures if f.error]
+    near = [p for p in chart.drawn() if abs(np.log10(p.time / time)) < 0.2]
+    taken += [height(p.errors[chart.quantity]) for p in near]
+    floor = max(height(chart.reference_error), 0.0) if chart.reference_error else 0.0
+    if any(h > 0.65 for h in taken) and not any(h < floor + 0.35 for h in taken):
+        return floor + 0.015
+    return 0.985
 
 
 def _limits(chart: Chart, axes: Axes) -> None:

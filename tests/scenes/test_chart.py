@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Annotation
 
 import mtb_rs as mtb
 from mtb_rs.__main__ import main
 from mtb_rs.chart import Candidate, Chart, ChartPoint, Figure, Run, measure, silent
+from mtb_rs.chart_plot import draw
 
 
 @pytest.fixture(scope="module")
@@ -123,3 +125,17 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert code == 0
     assert "closed form" in capsys.readouterr().out
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["chart.csv", "chart.html", "chart.png"]
+
+
+def test_labels_of_lines_keep_clear_of_marks_and_of_each_other() -> None:
+    points = (point("a", 1.0, 0.5), point("a", 2.0, 0.05))
+    lines = (Figure("line", 100.0), Figure("next", 130.0))
+
+    def labels(*more: Figure) -> dict[str, Annotation]:
+        axes = draw(Chart("t", points, "exact", figures=(*lines, *more))).axes[0]
+        return {text.get_text(): text for text in axes.texts if isinstance(text, Annotation)}
+
+    assert [labels()[f.label].get_va() for f in lines] == ["top", "top"]
+    assert [labels()[f.label].get_ha() for f in lines] == ["right", "left"]
+    high = labels(Figure("mark", 500.0, 0.5))
+    assert [high[f.label].get_va() for f in lines] == ["bottom", "bottom"]
