@@ -21,7 +21,7 @@ from .friction import (
     native_law,
 )
 from .patch import PressureField, pressure_field
-from .result import Pictured
+from .result import TangentialFields
 
 Array = NDArray[np.float64]
 Bound = Literal["parabolic", "elliptic"]
@@ -54,7 +54,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
 
 
 @dataclass(frozen=True, repr=False)
-class FoundationResult(Pictured):
+class FoundationResult(TangentialFields):
     """Fields of the simplified theory; vectors act on the lower body.
 
     Attributes
@@ -80,19 +80,6 @@ class FoundationResult(Pictured):
     status: NDArray[np.int8]
     force: Array
     spin_moment: float
-
-    @property
-    def normal_force(self) -> float:
-        """Sum of pressure times area [N]."""
-        return -float(self.force[2])
-
-    def __repr__(self) -> str:
-        ny, nx = self.pressure.shape
-        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
-        return (
-            f"FoundationResult({nx} x {ny} cells, {stick} stick, {slip} slip, "
-            f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N)"
-        )
 
 
 def _bound(field: PressureField, bound: Bound) -> Array:

@@ -100,6 +100,28 @@ class Pictured:
         return save(self, directory)
 
 
+class TangentialFields(Pictured):
+    """Stick and slip on a grid (ny, nx), by any theory; vectors act on the lower body.
+
+    Adds ``traction`` (3, ny, nx), ``slip`` (2, ny, nx) and ``force`` (3,): friction, minus the normal force.
+    """
+
+    force: Array
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of pressure times area [N]."""
+        return -float(self.force[2])
+
+    def __repr__(self) -> str:
+        ny, nx = self.pressure.shape
+        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        return (
+            f"{type(self).__name__}({nx} x {ny} cells, {stick} stick, {slip} slip, "
+            f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N)"
+        )
+
+
 @dataclass(frozen=True, repr=False)
 class Result(Pictured):
     """The solved contact.

@@ -27,7 +27,7 @@ from .friction import (
 from .material import Material
 from .patch import PressureField, pressure_field
 from .report import Report
-from .result import Pictured
+from .result import TangentialFields
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -183,7 +183,7 @@ class TangentialState:
 
 
 @dataclass(frozen=True, repr=False)
-class TangentialResult(Pictured):
+class TangentialResult(TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -228,23 +228,12 @@ class TangentialResult(Pictured):
     report: Report
 
     @property
-    def normal_force(self) -> float:
-        """Sum of pressure times area [N]."""
-        return -float(self.force[2])
-
-    @property
     def slip_unit(self) -> str:
         """Relative in rolling, metres in a shift."""
         return "m" if isinstance(self.motion, Shift) else "-"
 
     def __repr__(self) -> str:
-        ny, nx = self.pressure.shape
-        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
-        return (
-            f"TangentialResult({nx} x {ny} cells, {stick} stick, {slip} slip, "
-            f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N, "
-            f"{self.report.status})"
-        )
+        return f"{super().__repr__()[:-1]}, {self.report.status})"
 
 
 class _Key(NamedTuple):
