@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A result that needs no solve: two poles of a shoe on a curved rail, with a plausible pressure."""
+"""A result that needs no solve: two poles of a shoe on a curved rail; a cache of a module's own."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -116,3 +118,12 @@ def pole_shoe_result() -> Result:
         ),
         summary={"scene": "pole_shoe_on_rail", "friction": 0.5, "magnetic_pressure": 3e6, "spacing": (h, h)},
     )
+
+
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Condensations start anew and are kept for this module only."""
+    patch = pytest.MonkeyPatch()
+    patch.setenv("MTB_RS_CACHE", str(tmp_path_factory.mktemp("cache")))
+    yield
+    patch.undo()

@@ -12,6 +12,8 @@ import mtb_rs as mtb
 from mtb_rs.mesh import block_mesh
 from mtb_rs.solve import solve_direct
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 ROOF = ((None, None), (None, None), (0.05, 0.05))
 SCENES = {
     "driven": lambda: mtb.scenes.pole_shoe_on_rail(spacing=6e-3),
@@ -24,14 +26,6 @@ SCENES = {
     "aside": lambda: mtb.scenes.pole_shoe_on_rail(spacing=6e-3, lateral=1e-3, yaw=1e-3),
     "turned": lambda: mtb.scenes.pole_shoe_on_rail(spacing=6e-3).with_(moments=(4.0, -9.0)),
 }
-
-
-@pytest.fixture(autouse=True, scope="module")
-def own_cache(tmp_path_factory):
-    patch = pytest.MonkeyPatch()
-    patch.setenv("MTB_RS_CACHE", str(tmp_path_factory.mktemp("cache")))
-    yield
-    patch.undo()
 
 
 def hanging_block(**supports) -> mtb.ElasticBody:

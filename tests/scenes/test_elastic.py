@@ -10,15 +10,9 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 DATA = Path(__file__).parents[1] / "data" / "fe"
-
-
-@pytest.fixture(autouse=True, scope="module")
-def own_cache(tmp_path_factory):
-    patch = pytest.MonkeyPatch()
-    patch.setenv("MTB_RS_CACHE", str(tmp_path_factory.mktemp("cache")))
-    yield
-    patch.undo()
 
 
 def reference(name):
