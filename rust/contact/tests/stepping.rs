@@ -221,3 +221,17 @@ fn the_same_step_again_costs_a_product() {
         }
     );
 }
+
+#[test]
+fn reversals_hardly_factorise() {
+    let mut walk = slow(200);
+    for step in walk.iter_mut().skip(1).step_by(2) {
+        step.reversed = true;
+    }
+    let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+    let factorisations: usize = efforts.iter().map(|e| e.factorisations).sum();
+    assert!(
+        factorisations < 40,
+        "{factorisations} factorisations in 200 steps"
+    );
+}

@@ -104,18 +104,12 @@ impl Bordered {
             }
         }
         let k = self.factorised.len();
-        changes > 4 + k / 12 || unknown > 4 + k / 20
+        changes > 4 + k / 8 || unknown > 4 + k / 16
     }
 
     /// Whether the factors are those of `drag` itself.
     pub(super) fn is_exact(&self, drag: &[f64]) -> bool {
         self.drag == drag
-    }
-
-    /// Whether the factors are those of friction in about the opposite direction.
-    pub(super) fn is_against(&self, drag: &[f64]) -> bool {
-        let along: f64 = self.drag.iter().zip(drag).map(|(a, b)| a * b).sum();
-        along < 0.0
     }
 
     /// Sign of the determinant of the bordered equations.

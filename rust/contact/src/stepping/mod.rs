@@ -21,6 +21,8 @@ use influence::largest;
 const TOLERANCE: f64 = 1e-13;
 /// ... and which must be reached.
 const ACCEPTED: f64 = 1e-11;
+/// Residual that is enough to see which points have the wrong sign, while sets still change.
+const ROUGH: f64 = 1e-4;
 /// Relative size below which a negative pressure or gap counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Active sets tried before the general solver takes over.
@@ -34,16 +36,31 @@ const PRODUCTS: usize = 20;
 /// It keeps the points last in contact and their LU factors. While the set holds, a step costs a solve with
 /// these factors; a few points that came or left are borders of it; with another friction the factors are
 /// the preconditioner of GMRES [SaadSchultz1986]. They are made anew when a step has come to cost
-/// more than the average since they were made. Where the active sets do not settle, the general
+/// more than the average since they were made. Forwards and backwards are remembered apart, since factors
+/// for the one are no preconditioner for the other. Where the active sets do not settle, the general
 /// solver decides, so that wedging is found and named as without memory.
 pub struct SlidingStepper {
     influence: Arc<Influence>,
+    memory: Memory,
+    /// Of friction in about the opposite direction.
+    opposite: Memory,
+    /// To be taken for the last step's.
+    resumed: Option<Point>,
+    scratch: Scratch,
+}
+
+/// What steps of friction in about one direction leave behind.
+#[derive(Default)]
+struct Memory {
+    /// Friction of the last of them.
+    drag: Vec<f64>,
     factors: Option<Bordered>,
     /// Products since the factors were made, the factorisation counted as so many, and steps that shared them.
     spent: (usize, usize),
+    /// Products of a step, those of the last steps counting most.
+    recent: f64,
     last: Option<Point>,
     before: Option<Point>,
-    scratch: Scratch,
 }
 
 /// What one step took.
@@ -71,6 +88,15 @@ struct Scratch {
     pressure: Vec<f64>,
 }
 
+/// The equations solved on a set of points.
+struct OnSet {
+    point: Point,
+    /// Of the determinant.
+    sign: f64,
+    /// Relative residual.
+    error: f64,
+}
+
 /// The equations of one step on one set of points.
 struct Equations<'a> {
     influence: &'a Influence,
@@ -84,10 +110,9 @@ impl SlidingStepper {
     pub fn new(influence: Arc<Influence>) -> Self {
         Self {
             influence,
-            factors: None,
-            spent: (0, 0),
-            last: None,
-            before: None,
+            memory: Memory::default(),
+            opposite: Memory::default(),
+            resumed: None,
             scratch: Scratch::default(),
         }
     }
@@ -104,8 +129,7 @@ impl SlidingStepper {
     pub fn resume(&mut self, pressure: &[f64], motion: &[f64]) -> Result<(), Error> {
         check("pressure", pressure, self.influence.points())?;
         check("motion", motion, motion.len())?;
-        self.before = None;
-        self.last = Some(Point {
+        self.resumed = Some(Point {
             pressure: pressure.to_vec(),
             motion: motion.to_vec(),
         });
@@ -131,10 +155,7 @@ impl SlidingStepper {
             .map(|(i, d)| d * contact.friction[i % n.max(1)])
             .collect();
         let mut effort = Effort::default();
-        if self.factors.as_ref().is_some_and(|f| f.is_against(&drag)) {
-            // a preconditioner for friction the other way costs more than it saves
-            self.factors = None;
-        }
+        self.recall(&drag);
         let found = self.by_sets(contact, &drag, &mut effort, monitor)?;
         let solution = if let Some(solution) = found {
             solution
@@ -149,9 +170,26 @@ impl SlidingStepper {
                 pressure: solution.pressure.clone(),
                 motion: solution.motion.clone(),
             };
-            self.before = self.last.replace(now);
+            self.memory.before = self.memory.last.replace(now);
         }
         Ok((solution, effort))
+    }
+
+    /// Turns to the memory of friction in the direction of `drag`.
+    fn recall(&mut self, drag: &[f64]) {
+        if self.memory.is_against(drag) {
+            std::mem::swap(&mut self.memory, &mut self.opposite);
+            if self.memory.is_against(drag) {
+                self.memory = Memory::default();
+            }
+            self.memory.before = None;
+        }
+        self.memory.drag.clear();
+        self.memory.drag.extend_from_slice(drag);
+        if let Some(point) = self.resumed.take() {
+            self.memory.before = None;
+            self.memory.last = Some(point);
+        }
     }
 
     /// Active sets from the last one on; `None` where they do not settle.
@@ -164,7 +202,7 @@ impl SlidingStepper {
     ) -> Result<Option<SlidingSolution>, Error> {
         let n = self.influence.points();
         let m = contact.motions.len();
-        let mut active: Vec<bool> = match &self.last {
+        let mut active: Vec<bool> = match &self.memory.last {
             Some(last) => last.pressure.iter().map(|p| *p > 0.0).collect(),
             None => vec![true; n],
         };
@@ -173,13 +211,25 @@ impl SlidingStepper {
         }
         let mut visited = HashSet::new();
         let mut guess = self.promise(m);
+        let mut tolerance = ROUGH;
         for iteration in 1..=SETS {
             effort.sets = iteration;
-            let Some((mut point, sign)) = self.on_set(contact, drag, &active, &guess, effort)
-            else {
-                return Ok(None);
+            // roughly, until the set holds or comes again
+            let (changes, OnSet { point, sign, .. }) = loop {
+                let found = self.on_set(contact, drag, &active, &guess, tolerance, effort);
+                let Some(mut found) = found else {
+                    return Ok(None);
+                };
+                let unclipped = found.point.clone();
+                let mut next = active.clone();
+                let changes = flip(&mut next, &mut found.point.pressure, &mut self.scratch.gap);
+                if found.error <= ACCEPTED || (changes > 0 && !visited.contains(&next)) {
+                    active = next;
+                    break (changes, found);
+                }
+                tolerance = TOLERANCE;
+                guess = unclipped;
             };
-            let changes = flip(&mut active, &mut point.pressure, &mut self.scratch.gap);
             if changes == 0 {
                 return Ok(Some(finished(
                     contact,
@@ -205,20 +255,26 @@ impl SlidingStepper {
         Ok(None)
     }
 
-    /// Pressures and motions that close the gaps of `active`; the gaps of all points go to the scratch.
+    /// Pressures and motions that close the gaps of `active` to `tolerance`; the gaps of all points go to the scratch.
     fn on_set(
         &mut self,
         contact: &SlidingContact<'_>,
         drag: &[f64],
         active: &[bool],
         guess: &Point,
+        tolerance: f64,
         effort: &mut Effort,
-    ) -> Option<(Point, f64)> {
+    ) -> Option<OnSet> {
         let points: Vec<usize> = (0..active.len()).filter(|&i| active[i]).collect();
         if points.len() < contact.motions.len() {
             return None;
         }
-        if self.factors.as_ref().is_none_or(|f| f.is_far_from(active)) {
+        if self
+            .memory
+            .factors
+            .as_ref()
+            .is_none_or(|f| f.is_far_from(active))
+        {
             self.factorise(drag, &points, effort);
         }
         let start: Vec<f64> = points
@@ -227,7 +283,7 @@ impl SlidingStepper {
             .chain(guess.motion.iter().copied())
             .collect();
         for _ in 0..2 {
-            let factors = self.factors.as_mut()?;
+            let factors = self.memory.factors.as_mut()?;
             effort.products += factors.turn_to(&self.influence, contact, &points);
             let equations = Equations {
                 influence: &self.influence,
@@ -236,7 +292,8 @@ impl SlidingStepper {
                 points: &points,
             };
             let mut x = start.clone();
-            if equations.solve(factors, &mut x, &mut self.scratch, effort) {
+            let solved = equations.solve(factors, &mut x, tolerance, &mut self.scratch, effort);
+            if let Some(error) = solved {
                 let mut pressure = vec![0.0; active.len()];
                 for (p, &point) in x.iter().zip(&points) {
                     pressure[point] = *p;
@@ -245,8 +302,11 @@ impl SlidingStepper {
                     self.scratch.gap[point] = 0.0;
                 }
                 let motion = x.split_off(points.len());
-                let sign = factors.sign();
-                return Some((Point { pressure, motion }, sign));
+                return Some(OnSet {
+                    point: Point { pressure, motion },
+                    sign: factors.sign(),
+                    error,
+                });
             }
             if factors.is_exact(drag) && factors.holds(active) {
                 return None;
@@ -257,34 +317,43 @@ impl SlidingStepper {
     }
 
     fn factorise(&mut self, drag: &[f64], points: &[usize], effort: &mut Effort) {
-        self.factors = Some(Bordered::new(&self.influence, drag, points));
-        self.spent = (points.len() / PRODUCTS, 0);
+        self.memory.factors = Some(Bordered::new(&self.influence, drag, points));
+        self.memory.spent = (points.len() / PRODUCTS, 0);
+        self.memory.recent = 0.0;
         effort.factorisations += 1;
     }
 
-    /// Gives the factors up once a step takes more than the steps since they were made took on average.
+    /// Gives the factors up once steps take more than those since they were made took on average.
     fn account(&mut self, effort: Effort) {
-        let (products, steps) = self.spent;
-        if steps > 0 && effort.products * steps > products {
-            self.factors = None;
+        let memory = &mut self.memory;
+        let (products, steps) = memory.spent;
+        let now = effort.products as f64;
+        memory.recent = if steps == 0 {
+            now
+        } else {
+            0.75 * memory.recent + 0.25 * now
+        };
+        if steps > 0 && memory.recent * steps as f64 > products as f64 {
+            memory.factors = None;
         }
-        self.spent = (products + effort.products, steps + 1);
+        memory.spent = (products + effort.products, steps + 1);
     }
 
     /// What the last two steps promise for this one, with `m` motions.
     fn promise(&self, m: usize) -> Point {
         let fits = |p: &&Point| p.motion.len() == m;
-        let Some(last) = self.last.as_ref().filter(fits) else {
+        let Some(last) = self.memory.last.as_ref().filter(fits) else {
             let n = self.influence.points();
             return Point {
                 pressure: self
+                    .memory
                     .last
                     .as_ref()
                     .map_or_else(|| vec![0.0; n], |p| p.pressure.clone()),
                 motion: vec![0.0; m],
             };
         };
-        let before = self.before.as_ref().filter(fits).unwrap_or(last);
+        let before = self.memory.before.as_ref().filter(fits).unwrap_or(last);
         let ahead = |now: &[f64], before: &[f64]| {
             now.iter()
                 .zip(before)
@@ -298,35 +367,47 @@ impl SlidingStepper {
     }
 }
 
+impl Memory {
+    /// Whether it is of friction in about the opposite direction.
+    fn is_against(&self, drag: &[f64]) -> bool {
+        let along: f64 = self.drag.iter().zip(drag).map(|(a, b)| a * b).sum();
+        along < 0.0
+    }
+}
+
 impl Equations<'_> {
-    /// Improves `x` (pressures of the set, then motions) until the equations hold; whether they do.
+    /// Improves `x` (pressures of the set, then motions) until the equations hold to `tolerance`, and to rounding
+    /// if it starts near; the relative residual reached, if they do.
     ///
     /// Leaves the gaps of all points in the scratch.
     fn solve(
         &self,
         factors: &mut Bordered,
         x: &mut [f64],
+        tolerance: f64,
         scratch: &mut Scratch,
         effort: &mut Effort,
-    ) -> bool {
+    ) -> Option<f64> {
         let mut r = vec![0.0; x.len()];
         let mut scale = vec![1.0; x.len()];
         let mut step = vec![0.0; x.len()];
         let mut error = self.residual(x, &mut r, &mut scale, scratch);
         effort.products += 1;
+        // so near, the set will hold
+        let tolerance = if error <= ROUGH { TOLERANCE } else { tolerance };
         let exact = factors.is_exact(self.drag);
         // as dear as a factorisation, at two products a step
         let most_steps = 3 + self.points.len() / (2 * PRODUCTS);
         let mut before = error;
         for sweep in 0..6 {
-            if error <= TOLERANCE {
-                return true;
+            if error <= tolerance {
+                return Some(error);
             }
             let contraction = error / before;
             if sweep == 1 && !exact {
-                let steps = (error / TOLERANCE).ln() / -contraction.ln();
+                let steps = (error / tolerance).ln() / -contraction.ln();
                 if contraction >= 1.0 || steps > 2.0 * most_steps as f64 {
-                    return false;
+                    return None;
                 }
             }
             if sweep > 1 && contraction >= 0.1 {
@@ -355,7 +436,7 @@ impl Equations<'_> {
                     },
                     &mut step,
                     &mut r,
-                    0.3 * TOLERANCE * (x.len() as f64).sqrt(),
+                    0.3 * tolerance * (x.len() as f64).sqrt(),
                     most_steps,
                 );
                 effort.products += 2 * report.steps + 1;
@@ -364,7 +445,7 @@ impl Equations<'_> {
             error = self.residual(x, &mut r, &mut scale, scratch);
             effort.products += 1;
         }
-        error <= ACCEPTED
+        (error <= ACCEPTED.max(tolerance)).then_some(error)
     }
 
     /// What is left of the equations at `x`, its size relative to `scale`, which is set to that of the data.
