@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from uuid import uuid4
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _mtb_rs
+from . import _mtb_rs, fmu
 from .check import number, path_of, positive
 from .errors import ConvergenceError, ResultantError
 from .loads import PressureDependentFriction, VelocityTable, friction_field
@@ -286,16 +286,58 @@ class PreparedContact:
         OSError
             If nothing can be written there.
         """
+        _write(path_of("path", path), self._core.to_bytes())
+
+    def save_fmu(
+        self,
+        path: str | os.PathLike[str],
+        library: str | os.PathLike[str],
+        pose: Mapping[str, float] | None = None,
+        velocity: float | Sequence[float] | None = None,
+        magnetic_pressure: float | None = None,
+    ) -> None:
+        """Writes the contact as a functional mock-up unit: FMI 2.0, co-simulation, without Python.
+
+        Inputs are `velocity.x` and `velocity.y`, `pose.x` to `pose.yaw` as far as `pose` names them, and
+        `magnetic_pressure` if given; what is no input is found from balance, or as the scene has it. Outputs
+        are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
+        `peak_pressure` (of the mean over a point).
+
+        Parameters
+        ----------
+        path : str or path object
+            For example "shoe.fmu".
+        library : str or path object
+            The compiled `mtb_fmu` of this version: ``cargo build --release -p mtb-fmu``. The unit runs on
+            systems as the one it was built for.
+        pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
+            First values of the components of the pose that are inputs.
+        velocity, magnetic_pressure
+            First values, as in :meth:`step`.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given, or the library is another one.
+        ConvergenceError
+            If there is no sliding state at the first values.
+        OSError
+            If nothing can be written there.
+        """
+        sliding = self._velocity(velocity)
+        starts = {"velocity.x": sliding[0], "velocity.y": sliding[1]}
+        place = np.full(6, np.nan)
+        for component, value in ({} if pose is None else pose).items():
+            if component not in POSE:
+                raise ValueError(f"pose has {component!r}: components are {', '.join(POSE)}")
+            starts[f"pose.{component}"] = number(f"pose[{component!r}]", value)
+            place[POSE.index(component)] = value
+        if magnetic_pressure is not None:
+            starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
         target = path_of("path", path)
-        if target.is_dir():
-            raise ValueError(f"cannot save into {target}: it is a directory, a file is needed")
-        # beside the target, as a file of the user's own mode: what stands there is complete
-        draft = target.with_name(f".{target.name}-{uuid4().hex}")
-        try:
-            draft.write_bytes(self._core.to_bytes())
-            os.replace(draft, target)
-        finally:
-            draft.unlink(missing_ok=True)
+        # what cannot be solved shows here, not in the importing program
+        self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
+        _write(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:
@@ -342,6 +384,19 @@ class PreparedContact:
             raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
         vx, vy = velocity  # type: ignore[misc]
         return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
+
+
+def _write(target: Path, data: bytes) -> None:
+    """Writes a file that is complete wherever it stands."""
+    if target.is_dir():
+        raise ValueError(f"cannot save into {target}: it is a directory, a file is needed")
+    # beside the target, as a file of the user's own mode
+    draft = target.with_name(f".{target.name}-{uuid4().hex}")
+    try:
+        draft.write_bytes(data)
+        os.replace(draft, target)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def pose_of(pose: Any) -> Array:

@@ -15,6 +15,7 @@ ALLOWED = {
     "elasticity": {"geometry", "operator"},
     "contact": {"operator", "complementarity"},
     "capi": {"operator", "complementarity", "contact"},
+    "fmu": {"operator", "complementarity", "contact"},
     "python": {"geometry", "operator", "complementarity", "elasticity", "contact"},
 }
 #: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]

@@ -1,0 +1,213 @@
+"""Functional mock-up units: FMPy, an importer of the standard, gets the numbers of Python."""
+
+import os
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave, fmi2Discard, fmi2LastSuccessfulTime
+from fmpy.validation import validate_fmu
+
+import mtb_rs as mtb
+
+ROOT = Path(__file__).parents[2]
+LOAD = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
+OUTPUTS = [*LOAD, "friction_power", "peak_pressure"]
+
+
+@pytest.fixture(scope="session")
+def library():
+    if shutil.which("cargo") is None:
+        pytest.skip("cargo is not installed: the library of the units cannot be built")
+    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "mtb-fmu"]
+    subprocess.run(build, cwd=ROOT, check=True)
+    folder = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
+    names = ("libmtb_fmu.so", "libmtb_fmu.dylib", "mtb_fmu.dll")
+    return next(folder / name for name in names if (folder / name).is_file())
+
+
+@pytest.fixture(scope="session")
+def contact():
+    shoe = mtb.scenes.pole_shoe_on_rail(
+        friction=mtb.VelocityTable((0.0, 10.0, 50.0), (0.4, 0.2, 0.1)), magnetic_pressure=3e6, spacing=6e-3
+    )
+    return shoe.prepare("elastic-upper", reference_point=(0.0, 0.0, 28.2e-3))
+
+
+@pytest.fixture(scope="session")
+def unit(contact, library, tmp_path_factory):
+    # a folder whose address needs escapes
+    path = tmp_path_factory.mktemp("a unit, 100 %") / "shoe.fmu"
+    contact.save_fmu(path, library, pose={"pitch": 0.0}, velocity=20.0, magnetic_pressure=3e6)
+    return path
+
+
+@pytest.fixture
+def slave(unit, tmp_path):
+    """An instance, the references of its variables and what it logs."""
+    folder = tmp_path / "ünpacked 100 %"
+    with zipfile.ZipFile(unit) as archive:
+        archive.extractall(folder)
+    description = fmpy.read_model_description(unit)
+    log = []
+
+    def logger(environment, name, status, category, message):
+        log.append(message.decode())
+
+    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(logger)
+    made = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="shoe",
+    )
+    made.instantiate(callbacks=callbacks)
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    yield made, references, log
+    made.terminate()
+    made.freeInstance()
+
+
+def test_the_description_is_valid(unit):
+    assert validate_fmu(str(unit)) == []
+    description = fmpy.read_model_description(str(unit))
+    inputs = [v.name for v in description.modelVariables if v.causality == "input"]
+    assert inputs == ["pose.pitch", "velocity.x", "velocity.y", "magnetic_pressure"]
+    assert [v.name for v in description.modelVariables if v.causality == "output"] == OUTPUTS
+    assert fmpy.supported_platforms(str(unit)) in (["linux64"], ["darwin64"], ["win64"])
+
+
+def test_a_ride_is_that_of_python(unit, contact):
+    time = np.linspace(0.0, 1.0, 21)
+    signals = np.zeros(21, [("time", float), ("velocity.x", float), ("pose.pitch", float)])
+    signals["time"] = time
+    signals["velocity.x"] = 30.0 - 25.0 * time
+    signals["pose.pitch"] = 2e-5 * np.sin(9.0 * time)
+    out = fmpy.simulate_fmu(
+        str(unit), stop_time=1.0, output_interval=0.05, step_size=0.05, input=signals, output=OUTPUTS
+    )
+    assert len(out) == 21
+    own = contact.copy()
+    # inputs are those of the start of a step, outputs are told at its end
+    for row, speed, pitch in zip(out[1:], signals["velocity.x"], signals["pose.pitch"], strict=False):
+        step = own.step([np.nan, np.nan, np.nan, np.nan, pitch, np.nan], speed, magnetic_pressure=3e6)
+        told = np.array([row[name] for name in LOAD])
+        np.testing.assert_allclose(told[:3], step.force, rtol=1e-9, atol=1e-9 * abs(step.force[2]))
+        np.testing.assert_allclose(told[3:], step.moment, rtol=1e-9, atol=1e-9 * np.abs(step.moment).max())
+        assert row["friction_power"] == pytest.approx(step.friction_power, rel=1e-9)
+        assert row["peak_pressure"] == pytest.approx(step.pressure.max(), rel=1e-9)
+
+
+def test_outputs_of_the_initialisation_and_states(slave, contact):
+    shoe, reference, _ = slave
+    own = contact.copy()
+    shoe.setupExperiment(startTime=0.0)
+    shoe.enterInitializationMode()
+    shoe.setReal([reference["velocity.x"]], [10.0])
+    before = shoe.getReal([reference[name] for name in OUTPUTS[:3]])
+    first = own.step(velocity=10.0).force
+    np.testing.assert_allclose(before, first, rtol=1e-9, atol=1e-9 * abs(first[2]))
+    shoe.exitInitializationMode()
+    state = shoe.getFMUstate()
+    shoe.setReal([reference["velocity.x"]], [50.0])
+    shoe.doStep(0.0, 0.1)
+    later = shoe.getReal([reference[name] for name in OUTPUTS[:3]])
+    assert later[0] < 0.6 * before[0]
+    shoe.setFMUstate(state)
+    assert shoe.getReal([reference[name] for name in OUTPUTS[:3]]) == before
+    shoe.doStep(0.0, 0.1)
+    again = shoe.getReal([reference[name] for name in OUTPUTS[:3]])
+    np.testing.assert_allclose(again, first, rtol=1e-9, atol=1e-9 * abs(first[2]))
+    shoe.freeFMUstate(state)
+
+
+def test_what_goes_wrong_is_logged(slave):
+    shoe, reference, log = slave
+    shoe.setupExperiment()
+    shoe.enterInitializationMode()
+    shoe.setReal([reference["velocity.x"]], [10.0])
+    shoe.exitInitializationMode()
+    shoe.setReal([reference["velocity.x"]], [70.0])
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        shoe.doStep(0.0, 0.1)
+    assert log.pop() == "velocity is 70 m/s: the table of friction covers 0 to 50 m/s"
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        shoe.setReal([reference["force.x"]], [1.0])
+    assert log.pop() == "value reference 9: inputs are 0 to 8, outputs 9 to 16"
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        shoe.setInteger([0], [1])
+    assert log.pop() == "fmi2SetInteger: all variables are real"
+    shoe.setReal([reference["velocity.x"]], [20.0])
+    shoe.doStep(0.0, 0.1)
+
+
+def test_wedging_is_a_discarded_step(library, tmp_path):
+    block = mtb.scenes.block_on_plane(
+        width=0.1,
+        height=0.5,
+        spacing=2e-2,
+        friction=mtb.VelocityTable((0.0, 1.0), (0.1, 1.0)),
+        velocity=0.1,
+    )
+    path = tmp_path / "block.fmu"
+    block.prepare("elastic-upper").save_fmu(path, library)
+    folder = fmpy.extract(str(path), str(tmp_path / "block"))
+    description = fmpy.read_model_description(str(path))
+    made = FMU2Slave(
+        guid=description.guid, unzipDirectory=folder, modelIdentifier="mtb_contact", instanceName="b"
+    )
+    made.instantiate()
+    velocity = [v.valueReference for v in description.modelVariables if v.name == "velocity.x"]
+    force = [v.valueReference for v in description.modelVariables if v.name == "force.z"]
+    made.setupExperiment(startTime=2.0)
+    made.enterInitializationMode()
+    made.setReal(velocity, [0.1])
+    made.exitInitializationMode()
+    before = made.getReal(force)
+    made.setReal(velocity, [1.0])
+    with pytest.raises(fmpy.fmi1.FMICallException) as caught:
+        made.doStep(2.0, 0.1)
+    assert caught.value.status == fmi2Discard
+    assert made.getRealStatus(fmi2LastSuccessfulTime) == 2.0
+    assert made.getReal(force) == before
+    made.freeInstance()
+
+
+def test_a_description_of_another_version_is_refused(unit, tmp_path):
+    folder = fmpy.extract(str(unit), str(tmp_path / "shoe"))
+    made = FMU2Slave(
+        guid="mtb-fmu-0.0.0-x", unzipDirectory=folder, modelIdentifier="mtb_contact", instanceName="shoe"
+    )
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        made.instantiate()
+
+
+def test_what_cannot_be_packed(contact, library, tmp_path):
+    path = tmp_path / "shoe.fmu"
+    other = tmp_path / "other.so"
+    other.write_bytes(b"no library")
+    for wrong in (other, tmp_path / "missing.so", tmp_path, library.with_suffix(".txt")):
+        with pytest.raises(ValueError, match=r"library is .*: the mtb_fmu library of version"):
+            contact.save_fmu(path, wrong, velocity=20.0)
+    with pytest.raises(ValueError, match="pose has 'heave': components are x, y, z, roll, pitch, yaw"):
+        contact.save_fmu(path, library, pose={"heave": 0.0}, velocity=20.0)
+    with pytest.raises(ValueError, match="velocity is missing"):
+        contact.save_fmu(path, library)
+    with pytest.raises(ValueError, match="table of friction covers 0 to 50"):
+        contact.save_fmu(path, library, velocity=70.0)
+    with pytest.raises(ValueError, match="it is a directory"):
+        contact.save_fmu(tmp_path, library, velocity=20.0)
+    assert not path.exists()
+
+
+def test_the_crates_readme_runs(library, tmp_path, monkeypatch):
+    code = (ROOT / "rust" / "fmu" / "README.md").read_text(encoding="utf-8").split("```python\n")[1]
+    code = code.split("```")[0].replace("target/release/libmtb_fmu.so", library.as_posix())
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert validate_fmu("shoe.fmu") == []
