@@ -267,6 +267,38 @@ def test_the_default_tolerance_follows_the_discretisation() -> None:
         assert default.report.iterations < sharp.report.iterations
 
 
+GAPS = {
+    "sphere aside": lambda x, y: (x - 0.3e-3) ** 2 + (y + 0.17e-3) ** 2,
+    "ellipse": lambda x, y: 2.0 * x**2 + 0.3 * y**2,
+    "two bumps": lambda x, y: np.minimum(3.0 * (x - 1e-3) ** 2, 1.5 * (x + 1e-3) ** 2 + 6e-7) + 2.0 * y**2,
+    "cone": lambda x, y: 6e-3 * np.hypot(x, y),
+    "step": lambda x, y: x**2 + y**2 + 1.2e-6 * (x > 0.2e-3),
+    "rounded cylinder": lambda x, y: 30.0 * np.maximum(np.abs(x) - 0.7e-3, 0.0) ** 2 + 0.6 * y**2,
+    "square punch": lambda x, y: 1e-3 * (np.maximum(np.abs(x), np.abs(y)) > 1.3e-3),
+}
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_the_estimated_error_is_honest(name: str) -> None:
+    def solve(n: int) -> mtb.NormalResult:
+        x = 4e-3 * ((np.arange(n) + 0.5) / n - 0.5)
+        gap = GAPS[name](x[None, :], x[:, None]) / 0.6
+        return mtb.solve_normal(gap, 4e-3 / n, lower=STEEL, upper=STEEL, force=3e3, edge="sharp")
+
+    fine = solve(512).pressure
+    for n in (64, 128):
+        found = solve(n)
+        exact = fine.reshape(n, 512 // n, n, 512 // n).mean(axis=(1, 3))
+        inside = found.pressure > 0.0
+        rows, columns = np.nonzero(inside)
+        # without a rim a twentieth as wide as the contact
+        for _ in range(2 + min(int(np.ptp(rows)), int(np.ptp(columns))) // 20):
+            bare = np.pad(inside, 1)
+            inside = inside & bare[2:, 1:-1] & bare[:-2, 1:-1] & bare[1:-1, 2:] & bare[1:-1, :-2]
+        assert found.error_estimate is not None
+        assert relative(found.pressure[inside], exact[inside]) < 2.0 * found.error_estimate
+
+
 def test_single_cells_and_tiny_loads() -> None:
     for shape in ((1, 1), (1, 7), (5, 1), (20, 20)):
         gap = bowl(41, 4e-3)[20 - shape[0] // 2 :, 20 - shape[1] // 2 :][: shape[0], : shape[1]]

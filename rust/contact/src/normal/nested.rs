@@ -273,15 +273,24 @@ pub(super) fn unpack_motion(
     (approach, tilts)
 }
 
+/// Most by which halving the cells is believed to have lessened the error: order 3/2, as away from the border
+/// of smooth contacts.
+const FASTEST: f64 = 2.828_427_124_746_19;
+
 /// Error of the finer of two grids from their difference, at the rate seen one grid earlier.
 ///
-/// A difference `d` at order `r` leaves `d / (2^r - 1)`; the order is kept within what half-spaces show,
-/// one half (edges) to two, and is one where nothing is known.
+/// A difference `d` at order `r` leaves `d / (2^r - 1)`. The contact ends at whole cells, so that `d` jumps
+/// about its trend: orders above one are not believed, those below one half (edges) are not seen, and the
+/// difference before guards against two grids that agree by chance. The order is one where nothing is known.
 pub(super) fn error_of(difference: Option<f64>, previous: Option<f64>) -> Option<f64> {
     let difference = difference?;
-    let factor = match previous {
-        Some(previous) if difference > 0.0 => (previous / difference).clamp(2f64.sqrt(), 4.0),
-        _ => 2.0,
+    let Some(previous) = previous else {
+        return Some(difference);
     };
-    Some(difference / (factor - 1.0))
+    let factor = if difference > 0.0 {
+        (previous / difference).clamp(2f64.sqrt(), 2.0)
+    } else {
+        2.0
+    };
+    Some((difference / (factor - 1.0)).max(previous / FASTEST))
 }
