@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .auto import (
     AIM,
@@ -32,12 +33,17 @@ if TYPE_CHECKING:
     from .result import Result
     from .scene import Scene
 
+Array = NDArray[np.float64]
 Spacing = tuple[float, float]
 
 #: Points up to which a dense factorisation is faster than convolutions.
 DENSE_POINTS = 2000
 #: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
 CONVOLUTION_TOLERANCE = 1e-9
+#: Rounds of pressure and friction in turn, and the share of the last change to which each is solved.
+COUPLED_ROUNDS, ROUND_SHARE = 300, 0.1
+#: Relative change by the last round of a solution of which only an estimate is made.
+ROUGH_ROUND = 1e-4
 #: Floating-point operations of a Fourier transform of n points over n log2 n; transforms of a convolution,
 #: on twice as many points each way.
 TRANSFORM, TRANSFORMS = 5.0, 2
@@ -70,7 +76,10 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
             if width is None:
                 break
             try:
-                copies.append(level_at(fixed, chosen.model, width, coupled=chosen.coupled, like=level))
+                by = level.solution.convolutions > 0.0
+                copies.append(
+                    level_at(fixed, chosen.model, width, coupled=chosen.coupled, is_rough=True, convolved=by)
+                )
             except ValueError:  # such cells do not fit the scene: the contact reaches the edge of their grid
                 break
             wider.append(copies[-1])
@@ -132,7 +141,11 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
         return Choice(models[0])
     wider = coarsened(spacing, sheet.patches) or spacing
     try:
-        solved = [level_at(scene, m, wider, coupled=coupled, is_rough=True) for m, coupled in ladder]
+        solved = [
+            # what is cheap on fine grids, by convolutions, is dear on coarse ones by factorisation
+            level_at(scene, m, wider, coupled=coupled, is_rough=True, convolved=large)
+            for m, coupled in ladder
+        ]
     except ValueError:
         # bad input is for the fine problem to name
         return Choice(models[-1], time_s=time.perf_counter() - clock)
@@ -158,7 +171,7 @@ def level_at(
     *,
     coupled: bool = True,
     is_rough: bool = False,
-    like: Level | None = None,
+    convolved: bool | None = None,
 ) -> Level:
     """A model solved at a spacing.
 
@@ -168,19 +181,18 @@ def level_at(
         Whether friction opens the gap between half-spaces.
     is_rough : bool
         Only an estimate is made of it.
-    like : Level
-        Solved roughly, by the solver of this one.
+    convolved : bool or None
+        Whether by convolutions where they can be used; None: as the size asks.
     """
     clock = time.perf_counter()
     problem = scene.problem(model, spacing)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
-    is_rough = is_rough or like is not None
-    needs_dense = coupled and is_coupled(scene, problem)
-    is_large = problem.n > DENSE_POINTS if like is None else like.solution.convolutions > 0.0
-    if is_large and _is_plain(scene, problem) and not needs_dense:
+    opens = coupled and is_coupled(scene, problem)
+    if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(problem):
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
-        return Level(problem, _by_convolution(scene, problem, tolerance), spacing)
+        by = _in_turn if opens else _by_convolution
+        return Level(problem, by(scene, problem, tolerance), spacing)
     if not coupled:
         smooth = replace(problem, direction=np.zeros_like(problem.direction))
         solution = solve_direct(smooth, with_margin=False)
@@ -194,45 +206,129 @@ def is_coupled(scene: Scene, problem: ContactProblem) -> bool:
         isinstance(problem.friction, np.ndarray) and not problem.friction.any()
     ):
         return False
-    mixed = [
+    mixed = _mixed(scene)
+    return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
+
+
+def _mixed(scene: Scene) -> list[float]:
+    """(1 - 2 nu) / G [1/Pa] of the upper and of the lower body: twice what couples normal and tangential."""
+    return [
         (1.0 - 2.0 * body.material.poisson_ratio) / body.material.shear_modulus
         if isinstance(body, HalfSpace)
         else 0.0
         for body in (scene.upper, scene.lower)
     ]
-    return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
 
 
-def _is_plain(scene: Scene, problem: ContactProblem) -> bool:
-    """Whether this is one flat grid of cells between half-spaces without tilt."""
+def _is_plain(problem: ContactProblem) -> bool:
+    """Whether this is one flat grid of cells between half-spaces."""
     flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
-    return problem.model == "half-space" and flat and scene.moments is None
+    return problem.model == "half-space" and flat
 
 
-def _by_convolution(scene: Scene, problem: ContactProblem, tolerance: float | None) -> Solution:
+def _in_turn(scene: Scene, problem: ContactProblem, tolerance: float | None) -> Solution:
+    """Unlike half-spaces that slide: pressure, and the opening of the gap by its friction, in turn.
+
+    Waves of the opening that a round sends back are those it was given times `i mu beta cos`, with Dundurs'
+    constant `beta` and the angle between wave and sliding: turned by a right angle, so that taking the share
+    `1 / (1 + (mu beta)^2)` of each change leaves `mu beta / sqrt(1 + (mu beta)^2)` of the error, whatever
+    the friction.
+    """
+    mixed = _mixed(scene)
+    bodies = [body for body in (scene.upper, scene.lower) if isinstance(body, HalfSpace)]
+    plain = sum((1.0 - body.material.poisson_ratio) / body.material.shear_modulus for body in bodies)
+    beta = abs(mixed[0] - mixed[1]) / (2.0 * plain)
+    aim = ROUGH_ROUND if tolerance is None else tolerance
+    opening = np.zeros(problem.n)
+    products = preconditionings = operations = apart = 0.0
+    iterations = 0
+    for _ in range(COUPLED_ROUNDS):
+        # the first round starts from no friction at all
+        inner = max(aim, min(ROUND_SHARE * apart, ROUGH_ROUND)) if iterations else ROUGH_ROUND
+        solution = _by_convolution(scene, problem, inner, opening)
+        iterations += solution.iterations
+        products += solution.convolutions
+        preconditionings += solution.preconditionings
+        operations += solution.operations
+        if solution.status != "solved":
+            return solution
+        wanted = _opening_by_friction(problem, solution)
+        contact = solution.pressure > 0.0
+        change = wanted - opening
+        # a change of the approach alone changes no pressure under a force
+        alone = 0.0 if scene.approach is not None or not contact.any() else change[contact].mean()
+        approach = -solution.motion[0] if scene.approach is None else scene.approach
+        moved = approach + solution.gap - opening - problem.points.gap
+        size = float(np.linalg.norm(moved[contact]))
+        apart = float(np.linalg.norm((change - alone)[contact])) / size if size > 0.0 else 0.0
+        if apart <= aim and solution.residual <= 10.0 * aim:
+            break
+        steep = beta * float(np.abs(solution.friction[contact]).max(initial=0.0))
+        opening += change / (1.0 + steep**2)
+    is_uniform = isinstance(problem.friction, np.ndarray) and bool(np.ptp(problem.friction) == 0.0)
+    return replace(
+        solution,
+        solver=f"{solution.solver}, friction in turn",
+        status="solved" if apart <= aim else "iteration limit",
+        # uniform friction adds a skew part to a positive definite operator: there is no limit
+        wedging_margin=0.0 if is_uniform else None,
+        iterations=iterations,
+        residual=max(solution.residual, apart),
+        convolutions=products,
+        preconditionings=preconditionings,
+        operations=operations,
+    )
+
+
+def _opening_by_friction(problem: ContactProblem, solution: Solution) -> Array:
+    """What friction adds to the gap (n,) [m]."""
+    coefficients = solution.coefficients(problem)
+    coefficients[2] = 0.0
+    opening = np.zeros(problem.n)
+    # both surfaces sink where they do: the upper body feels the opposite traction
+    for side, sign in ((problem.lower, 1.0), (problem.upper, -1.0)):
+        if side.compliance is not None:
+            opening += side.compliance.displacement(sign * coefficients)[2]
+    return opening
+
+
+def _by_convolution(
+    scene: Scene, problem: ContactProblem, tolerance: float | None, opening: Array | None = None
+) -> Solution:
+    """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
     clock = time.perf_counter()
     assert scene.layout is not None
     assert isinstance(scene.lower, (HalfSpace, Rigid))
     assert isinstance(scene.upper, (HalfSpace, Rigid))
     grid, x, y = problem.axes()[0]
+    gap = problem.points.gap if opening is None else problem.points.gap + opening
+    # contact turns the upper body by these about x and y: its pressure has the opposite moments
+    about_x, about_y = scene.moments or (None, None)
+    force = None if scene.approach is not None else -float(problem.upper.work[0])
+    if force is not None and not (
+        abs(about_y or 0.0) < 0.5 * force * float(np.ptp(x))
+        and abs(about_x or 0.0) < 0.5 * force * float(np.ptp(y))
+    ):
+        return _unreachable(problem)
     normal = solve_normal(
-        problem.points.gap.reshape(grid.ny, grid.nx),
+        gap.reshape(grid.ny, grid.nx),
         (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
         lower=scene.lower,
         upper=scene.upper,
-        force=None if scene.approach is not None else -float(problem.upper.work.sum()),
+        force=force,
         approach=scene.approach,
+        moments=(about_y, None if about_x is None else -about_x),
         tolerance=tolerance,
         edge="sharp" if scene.layout.is_body_edge else "error",
     )
-    problem.time_s["convolutions"] = time.perf_counter() - clock
+    problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
     pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
     products = normal.report.convolutions + normal.report.preconditionings
     padded = 4.0 * problem.n
     return Solution(
         pressure=pressure,
         gap=np.ascontiguousarray(normal.gap.reshape(-1)),
-        motion=np.full(problem.upper.work.size, -normal.approach),
+        motion=np.array([-normal.approach, -normal.tilts[1], normal.tilts[0]])[: problem.upper.work.size],
         friction=problem.friction_at(pressure),
         status="solved",
         solver=normal.report.solver,
@@ -242,4 +338,20 @@ def _by_convolution(scene: Scene, problem: ContactProblem, tolerance: float | No
         convolutions=normal.report.convolutions,
         preconditionings=normal.report.preconditionings,
         operations=products * TRANSFORMS * TRANSFORM * padded * float(np.log2(padded)),
+    )
+
+
+def _unreachable(problem: ContactProblem) -> Solution:
+    """No solution: the resultant of the load lies outside the grid."""
+    zero = np.zeros(problem.n)
+    return Solution(
+        pressure=zero,
+        gap=problem.points.gap,
+        motion=np.zeros(problem.upper.work.size),
+        friction=problem.friction_at(zero),
+        status="unreachable",
+        solver="conjugate gradients, FFT",
+        iterations=0,
+        residual=1.0,
+        wedging_margin=None,
     )

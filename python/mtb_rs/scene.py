@@ -142,11 +142,22 @@ class Scene:
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
         solid = self._solid()
-        if self.layout is None and solid is not None:
-            gap = None if self.gap is None else gap_field(self.gap)
+        gap = None if self.gap is None else gap_field(self.gap)
+        layout = self.layout
+        if layout is not None and not isinstance(layout, (BodyLayout, FieldLayout)):
+            if gap is not None or solid is not None:
+                what = "a gap" if gap is not None else "an ElasticBody"
+                raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
+        elif solid is not None:
+            # of these bodies and this gap, which may be others than those of a scene this is a copy of
             put(self, "layout", BodyLayout(solid, solid is self.upper, gap))
-        if self.layout is None:
+        elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
             put(self, "layout", FieldLayout(gap_field(self.gap), self._pair))
+        elif min(s / d for s, d in zip(self._pair, layout.step, strict=True)) < 0.999:
+            raise ValueError(
+                f"spacing is {self.spacing} m, the gap is given on cells of {layout.step} m: give it on the "
+                "finer ones as well"
+            )
         given = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
         if len(given) != 1 and (given or solid is None):
             what = f"{' and '.join(given)} press" if given else "nothing presses"

@@ -263,3 +263,76 @@ def test_changed_scenes_and_uneven_loads_are_not_misreported():
     uneven = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, magnetic_pressure=(3e6, 1e6))
     with pytest.raises(ValueError, match="lowers all poles together"):
         uneven.solve(method="incremental")
+
+
+N = 30
+BOWL = 1e-5 * np.add.outer(2.0 * np.linspace(-1.0, 1.0, N) ** 2, np.linspace(-1.0, 1.0, N) ** 2)
+UNLIKE = mtb.Scene(upper=steel, lower=rubber, gap=BOWL, spacing=0.3e-3, friction=0.5, force=100.0)
+cork = mtb.Material(young_modulus=30e6, poisson_ratio=0.0)
+ramp = np.tile(np.linspace(0.0, 0.6, N), (N, 1))
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        UNLIKE,
+        UNLIKE.with_(force=None, approach=1.5e-6, sliding_direction=(1.0, -2.0)),
+        UNLIKE.with_(upper=mtb.Rigid(), friction=ramp),
+        UNLIKE.with_(friction=mtb.PressureDependentFriction(lambda p: 0.5 / (1.0 + p / 1e7))),
+        UNLIKE.with_(moments=(0.02, -0.05)),
+        UNLIKE.with_(lower=steel, force=1e3, moments=(0.2, -0.5)),
+        # the opening by friction is as large as what the pressure closes
+        UNLIKE.with_(lower=cork, friction=2.0, force=0.2),
+        mtb.scenes.block_on_plane(spacing=4e-3, lower=cork, friction=2.0, magnetic_pressure=1e3),
+    ],
+    ids=["force", "approach", "field", "of pressure", "moments", "moments, like", "strong", "punch"],
+)
+def test_large_grids_are_solved_by_convolutions_to_the_same_numbers(scene, monkeypatch):
+    dense = scene.solve(model="half-space")
+    monkeypatch.setattr("mtb_rs.direct.DENSE_POINTS", 1)
+    found = scene.solve(model="half-space")
+    assert "dense" in dense.report.solver
+    assert "FFT" in found.report.solver
+    assert np.linalg.norm(found.pressure - dense.pressure) < 2e-8 * np.linalg.norm(dense.pressure)
+    moved = np.abs(dense.displacement.lower).max()
+    np.testing.assert_allclose(found.gap, dense.gap, atol=1e-8 * moved)
+    np.testing.assert_allclose(found.force, dense.force, rtol=1e-7, atol=1e-7 * dense.normal_force)
+    for one, other in zip(found.displacement, dense.displacement, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-8 * np.abs(other).max())
+
+
+def test_a_large_scene_of_unlike_bodies_is_solved_and_estimated():
+    x = np.linspace(-1.0, 1.0, 150)
+    scene = UNLIKE.with_(gap=1e-5 * np.add.outer(2.0 * x**2, x**2), spacing=0.06e-3)
+    found = scene.solve(tolerance=0.02)
+    assert found.error_estimate < 0.02
+    operations = found.report.operations
+    assert operations["choice and estimate"] < operations["solution"]
+
+
+def test_a_tilt_that_no_contact_carries_is_named_on_large_grids_too(monkeypatch):
+    monkeypatch.setattr("mtb_rs.direct.DENSE_POINTS", 1)
+    for friction in (0.0, 0.5):
+        with pytest.raises(mtb.ResultantError, match="outside what the contact can carry"):
+            UNLIKE.with_(friction=friction, moments=(30.0, 0.0)).solve(model="half-space")
+
+
+def test_more_points_than_the_memory_holds_are_refused():
+    with pytest.raises(
+        ValueError, match=r"70200 contact points need 157.7 GB as dense matrices, the limit is 8 GB"
+    ):
+        mtb.scenes.pole_shoe_on_rail(spacing=0.2e-3, lateral=1e-4).solve(model="half-space")
+
+
+def test_a_changed_copy_of_a_scene_has_the_gap_and_the_bodies_it_says():
+    other = BOWL[:, ::-1] + 1e-6 * np.linspace(0.0, 1.0, N)
+    for changed in (UNLIKE.with_(gap=other), dataclasses.replace(UNLIKE, gap=other)):
+        found = changed.solve()
+        np.testing.assert_array_equal(
+            found.pressure, dataclasses.replace(changed, layout=None).solve().pressure
+        )
+        assert not np.array_equal(found.pressure, UNLIKE.solve().pressure)
+    with pytest.raises(ValueError, match=r"spacing is .*, the gap is given on cells of .*0\.0003"):
+        UNLIKE.with_(spacing=0.15e-3)
+    with pytest.raises(ValueError, match="a gap is given, but block_on_plane has a geometry of its own"):
+        mtb.scenes.block_on_plane().with_(gap=BOWL)

@@ -1,4 +1,5 @@
 use mtb_complementarity::Error as Complementarity;
+use mtb_operator::Error as Operator;
 use thiserror::Error;
 
 /// Why a contact problem could not be taken or its solution was broken off.
@@ -120,6 +121,9 @@ pub enum Error {
     /// The complementarity solver refused the problem.
     #[error(transparent)]
     Complementarity(#[from] Complementarity),
+    /// An operator could not be built.
+    #[error(transparent)]
+    Operator(#[from] Operator),
 }
 
 pub(crate) fn check_positive(name: &'static str, value: f64) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use mtb_complementarity::linear::{
     Border, Options, Problem, Solution, Status, definiteness_limit, solve,
 };
-use mtb_operator::{Compliance, Component, Monitor};
+use mtb_operator::{Compliance, Component, Monitor, check_dense};
 
 use crate::error::{Error, check};
 
@@ -72,7 +72,7 @@ impl SlidingMatrix {
     /// Forms `C_nn`, and `C_nt d` for sliding in `direction` (2n) if `frictional`.
     ///
     /// # Errors
-    /// A direction of the wrong length or that is not finite.
+    /// A direction of the wrong length or that is not finite; more points than the memory holds.
     pub fn new(
         compliance: &dyn Compliance,
         direction: &[f64],
@@ -80,6 +80,7 @@ impl SlidingMatrix {
     ) -> Result<Self, Error> {
         let n = compliance.points();
         check("direction", direction, 2 * n)?;
+        check_dense(n, if frictional { 4 } else { 2 })?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
         let mut coupling = None;

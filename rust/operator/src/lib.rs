@@ -28,7 +28,7 @@ mod workers;
 
 pub use compliance::{Block, Compliance, Component, Mirrored, Sum};
 pub use convolution::Convolution;
-pub use error::Error;
+pub use error::{Error, check_dense};
 pub use folded::{Folded, Unfolded};
 pub use fourier::{Kernel, Transform};
 pub use grid::Grid;

@@ -3,10 +3,14 @@
 use std::sync::Arc;
 
 use mtb_contact::sliding::displacement;
-use mtb_operator::{Compliance, Component, Folded, Reflected, Restricted, Separate, Unfolded};
+use mtb_operator::{
+    Compliance, Component, Folded, Reflected, Restricted, Separate, Unfolded, check_dense,
+};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+use crate::error::bad_input;
 
 /// What a body contributes to a contact: traction in, displacement out, in its own frame
 /// (tangential x, tangential y, into the body).
@@ -43,6 +47,7 @@ impl PyCompliance {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (observed, loaded) = (component(observed)?, component(loaded)?);
         let n = self.0.points();
+        check_dense(n, 1).map_err(|error| bad_input(&error))?;
         let matrix = py.detach(|| {
             let mut matrix = vec![0.0; n * n];
             self.0.add_influence(observed, loaded, 1.0, &mut matrix);
