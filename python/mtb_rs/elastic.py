@@ -52,6 +52,8 @@ class ElasticPart:
         Force [N] and moment about the centre of volume [N m] spread over the body.
     balance : Balance or None
         Once condensed.
+    covered : (q,) bool or None
+        The quadrature points of its contact that the opponent's face covers as well, where not all.
     is_half : bool
         Whether it is the half y >= 0 of a body, the other half being its mirror image.
     """
@@ -67,6 +69,7 @@ class ElasticPart:
     kept: NDArray[np.intp] | None = None
     spread: Array = field(default_factory=lambda: np.zeros(6))
     balance: Balance | None = None
+    covered: NDArray[np.bool_] | None = None
     is_half: bool = False
 
     def on(self, flexible: Condensed) -> ElasticPart:
@@ -128,6 +131,8 @@ class ElasticPart:
     def sampling(self) -> _mtb_rs.Sampling:
         """Its basis on the contact face."""
         whole = self.body.sample(self.points, self.patches, self.spacing, upper=self.upper)
+        if self.covered is not None:
+            whole = thinned(whole, self.covered)
         return whole if self.kept is None else restricted_sampling(whole, self.kept)
 
 
@@ -351,7 +356,7 @@ def averages(side: Side) -> Averages:
     for part in side.state:
         sampling = part.sampling()
         arrays, own = sampling.arrays(), sampling.n_points
-        owner = _owners(arrays)
+        owner = owners(arrays)
         weighted = arrays["value"] * arrays["weight"][owner]
         mean = np.zeros((own, 3, 3))
         np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
@@ -376,7 +381,7 @@ def overlap(sampling: _mtb_rs.Sampling) -> Array:
     """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
     arrays, n = sampling.arrays(), sampling.n_points
     start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
-    counts, owner = np.diff(start), _owners(arrays)
+    counts, owner = np.diff(start), owners(arrays)
     weighted = arrays["value"] * arrays["weight"][owner]
     pairs = np.zeros(n * n)
     for other in range(int(counts.max())):
@@ -388,7 +393,7 @@ def overlap(sampling: _mtb_rs.Sampling) -> Array:
     return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
 
 
-def _owners(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
+def owners(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
     """The quadrature point of each basis value."""
     start = arrays["start"].astype(np.int64)
     counts = start[1:] - start[:-1]
@@ -520,6 +525,23 @@ def _upper_body(
     body = ElasticBody(mesh, material, "contact", held, name)
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     return body
+
+
+def thinned(whole: _mtb_rs.Sampling, covered: NDArray[np.bool_]) -> _mtb_rs.Sampling:
+    """The basis at some of its quadrature points."""
+    arrays = whole.arrays()
+    start = arrays["start"].astype(np.int64)
+    there = np.repeat(covered, np.diff(start))
+    return _mtb_rs.Sampling(
+        whole.n_points,
+        arrays["face"][covered],
+        arrays["barycentric"][covered],
+        arrays["weight"][covered],
+        arrays["frame"][covered],
+        np.concatenate([[0], np.cumsum(np.diff(start)[covered])]).astype(np.uintp),
+        arrays["point"][there],
+        arrays["value"][there],
+    )
 
 
 def restricted_sampling(whole: _mtb_rs.Sampling, kept: NDArray[np.intp]) -> _mtb_rs.Sampling:

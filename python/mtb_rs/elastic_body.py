@@ -417,6 +417,17 @@ class ElasticBody:
             )
         return parts[0] if len(parts) == 1 else _joined(parts)
 
+    def heights(self, sampling: _mtb_rs.Sampling) -> Array:
+        """Height z (q,) [m] of the face at the quadrature points of a sampling; curved elements count."""
+        arrays = sampling.arrays()
+        a, b, c = arrays["barycentric"].T
+        shape = np.stack([a, b, c])
+        if self.faces.shape[1] == 6:
+            corner = shape * (2.0 * shape - 1.0)
+            shape = np.concatenate([corner, 4.0 * np.stack([a * b, b * c, c * a])])
+        z = self.mesh.nodes[self.faces[arrays["face"].astype(np.int64)].astype(np.int64), 2]
+        return np.asarray(np.einsum("kq,qk->q", shape, z))
+
     def condense(
         self, sampling: _mtb_rs.Sampling, *, keep: bool = True, directory: str | Path | None = None
     ) -> Condensed:

@@ -74,7 +74,9 @@ class Scene:
         A material stands for its half-space. With an elastic body the grid covers its contact face.
     gap : (ny, nx) [m]
         Undeformed gap on a regular grid, x fastest; > 0 open. With an elastic body at the nodes of the grid,
-        by default the distance of its face from the plane through its end.
+        by default the distance of its face from the plane through its end; with two the distance of
+        their faces along z, as their meshes lie. Pressure then acts along z: faces may be curved, but not
+        steep where they touch.
     spacing : float or (dx, dy) [m], or None
         None, in ready scenes: :meth:`solve` chooses it by the tolerance.
     friction : float, (ny, nx), callable or table [-]
@@ -150,7 +152,9 @@ class Scene:
                 raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
         elif solid is not None:
             # of these bodies and this gap, which may be others than those of a scene this is a copy of
-            put(self, "layout", BodyLayout(solid, solid is self.upper, gap))
+            lower = self.lower
+            opponent = lower if isinstance(lower, ElasticBody) and solid is not lower else None
+            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent))
         elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
             put(self, "layout", FieldLayout(gap_field(self.gap), self._pair))
         elif min(s / d for s, d in zip(self._pair, layout.step, strict=True)) < 0.999:
@@ -336,10 +340,16 @@ class Scene:
         try:
             result = self._finish(problem, solution, "direct")
         except ConvergenceError as error:
-            raise type(error)(str(error), on_grid(error.result, contact.kept, whole)) from None
+            raise type(error)(str(error), on_grid(error.result, contact.kept, contact.sheet)) from None
         if result.report.contact_area == 0.0:
-            raise ValueError("the bodies never touch: nothing brings them together")
-        return on_grid(result, contact.kept, whole)
+            hint = ""
+            if layout.gap is None and np.ptp(points.gap) > 0.0:
+                hint = f"; a contact narrower than the cells of {contact.sheet.spacing} m needs finer ones"
+            raise ValueError(
+                "the bodies never touch: nothing brings them together over their least gap of "
+                f"{points.gap.min():.4g} m{hint}"
+            )
+        return on_grid(result, contact.kept, contact.sheet)
 
     def _check_pressed(self, problem: ContactProblem) -> None:
         """A body free along z gives way to an approach, unless a guide presses it."""

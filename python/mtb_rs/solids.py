@@ -3,26 +3,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _mtb_rs
 from .bodies import HalfSpace, Rigid
 from .elastic import (
     ElasticPart,
     condensed_part,
     elastic_side,
-    half_space_on_nodes,
     moved_by,
+    owners,
     restricted_sampling,
+    thinned,
 )
 from .elastic_body import ElasticBody
 from .geometry import ContactSheet, SheetPoints
 from .layout import cells_over, flat_points, flat_sheet, height_surface
-from .result import Displacement, Patch, Result, Surface
+from .result import Displacement, Result, Surface
 from .solve import Side
 
 Array = NDArray[np.float64]
@@ -30,13 +33,20 @@ Array = NDArray[np.float64]
 #: Share of a cell below which a contact point is left out.
 LEAST_SHARE = 0.02
 
+#: Parts of a cell by which the quadrature points in it are told apart.
+SHARES = 1024
+
+#: Share of the size of a body by which it may lie in the other one unnoticed.
+OVERLAP = 1e-4
+
 
 @dataclass(frozen=True)
 class BodyLayout:
     """The contact face of an elastic body of any geometry, against a plane or another body.
 
-    The sheet is the plane z through the end of the face, with a regular grid over its bounding box; the
-    gap is the distance of the face from that plane unless one is given.
+    The sheet is the plane z through the end of the face, with a regular grid over its bounding box, or over
+    the part of it that another elastic body shares. The gap is that between the faces as their meshes lie,
+    from a half-space or a rigid body that of the face from the plane, unless one is given.
 
     Parameters
     ----------
@@ -45,92 +55,83 @@ class BodyLayout:
         Whether it is the upper body.
     gap : (ny, nx) [m] or None
         At the nodes of the grid.
+    opponent : ElasticBody or None
     """
 
     body: ElasticBody
     upper: bool
     gap: Array | None = None
+    opponent: ElasticBody | None = None
     is_body_edge: bool = True
     is_grid: bool = True
     start: None = None
 
     def sheet(self, spacing: tuple[float, float]) -> ContactSheet:
-        """Cells of about `spacing` that fill the bounding box of the contact face."""
-        low, high, level = self._extent()
+        """Cells of about `spacing` that fill the bounding box of the contact; without a gap unless given."""
+        low, high = _extent(self.body, upper=self.upper)
+        level = self.level()
+        if self.opponent is not None:
+            other_low, other_high = _extent(self.opponent, upper=not self.upper)
+            low, high = np.maximum(low, other_low), np.minimum(high, other_high)
+            if (low[:2] >= high[:2]).any():
+                raise ValueError(
+                    f"the contact faces of {self.body.name} and {self.opponent.name} have no area in common: "
+                    "seen along z they lie beside each other"
+                )
         size = high - low
-        if min(size[:2]) <= 0.0:
-            raise ValueError(
-                f"the contact face of {self.body.name} measures {size[0]:g} x {size[1]:g} m in x and y: it "
-                "must look along z"
-            )
-        self._check_outlook()
         nx, ny = cells_over((float(size[0]), float(size[1])), spacing)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
-        depth = self._depth(x, y, level)
-        if self.gap is not None:
-            if self.gap.shape != (ny + 1, nx + 1):
-                raise ValueError(
-                    f"gap has shape {self.gap.shape}: the contact face of {self.body.name} has "
-                    f"({ny + 1}, {nx + 1}) nodes at this spacing"
-                )
-            gap = self.gap
-        else:
-            gap = np.abs(depth)
+        gap = np.zeros((ny + 1, nx + 1)) if self.gap is None else self.gap
+        if gap.shape != (ny + 1, nx + 1):
+            raise ValueError(
+                f"gap has shape {gap.shape}: the contact face of {self.body.name} has "
+                f"({ny + 1}, {nx + 1}) nodes at this spacing"
+            )
         nodes = _at_level(flat_points(x, y, gap), level)
         middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
         return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
 
-    def _extent(self) -> tuple[Array, Array, float]:
-        """Corners (3,) [m] of the bounding box of the contact face, and the height of the plane."""
-        corners = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces][:, :3])]
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        return low, high, float(low[2] if self.upper else high[2])
-
-    def _check_outlook(self) -> None:
-        """An upper body's face must look down, a lower one's up."""
-        triangles = self.body.faces[self.body.contact_faces][:, :3].astype(np.int64)
-        a, b, c = (self.body.mesh.nodes[triangles[:, k]] for k in range(3))
-        up = float(np.cross(b - a, c - a)[:, 2].sum())
-        if (up > 0.0) == self.upper:
-            looks, must = ("up", "down") if self.upper else ("down", "up")
-            side = "an upper" if self.upper else "a lower"
-            raise ValueError(
-                f"the contact face of {self.body.name} looks {looks}: the contact face of {side} body "
-                f"must look {must}"
-            )
-
-    def _depth(self, x: Array, y: Array, level: float) -> Array:
-        """Height (ny, nx) [m] of the face over the plane at grid lines; 0 beside the face."""
-        triangles = self.body.faces[self.body.contact_faces][:, :3].astype(np.int64)
-        a, b, c = (self.body.mesh.nodes[triangles[:, k]] for k in range(3))
-        height = np.zeros((y.size, x.size))
-        if max(np.abs(p[:, 2] - level).max() for p in (a, b, c)) == 0.0:
-            return height
-        double = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
-        for j, at_y in enumerate(y):
-            for i, at_x in enumerate(x):
-                first = ((b[:, 0] - at_x) * (c[:, 1] - at_y) - (c[:, 0] - at_x) * (b[:, 1] - at_y)) / double
-                second = ((c[:, 0] - at_x) * (a[:, 1] - at_y) - (a[:, 0] - at_x) * (c[:, 1] - at_y)) / double
-                inside = np.minimum(np.minimum(first, second), 1.0 - first - second)
-                k = int(inside.argmax())
-                weights = np.array([first[k], second[k], 1.0 - first[k] - second[k]])
-                weights = np.clip(weights, 0.0, 1.0) / np.clip(weights, 0.0, 1.0).sum()
-                height[j, i] = weights @ [a[k, 2], b[k, 2], c[k, 2]] - level
-        return height
+    def level(self) -> float:
+        """Height of the sheet [m]: the end of the face."""
+        z = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces]), 2]
+        return float(z.min() if self.upper else z.max())
 
     def surfaces(self) -> tuple[Surface, ...]:
-        """The boundary of the body, and the plane beside it."""
-        nodes = self.body.mesh.nodes
-        low, high = nodes.min(axis=0), nodes.max(axis=0)
-        _, _, level = self._extent()
-        wide = 0.25 * (high - low)
-        x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
-        plane = height_surface("lower" if self.upper else "upper", x, y, np.full((9, 9), level))
-        own = self.body.surface()
-        named = Surface("upper" if self.upper else "lower", own.vertices, own.triangles)
-        return (plane, named) if self.upper else (named, plane)
+        """The boundary of the body, and the plane or body beside it."""
+        own = replace(self.body.surface(), name="upper" if self.upper else "lower")
+        other = "lower" if self.upper else "upper"
+        if self.opponent is not None:
+            beside = replace(self.opponent.surface(), name=other)
+        else:
+            nodes = self.body.mesh.nodes
+            low, high = nodes.min(axis=0), nodes.max(axis=0)
+            wide = 0.25 * (high - low)
+            x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
+            beside = height_surface(other, x, y, np.full((9, 9), self.level()))
+        return (beside, own) if self.upper else (own, beside)
+
+
+def _extent(body: ElasticBody, *, upper: bool) -> tuple[Array, Array]:
+    """Corners (3,) [m] of the bounding box of a contact face that looks at its opponent."""
+    triangles = body.faces[body.contact_faces][:, :3].astype(np.int64)
+    a, b, c = (body.mesh.nodes[triangles[:, k]] for k in range(3))
+    corners = body.mesh.nodes[np.unique(triangles)]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if min((high - low)[:2]) <= 0.0:
+        raise ValueError(
+            f"the contact face of {body.name} measures {high[0] - low[0]:g} x {high[1] - low[1]:g} m in x "
+            "and y: it must look along z"
+        )
+    up = float(np.cross(b - a, c - a)[:, 2].sum())
+    if (up > 0.0) == upper:
+        looks, must = ("up", "down") if upper else ("down", "up")
+        side = "an upper" if upper else "a lower"
+        raise ValueError(
+            f"the contact face of {body.name} looks {looks}: the contact face of {side} body must look {must}"
+        )
+    return low, high
 
 
 def _at_level(points: SheetPoints, level: float) -> SheetPoints:
@@ -182,18 +183,26 @@ def body_contact(
     """
     sheet = layout.sheet(spacing)
     nodes, patches = sheet.nodes, sheet.node_patches
-    whole = [
-        body.sample(nodes, patches, sheet.spacing, upper=upper)
+    whole = {
+        upper: body.sample(nodes, patches, sheet.spacing, upper=upper)
         for body, upper in zip(bodies, (True, False), strict=True)
         if isinstance(body, ElasticBody)
-    ]
-    least = np.min([sampling.weights for sampling in whole], axis=0)
-    kept = np.flatnonzero(least > LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1])
+    }
+    covered = _covered_by_both(whole)
+    if covered is not None:
+        whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
+    common = whole[layout.upper]
+    kept = np.flatnonzero(common.weights > LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1])
     if kept.size == 0:
         raise ValueError("the contact faces of the bodies have no area in common")
+    if layout.gap is None:
+        gap = _mean_gap(layout, bodies, whole)
+        nodes = replace(nodes, gap=gap)
+        sheet = replace(sheet, nodes=nodes)
+        _check_overlap(layout, float(gap[kept].min()))
     points = SheetPoints(**{k: np.ascontiguousarray(v[..., kept]) for k, v in vars(nodes).items()})
     n = kept.size
-    area = restricted_sampling(whole[0], kept).weights
+    area = restricted_sampling(common, kept).weights
     sides = []
     for body, upper in zip(bodies, (True, False), strict=True):
         pull = pulls(points, upper)
@@ -209,28 +218,80 @@ def body_contact(
                 np.zeros((0, 9)),
                 kept,
                 spread=wrench if upper else np.zeros(6),
+                covered=None if covered is None else covered[upper],
             )
             flexible = condensed_part(part, time_s)
             part = part.on(flexible)
             sides.append(elastic_side([part], [flexible], [flexible.compliance], points))
             continue
-        side = half_space_on_nodes(body, sheet, np.zeros(nodes.gap.size))
-        compliance = side.compliance
-        if compliance is not None:
-            share = area / _hat_areas(patches[0], sheet.spacing)[kept]
-            compliance = compliance.restricted(kept.tolist(), share.tolist())
+        compliance = None
         displacement = np.zeros((3, n))
-        if compliance is not None and pull.any():
-            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-            displacement = moved_by(compliance, load, points, 1.0 if upper else -1.0)
+        if isinstance(body, HalfSpace):
+            first = nodes.points[:, patches[0].start]
+            compliance = _mtb_rs.half_space_cut_hats(
+                body.material.shear_modulus,
+                body.material.poisson_ratio,
+                (float(first[0]), float(first[1]), patches[0].nx, patches[0].ny),
+                sheet.spacing,
+                common,
+                kept.tolist(),
+            )
+            if pull.any():
+                load = np.stack([0.0 * pull, 0.0 * pull, -pull])
+                displacement = moved_by(compliance, load, points, 1.0 if upper else -1.0)
         sides.append(Side(compliance, displacement, np.zeros((0, 3, n)), np.zeros(0)))
     return BodyContact(sheet, points, kept, area, sides[0], sides[1])
 
 
-def _hat_areas(patch: Patch, spacing: tuple[float, float]) -> Array:
-    """Area (n,) [m2] of each hat of a grid: whole, half at an edge, a quarter at a corner."""
-    ends = [np.where((np.arange(k) == 0) | (np.arange(k) == k - 1), 0.5, 1.0) for k in (patch.nx, patch.ny)]
-    return np.outer(ends[1], ends[0]).ravel() * spacing[0] * spacing[1]
+def _covered_by_both(whole: Mapping[bool, _mtb_rs.Sampling]) -> dict[bool, NDArray[np.bool_]] | None:
+    """Which quadrature points of two samplings of one grid the other has as well; None for a single one."""
+    if len(whole) == 1:
+        return None
+    places = {}
+    for upper, sampling in whole.items():
+        arrays = sampling.arrays()
+        point, value = arrays["point"].reshape(-1, 4).astype(np.int64), arrays["value"].reshape(-1, 4)
+        # its cell, and where in it
+        along = np.floor(SHARES * np.stack([value[:, 1] + value[:, 3], value[:, 2] + value[:, 3]]))
+        places[upper] = (point[:, 0] * SHARES + along[0].astype(np.int64)) * SHARES + along[1].astype(
+            np.int64
+        )
+    return {upper: np.isin(places[upper], places[not upper]) for upper in whole}
+
+
+def _mean_gap(
+    layout: BodyLayout,
+    bodies: Sequence[ElasticBody | HalfSpace | Rigid],
+    whole: Mapping[bool, _mtb_rs.Sampling],
+) -> Array:
+    """Gap (n,) [m] between the faces, the mean over the hat of each node of the grid; 0 beside them.
+
+    The displacements are means over the hats as well: so a curved face or one that ends within a cell is
+    met with the same order as a flat one.
+    """
+    apart: Array | float = 0.0
+    for body, upper in zip(bodies, (True, False), strict=True):
+        level = layout.level()
+        height = body.heights(whole[upper]) - level if isinstance(body, ElasticBody) else 0.0
+        apart = apart + height if upper else apart - height
+    arrays = whole[layout.upper].arrays()
+    owner = owners(arrays)
+    weighted = arrays["value"] * arrays["weight"][owner]
+    points, n = arrays["point"].astype(np.int64), whole[layout.upper].n_points
+    total = np.bincount(points, weighted, n)
+    gap = np.bincount(points, weighted * np.broadcast_to(apart, arrays["weight"].shape)[owner], n)
+    return np.where(total > 0.0, gap / np.where(total > 0.0, total, 1.0), 0.0)
+
+
+def _check_overlap(layout: BodyLayout, gap: float) -> None:
+    """Bodies that lie in one another before any load may be a slip of the pen."""
+    size = float(np.ptp(layout.body.mesh.nodes, axis=0).max())
+    if layout.opponent is not None and gap < -OVERLAP * size:
+        warnings.warn(
+            f"{layout.body.name} and {layout.opponent.name} overlap by up to {-gap:.4g} m before any load: "
+            "they are pressed apart by that much",
+            stacklevel=5,
+        )
 
 
 def on_grid(result: Result, kept: NDArray[np.intp], sheet: ContactSheet) -> Result:

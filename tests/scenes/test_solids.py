@@ -147,3 +147,104 @@ def test_two_bodies_of_one_name_are_told_apart(tmp_path):
         upper=block(upper=True, name="pad"), lower=block(upper=False, name="disc"), spacing=1e-2, force=5e3
     )
     assert (pair.upper.name, pair.lower.name) == ("pad", "disc")
+
+
+def cambered(mesh, radius, level, rise):
+    """Curves the face z = `level` of a block 0.04 m high to `rise` x^2 / (2 `radius`)."""
+    nodes = mesh.nodes.copy()
+    share = 1.0 - np.abs(nodes[:, 2] - level) / 0.04
+    nodes[:, 2] += rise * share * nodes[:, 0] ** 2 / (2.0 * radius)
+    return mtb.TetraMesh(nodes, mesh.cells, mesh.node_sets)
+
+
+def test_a_face_at_an_angle_to_the_grid_presses_a_half_space_alike():
+    """Hats at its border are cut by the face: what they move is that of the part that is left."""
+    x, y = np.linspace(-0.04, 0.04, 13), np.linspace(-0.02, 0.02, 7)
+    angle = np.radians(30.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    forces = []
+    for turned, along in ((np.eye(3), (1.0, 0.5)), (turn, tuple((turn @ [1.0, 0.5, 0.0])[:2]))):
+        body = mtb.ElasticBody(
+            block_mesh(x, y, 0.03).moved(turned), steel, "bottom", [mtb.Support("top", x=0, y=0, z=0)]
+        )
+        scene = mtb.Scene(
+            body, steel, spacing=1e-2, friction=0.4, sliding_direction=along, magnetic_pressure=3e6
+        )
+        forces.append(scene.solve().normal_force)
+    assert forces[1] == pytest.approx(forces[0], rel=5e-3)
+
+
+def test_faces_of_both_bodies_make_the_gap():
+    x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
+    flat = block_mesh(x, y, 0.04)
+    upper = [mtb.Support("top", x=0, y=0, z=0)]
+    lower = [mtb.Support("bottom", x=0, y=0, z=0)]
+    below = flat.moved(np.diag([1.0, -1.0, -1.0]))
+    crown, radius, shift = [], 20.0, -1e-6
+    for up, down in (
+        (cambered(flat, radius, 0.0, 1.0), below),
+        (flat, cambered(below, radius, 0.0, -1.0)),
+        # half of the crown on each, and both somewhere else
+        (cambered(flat, 2 * radius, 0.0, 1.0), cambered(below, 2 * radius, 0.0, -1.0)),
+    ):
+        pair = [
+            mtb.ElasticBody(mesh.moved(shift=(0.3, 0.1, 2.0)), steel, "contact", held, name)
+            for mesh, held, name in ((up, upper, "up"), (down, lower, "down"))
+        ]
+        crown.append(mtb.Scene(*pair, spacing=5e-3, friction=0.2, magnetic_pressure=3e7).solve())
+        # lower bodies that lie lower are nearer by no approach
+        pair[1] = mtb.ElasticBody(down.moved(shift=(0.3, 0.1, 2.0 + shift)), steel, "contact", lower, "down")
+        apart = mtb.Scene(*pair, spacing=5e-3, friction=0.2, magnetic_pressure=3e7).solve()
+        np.testing.assert_allclose(apart.initial_gap, crown[-1].initial_gap - shift, atol=1e-12)
+        assert apart.normal_force < 0.98 * crown[-1].normal_force
+    exact = (x - x.mean()) ** 2 / (2 * radius)
+    for result in crown:
+        # means over hats 5 mm wide of a parabola
+        np.testing.assert_allclose(
+            result.initial_gap[:, 1:-1],
+            np.broadcast_to(exact[1:-1], (9, 15)) + 5e-3**2 / (12 * radius),
+            rtol=2e-3,
+        )
+        assert (result.pressure[4, [0, -1]] == 0.0).all()
+        assert result.normal_force == pytest.approx(crown[0].normal_force, rel=3e-3)
+        assert result.report.force_balance["relative_error"] < 1e-9
+
+
+def test_a_curved_face_keeps_all_of_its_pull():
+    x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
+    mesh = cambered(block_mesh(x, y, 0.04), 0.3, 0.0, 1.0)
+    body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("top", x=0, y=0, z=mtb.Guide())])
+    result = mtb.Scene(body, mtb.Rigid(), spacing=5e-3, friction=0.0, magnetic_pressure=3e6).solve()
+    assert result.area.sum() == pytest.approx(0.08 * 0.04, rel=1e-9)
+    assert result.normal_force == pytest.approx(3e6 * 0.08 * 0.04, rel=1e-9)
+
+
+def test_a_round_face_on_a_wider_body_is_in_balance():
+    pytest.importorskip("gmsh")
+    punch = trimesh.creation.cylinder(radius=0.02, height=0.03, sections=40).apply_translation((0, 0, 0.015))
+    upper = mtb.ElasticBody.from_mesh(
+        punch, steel, supports=[mtb.Support("top", x=0, y=0)], size=5e-3, name="punch"
+    )
+    x = np.linspace(-0.03, 0.03, 13)
+    plate = block_mesh(x, x, 0.02).moved(np.diag([1.0, -1.0, -1.0]))
+    lower = mtb.ElasticBody(plate, steel, "contact", [mtb.Support("bottom", x=0, y=0, z=0)], "plate")
+    result = mtb.Scene(upper, lower, spacing=5e-3, friction=0.3, force=1e4).solve()
+    assert result.normal_force == pytest.approx(1e4, rel=1e-9)
+    assert result.report.force_balance["relative_error"] < 1e-9
+    assert result.area.sum() == pytest.approx(np.pi * 0.02**2, rel=0.01)
+    answer = sum(state.reactions["bottom"] for state in [result.states()["plate"]])
+    np.testing.assert_allclose(answer, -result.force, atol=1e-2)
+
+
+def test_a_body_within_another_is_suspected():
+    pair = [block(upper=True, name="up"), block(upper=False, name="down")]
+    pair[1] = mtb.ElasticBody(
+        pair[1].mesh.moved(shift=(0.0, 0.0, 1e-3)), steel, "top", pair[1].supports, "down"
+    )
+    with pytest.warns(UserWarning, match="up and down overlap by up to 0.001 m before any load"):
+        mtb.Scene(*pair, spacing=1e-2, force=5e3).solve()
+    pair[1] = mtb.ElasticBody(
+        pair[1].mesh.moved(shift=(0.2, 0.0, 0.0)), steel, "top", pair[1].supports, "down"
+    )
+    with pytest.raises(ValueError, match="up and down have no area in common: seen along z"):
+        mtb.Scene(*pair, spacing=1e-2, force=5e3).solve()

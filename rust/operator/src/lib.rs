@@ -35,7 +35,7 @@ pub use grid::Grid;
 pub use linear::LinearOperator;
 pub use monitor::{Monitor, Progress, unmonitored};
 pub use rustfft::num_complex::Complex;
-pub use separate::{Reflected, Restricted, Separate};
+pub use separate::{Reflected, Separate};
 pub use workers::reset_workers;
 
 /// The examples of the README.

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use mtb_operator::{
-    Compliance, Component, Folded, Mirrored, Reflected, Restricted, Separate, Sum, Unfolded,
-};
+use mtb_operator::{Compliance, Component, Folded, Mirrored, Reflected, Separate, Sum, Unfolded};
 
 /// A compliance with arbitrary blocks, different for each pair of components.
 struct Arbitrary(usize);
@@ -62,7 +60,6 @@ fn matrices_and_maps_agree() {
     consistent(&Reflected::new(a.clone(), vec![2, 0, 1]).unwrap());
     consistent(&Folded::new(b.clone(), &[1, 0, 3, 2]).unwrap());
     consistent(&Folded::new(a.clone(), &[2, 1, 0]).unwrap());
-    consistent(&Restricted::new(b.clone(), vec![3, 1], vec![0.5, 1.0]).unwrap());
     consistent(&Mirrored(&*a));
     let mirrored = Mirrored(&*a);
     consistent(&Sum(vec![&*a, &mirrored]));
@@ -107,7 +104,6 @@ fn what_is_no_pairing_is_refused() {
     for image in [vec![1, 2, 0], vec![0, 1], vec![0, 1, 7]] {
         assert!(Folded::new(a.clone(), &image).is_none());
     }
-    assert!(Restricted::new(a.clone(), vec![3], vec![1.0]).is_none());
     for original in [vec![0, 0, 1], vec![0, 1], vec![0, 1, 7]] {
         assert!(Reflected::new(a.clone(), original).is_none());
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mtb_elasticity::half_space::{
-    GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, Neighbours, Patch,
+    CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, Neighbours, Patch,
 };
 use mtb_elasticity::{Error, Material};
 use mtb_operator::Grid;
@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 
 use crate::error::enter;
 use crate::operator::PyCompliance;
+use crate::tetra::PySampling;
 
 /// A half-space under piecewise constant tractions on rectangular patches of one spacing.
 ///
@@ -52,6 +53,29 @@ pub(crate) fn half_space_hats(
     })?;
     let weights = body.weights().into_pyarray(py);
     Ok((PyCompliance(Arc::new(body)), weights))
+}
+
+/// The same under a face that covers a grid of nodes in part.
+///
+/// `patch`: (x0, y0, nx, ny); `sampling`: the basis of all its nodes on the face; `kept`: the nodes that
+/// become contact points.
+#[pyfunction]
+pub(crate) fn half_space_cut_hats(
+    py: Python<'_>,
+    shear_modulus: f64,
+    poisson_ratio: f64,
+    patch: (f64, f64, usize, usize),
+    spacing: (f64, f64),
+    sampling: &PySampling,
+    kept: Vec<usize>,
+) -> PyResult<PyCompliance> {
+    let body = enter(py, |_| {
+        let material = Material::new(shear_modulus, poisson_ratio)?;
+        let patches = grids(&[patch], spacing)?;
+        let whole = HatHalfSpace::new(material, patches, Neighbours::Interact)?;
+        CutHats::new(whole, &sampling.0, &kept)
+    })?;
+    Ok(PyCompliance(Arc::new(body)))
 }
 
 /// Half-spaces of several materials under the thesis' normalised truncated Gaussians.

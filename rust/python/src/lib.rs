@@ -26,7 +26,9 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::contact::{PyIncrementalOptions, PySlidingPair, solve_incremental, solve_staggered};
     #[pymodule_export]
-    use super::elasticity::{half_space, half_space_gaussians, half_space_hats};
+    use super::elasticity::{
+        half_space, half_space_cut_hats, half_space_gaussians, half_space_hats,
+    };
     #[pymodule_export]
     use super::geometry::{
         PyBodySurface, PyProfile, pole_shoe_sheet, surface_gap, wheel_on_rail_gap,

@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use mtb_contact::sliding::displacement;
-use mtb_operator::{
-    Compliance, Component, Folded, Reflected, Restricted, Separate, Unfolded, check_dense,
-};
+use mtb_operator::{Compliance, Component, Folded, Reflected, Separate, Unfolded, check_dense};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -74,15 +72,6 @@ impl PyCompliance {
         Self(Arc::new(Separate(
             bodies.iter().map(|b| b.get().0.clone()).collect(),
         )))
-    }
-
-    /// Some of its points, each with a share of its area.
-    fn restricted(&self, kept: Vec<usize>, share: Vec<f64>) -> PyResult<Self> {
-        Restricted::new(self.0.clone(), kept, share)
-            .map(|part| Self(Arc::new(part)))
-            .ok_or_else(|| {
-                PyValueError::new_err("kept must number contact points, share go with them")
-            })
     }
 
     /// The whole of which this is the half, for loads that are their own mirror images about y = 0.

@@ -76,7 +76,7 @@ impl PyTetraMesh {
 
 /// Basis functions of a contact at quadrature points of a surface.
 #[pyclass(frozen, name = "Sampling", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PySampling(Sampling);
+pub(crate) struct PySampling(pub(crate) Sampling);
 
 #[pymethods]
 impl PySampling {

@@ -80,6 +80,95 @@ impl<'a> FaceFinder<'a> {
     }
 }
 
+/// Finds what some boundary triangles of a mesh show to one who looks into the body.
+pub(super) struct FaceView<'a> {
+    mesh: &'a TetraMesh,
+    axes: [Vector3<f64>; 3],
+    bin: f64,
+    bins: HashMap<[i64; 2], Vec<usize>>,
+}
+
+/// Cosine between a triangle's normal and the view below which it is a wall, seen edge on.
+const WALL: f64 = 1e-3;
+
+impl<'a> FaceView<'a> {
+    /// View of `faces` along the third of the `axes`, which points into the body; `bin` [m] is about the
+    /// size of what is looked for.
+    pub(super) fn new(
+        mesh: &'a TetraMesh,
+        faces: &[usize],
+        axes: [[f64; 3]; 3],
+        bin: f64,
+    ) -> Result<Self, Error> {
+        let mut view = FaceView {
+            mesh,
+            axes: axes.map(Vector3::from),
+            bin,
+            bins: HashMap::new(),
+        };
+        for &face in faces {
+            if face >= mesh.n_faces() {
+                return Err(Error::NotOnBoundary(face));
+            }
+            let [a, b, c] = view.corners(face);
+            let normal = (b - a).cross(&(c - a));
+            if -normal.dot(&view.axes[2]) < WALL * normal.norm() {
+                continue;
+            }
+            let range = |axis: &Vector3<f64>| {
+                let x = [a, b, c].map(|p| p.dot(axis));
+                let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                (low / bin).floor() as i64..=(high / bin).floor() as i64
+            };
+            for i in range(&view.axes[0]) {
+                for j in range(&view.axes[1]) {
+                    view.bins.entry([i, j]).or_default().push(face);
+                }
+            }
+        }
+        Ok(view)
+    }
+
+    fn corners(&self, face: usize) -> [Vector3<f64>; 3] {
+        let corners = self.mesh.face(face);
+        [0, 1, 2].map(|i| Vector3::from(self.mesh.nodes()[corners[i]]))
+    }
+
+    /// The first place on the line through `x` along the view.
+    pub(super) fn through(&self, x: [f64; 3]) -> Option<Hit> {
+        let p = Vector3::from(x);
+        let key = [0, 1].map(|k| (p.dot(&self.axes[k]) / self.bin).floor() as i64);
+        let mut best: Option<(f64, Hit)> = None;
+        for &face in self.bins.get(&key)? {
+            let [a, b, c] = self.corners(face);
+            let [u, v, w] = [b - a, c - a, p - a].map(|e| [0, 1].map(|k| e.dot(&self.axes[k])));
+            let double = u[0] * v[1] - u[1] * v[0];
+            let second = (w[0] * v[1] - w[1] * v[0]) / double;
+            let third = (u[0] * w[1] - u[1] * w[0]) / double;
+            let barycentric = [1.0 - second - third, second, third];
+            // a point on an edge must not fall between two triangles
+            if barycentric.iter().any(|l| *l < -1e-9) {
+                continue;
+            }
+            let position = a * barycentric[0] + b * barycentric[1] + c * barycentric[2];
+            let depth = (position - p).dot(&self.axes[2]);
+            if best.is_none_or(|(d, _)| depth < d) {
+                let position = position.into();
+                best = Some((
+                    depth,
+                    Hit {
+                        face,
+                        barycentric,
+                        position,
+                    },
+                ));
+            }
+        }
+        best.map(|(_, hit)| hit)
+    }
+}
+
 /// Barycentric coordinates of the point of a triangle nearest to `p` [Ericson2005, 5.1.5].
 fn closest(p: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::locate::FaceFinder;
+use super::locate::{FaceFinder, FaceView, Hit};
 use super::mesh::{Order, TetraMesh};
 use crate::Error;
 
@@ -158,9 +158,35 @@ const PARTS: usize = 3;
 const REACH: f64 = 0.5;
 const BESIDE: f64 = 1e-3;
 
+/// Where a point of a sheet lies on a face.
+enum Face<'a> {
+    /// Behind it, along the normal of a flat sheet.
+    Behind(FaceView<'a>),
+    /// Nearest to it, and not farther beside it than this [m].
+    Nearest(FaceFinder<'a>, f64),
+}
+
+impl Face<'_> {
+    fn at(&self, position: [f64; 3], into: [f64; 3]) -> Option<Hit> {
+        match self {
+            Face::Behind(view) => view.through(position),
+            Face::Nearest(finder, tolerance) => {
+                let hit = finder.nearest(position)?;
+                let offset = Vector3::from(position) - Vector3::from(hit.position);
+                let into = Vector3::from(into);
+                let beside = (offset - into * into.dot(&offset)).norm();
+                (beside <= *tolerance).then_some(hit)
+            }
+        }
+    }
+}
+
 impl ContactGrid {
     /// Quadrature of the grid's cells on the triangles `faces` of a body's boundary; what lies beside
     /// the face is left out.
+    ///
+    /// A bent sheet lies on the face. A flat one may lie at any distance before it: its points are
+    /// those of the face behind them, its areas those seen along its normal.
     ///
     /// # Errors
     /// [`Error::Shape`] and those of [`Sampling::new`]; [`Error::NotOnBoundary`] on a face out of range.
@@ -176,7 +202,12 @@ impl ContactGrid {
             }
         }
         let step = self.spacing[0].max(self.spacing[1]);
-        let finder = FaceFinder::new(mesh, faces, REACH * step)?;
+        let face = match self.frames.first() {
+            Some(&axes) if self.frames.iter().all(|frame| *frame == axes) => {
+                Face::Behind(FaceView::new(mesh, faces, axes, step)?)
+            }
+            _ => Face::Nearest(FaceFinder::new(mesh, faces, REACH * step)?, BESIDE * step),
+        };
         let gauss = 0.5 / 3f64.sqrt();
         let places: Vec<f64> = (0..PARTS)
             .flat_map(|k| [0.5 - gauss, 0.5 + gauss].map(|g| (k as f64 + g) / PARTS as f64))
@@ -198,17 +229,14 @@ impl ContactGrid {
                         (corner + self.nx + 1, a * b),
                     ];
                     let (position, frame) = self.interpolate(&basis);
-                    let hit = finder.nearest(position)?;
-                    let offset = Vector3::from(position) - Vector3::from(hit.position);
-                    let into = Vector3::from(frame[2]);
-                    let beside = (offset - into * into.dot(&offset)).norm();
+                    let hit = face.at(position, frame[2])?;
                     let point = SurfacePoint {
                         face: hit.face,
                         barycentric: hit.barycentric,
                         weight,
                         frame,
                     };
-                    (beside <= BESIDE * step).then_some((point, basis))
+                    Some((point, basis))
                 });
                 points.collect()
             })

@@ -1,6 +1,7 @@
 //! The half-space under bilinear pressures, in the weak form that fits finite elements.
 
 mod correlation;
+mod cut;
 mod moments;
 
 use std::sync::OnceLock;
@@ -12,6 +13,8 @@ use super::body::{index, is_coupled};
 use super::influence::point_load;
 use super::{Neighbours, Patch};
 use crate::{Error, Material};
+pub use cut::CutHats;
+
 use correlation::{VARIANTS, correlations, side, variant};
 use moments::{POWERS, moments};
 

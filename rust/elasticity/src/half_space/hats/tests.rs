@@ -169,3 +169,90 @@ fn a_patch_without_cells_is_refused() {
         Err(Error::NoCell { patch: 0, .. })
     ));
 }
+
+/// The basis of a grid of nodes on its cells up to a column and a row, by two Gauss points in each third.
+fn sampling(
+    nx: usize,
+    ny: usize,
+    covered: [usize; 2],
+    cell: [f64; 2],
+) -> Result<crate::tetra::Sampling, Error> {
+    let gauss = 0.5 / 3f64.sqrt();
+    let places: Vec<f64> = (0..3)
+        .flat_map(|k| [0.5 - gauss, 0.5 + gauss].map(|g| (f64::from(k) + g) / 3.0))
+        .collect();
+    let (mut quadrature, mut basis) = (Vec::new(), Vec::new());
+    for corner in (0..nx * ny).filter(|c| c % nx < covered[0] && c / nx < covered[1]) {
+        for b in &places {
+            for a in &places {
+                quadrature.push(crate::tetra::SurfacePoint {
+                    face: 0,
+                    barycentric: [1.0, 0.0, 0.0],
+                    weight: cell[0] * cell[1] / 36.0,
+                    frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                });
+                basis.extend([
+                    (corner, (1.0 - a) * (1.0 - b)),
+                    (corner + 1, a * (1.0 - b)),
+                    (corner + nx, (1.0 - a) * b),
+                    (corner + nx + 1, a * b),
+                ]);
+            }
+        }
+    }
+    let start = (0..=quadrature.len()).map(|q| 4 * q).collect();
+    crate::tetra::Sampling::new(nx * ny, quadrature, start, basis)
+}
+
+#[test]
+fn hats_cut_along_grid_lines_are_those_of_a_smaller_grid() -> Result<(), Error> {
+    let (nx, ny, cells) = (14, 5, [11, 3]);
+    let exact = body(&[(0.0, 0.0, cells[0] + 1, cells[1] + 1)])?;
+    let kept: Vec<usize> = (0..nx * ny)
+        .filter(|k| k % nx <= cells[0] && k / nx <= cells[1])
+        .collect();
+    let basis = sampling(nx, ny, cells, [3e-3, 2e-3])?;
+    let cut = CutHats::new(body(&[(0.0, 0.0, nx, ny)])?, &basis, &kept)?;
+    let (n, w) = (cut.points(), exact.weights());
+    let scale = exact.block(Normal, Normal)[0];
+    let uniform: f64 = exact.block(Normal, Normal)[..n].iter().sum();
+    for a in [X, Y, Normal] {
+        for b in [X, Y, Normal] {
+            let (found, back) = (cut.block(a, b), cut.block(b, a));
+            let expected = exact.block(a, b);
+            for (i, (row, expected)) in found.chunks(n).zip(expected.chunks(n)).enumerate() {
+                let errors = row.iter().zip(expected).map(|(a, b)| a - b);
+                let worst = errors.clone().fold(0.0, |s: f64, e| s.max(e.abs()));
+                assert!(worst < 1e-2 * scale, "{a:?} {b:?} {i}: {:e}", worst / scale);
+                // what a uniform traction moves
+                let sum: f64 = errors.sum();
+                assert!(
+                    sum.abs() < 2e-3 * uniform,
+                    "{a:?} {b:?} {i}: {:e}",
+                    sum / uniform
+                );
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    let error = w[i] * found[i * n + j] - w[j] * back[j * n + i];
+                    assert!(error.abs() < 1e-12 * scale * w[0], "{a:?} {b:?} {i} {j}");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn cut_hats_of_another_grid_are_refused() -> Result<(), Error> {
+    let basis = sampling(4, 4, [3, 3], [3e-3, 2e-3])?;
+    assert!(matches!(
+        CutHats::new(body(&[(0.0, 0.0, 5, 4)])?, &basis, &[0]),
+        Err(Error::Shape { .. })
+    ));
+    assert!(matches!(
+        CutHats::new(body(&[(0.0, 0.0, 4, 4)])?, &basis, &[16]),
+        Err(Error::Index { .. })
+    ));
+    Ok(())
+}

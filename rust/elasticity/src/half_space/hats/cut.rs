@@ -1,0 +1,316 @@
+//! Hats of which only a part lies on the contact face.
+
+use std::sync::OnceLock;
+
+use mtb_operator::{Compliance, Component, Grid};
+use rayon::prelude::*;
+
+use super::super::body::{index, is_coupled};
+use super::super::influence::{influence, point_load};
+use super::{HatHalfSpace, dot};
+use crate::Error;
+use crate::tetra::Sampling;
+
+/// Rectangles of a cell along each side: as many as a sampling has quadrature points there.
+const FINE: i64 = 6;
+
+/// Nodes from a cut hat up to which others are taken rectangle by rectangle. Beyond, both are points
+/// with the same centre and spread: the error falls with the fourth power of the distance, 1e-4 here.
+const NEAR: i64 = 5;
+
+/// An elastic half-space under a face that covers some cells of a grid of nodes in part: round, with holes,
+/// or at an angle to the grid.
+///
+/// As [`HatHalfSpace`], but each hat ends where the face does. Between whole hats the coefficients are
+/// its own. Where a cut hat takes part, it is summed over rectangles, `1 / FINE` of a cell wide, those of a
+/// sampling on the face: to some 5e-3 of the largest coefficient, 2e-3 of what a uniform traction moves. The
+/// compliance is symmetric in the product weighted with the areas of the cut hats.
+pub struct CutHats {
+    whole: HatHalfSpace,
+    hats: Vec<Hat>,
+    cell: [f64; 2],
+    blocks: [[OnceLock<Vec<f64>>; 3]; 3],
+}
+
+/// A hat as area-weighted values on the rectangles of the four cells about its node [m2].
+struct Hat {
+    /// Its number among all nodes of the grid.
+    number: usize,
+    node: [i64; 2],
+    is_cut: bool,
+    parts: Vec<f64>,
+    weight: f64,
+    /// Centre [m], and variance about it along x and y [m2].
+    centre: [f64; 2],
+    variance: [f64; 2],
+}
+
+/// Rectangles along a hat.
+const SPAN: i64 = 2 * FINE;
+
+impl CutHats {
+    /// The hats `kept` of a half-space with one patch, on the face that `sampling` covers: the basis
+    /// of all its nodes.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] if the sampling has another number of nodes, [`Error::Index`] on a hat that is none.
+    pub fn new(whole: HatHalfSpace, sampling: &Sampling, kept: &[usize]) -> Result<Self, Error> {
+        let n = whole.points();
+        if sampling.n_points() != n || whole.patches.len() != 1 {
+            return Err(Error::Shape {
+                name: "sampling",
+                found: sampling.n_points(),
+                expected: n,
+            });
+        }
+        let Grid { nx, dx, dy, .. } = whole.patches[0].grid;
+        let mut parts = vec![vec![0.0; (SPAN * SPAN) as usize]; n];
+        for (q, point) in sampling.quadrature().iter().enumerate() {
+            let basis = sampling.basis(q);
+            // where in its cell the point lies, by the hats there
+            let first = basis.iter().map(|&(i, _)| i).min().unwrap_or(0);
+            let share = |high: &dyn Fn(usize) -> bool| -> f64 {
+                let there = basis.iter().filter(|&&(i, _)| high(i));
+                there.map(|&(_, value)| value).sum()
+            };
+            let fine = [
+                (share(&|i| i % nx != first % nx) * FINE as f64) as i64,
+                (share(&|i| i / nx != first / nx) * FINE as f64) as i64,
+            ];
+            for &(i, value) in basis {
+                let side = [
+                    i64::from(i % nx == first % nx),
+                    i64::from(i / nx == first / nx),
+                ];
+                let at = [0, 1].map(|c| (fine[c] + side[c] * FINE) as usize);
+                parts[i][at[1] * SPAN as usize + at[0]] += point.weight * value;
+            }
+        }
+        let full = whole.weights();
+        let mut hats = Vec::with_capacity(kept.len());
+        for (position, &number) in kept.iter().enumerate() {
+            if number >= n {
+                return Err(Error::Index {
+                    name: "kept",
+                    index: position,
+                    what: "contact point",
+                    value: number,
+                    count: n,
+                });
+            }
+            let node = [(number % nx) as i64, (number / nx) as i64];
+            let own = std::mem::take(&mut parts[number]);
+            let is_cut = (own.iter().sum::<f64>() - full[number]).abs() > 1e-6 * dx * dy;
+            hats.push(Hat::new(number, node, is_cut, own, [dx, dy]));
+        }
+        Ok(Self {
+            whole,
+            hats,
+            cell: [dx, dy],
+            blocks: Default::default(),
+        })
+    }
+
+    pub(super) fn block(&self, observed: Component, loaded: Component) -> &[f64] {
+        self.blocks[index(observed)][index(loaded)].get_or_init(|| {
+            let n = self.hats.len();
+            let mut matrix = vec![0.0; n * n];
+            if !is_coupled(&self.whole.material, observed, loaded) {
+                return matrix;
+            }
+            let all = self.whole.points();
+            let whole = self.whole.block(observed, loaded);
+            for (row, hat) in matrix.chunks_exact_mut(n).zip(&self.hats) {
+                for (a, other) in row.iter_mut().zip(&self.hats) {
+                    *a = hat.weight * whole[hat.number * all + other.number];
+                }
+            }
+            let cut: Vec<usize> = (0..n).filter(|&i| self.hats[i].is_cut).collect();
+            let rows = self.rows(&cut, observed, loaded);
+            for (&i, row) in cut.iter().zip(&rows) {
+                matrix[i * n..(i + 1) * n].copy_from_slice(row);
+            }
+            // reciprocity: a column is a row with both directions exchanged
+            let columns = if observed == loaded {
+                rows
+            } else {
+                self.rows(&cut, loaded, observed)
+            };
+            for (&j, column) in cut.iter().zip(&columns) {
+                for i in 0..n {
+                    matrix[i * n + j] = column[i];
+                }
+            }
+            for (row, hat) in matrix.chunks_exact_mut(n).zip(&self.hats) {
+                for a in row {
+                    *a /= hat.weight;
+                }
+            }
+            matrix
+        })
+    }
+
+    /// `int phi_i u[phi_j] dA` for the hats `cut` and all others.
+    fn rows(&self, cut: &[usize], observed: Component, loaded: Component) -> Vec<Vec<f64>> {
+        const REACH: i64 = (NEAR + 1) * FINE;
+        const WIDTH: usize = (2 * REACH) as usize;
+        let table = Table::new(&self.whole.material, observed, loaded, self.cell);
+        cut.par_iter()
+            .map(|&i| {
+                let hat = &self.hats[i];
+                // the field of this hat on the rectangles about it
+                let mut field = vec![0.0; WIDTH * WIDTH];
+                for (part, &load) in hat.parts.iter().enumerate() {
+                    if load == 0.0 {
+                        continue;
+                    }
+                    let (part, span) = (part as i64, SPAN);
+                    let at = [part % span - FINE, part / span - FINE];
+                    for y in 0..2 * REACH {
+                        let from = y as usize * WIDTH;
+                        let values = table.line(at[0] + REACH, at[1] - (y - REACH), WIDTH);
+                        for (u, k) in field[from..from + WIDTH].iter_mut().zip(values.rev()) {
+                            *u += load * k;
+                        }
+                    }
+                }
+                let near = |node: [i64; 2]| (0..2).all(|c| (node[c] - hat.node[c]).abs() <= NEAR);
+                self.hats
+                    .iter()
+                    .map(|other| {
+                        if !near(other.node) {
+                            return self.apart(hat, other, observed, loaded);
+                        }
+                        let start = [0, 1].map(|c| {
+                            ((other.node[c] - hat.node[c]) * FINE - FINE + REACH) as usize
+                        });
+                        let span = SPAN as usize;
+                        (0..span)
+                            .map(|y| {
+                                let from = (start[1] + y) * WIDTH + start[0];
+                                let own = &other.parts[y * span..(y + 1) * span];
+                                dot(&field[from..from + span], own)
+                            })
+                            .sum()
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The same of two hats far apart: four point loads with the spread of both.
+    fn apart(&self, hat: &Hat, other: &Hat, observed: Component, loaded: Component) -> f64 {
+        let offset = [0, 1].map(|c| hat.centre[c] - other.centre[c]);
+        let aside = [0, 1].map(|c| (2.0 * (hat.variance[c] + other.variance[c])).sqrt());
+        let at = |x: f64, y: f64| {
+            let place = [offset[0] + x, offset[1] + y];
+            point_load(&self.whole.material, observed, loaded, place)
+        };
+        let sum = at(aside[0], 0.0) + at(-aside[0], 0.0) + at(0.0, aside[1]) + at(0.0, -aside[1]);
+        0.25 * sum * hat.weight * other.weight
+    }
+}
+
+impl Hat {
+    fn new(number: usize, node: [i64; 2], is_cut: bool, parts: Vec<f64>, cell: [f64; 2]) -> Self {
+        let weight: f64 = parts.iter().sum();
+        let place = |part: usize| {
+            [part as i64 % SPAN, part as i64 / SPAN]
+                .map(|k| ((k - FINE) as f64 + 0.5) / FINE as f64)
+        };
+        let mean = |of: &dyn Fn([f64; 2]) -> f64| {
+            let moment: f64 = (0..parts.len()).map(|k| parts[k] * of(place(k))).sum();
+            moment / weight
+        };
+        let middle = [0, 1].map(|c| mean(&|x| x[c]));
+        let variance = [0, 1].map(|c| mean(&|x| (x[c] - middle[c]).powi(2)).max(0.0));
+        Self {
+            number,
+            node,
+            is_cut,
+            weight,
+            centre: [0, 1].map(|c| (node[c] as f64 + middle[c]) * cell[c]),
+            variance: [0, 1].map(|c| variance[c] * cell[c] * cell[c]),
+            parts,
+        }
+    }
+}
+
+/// Mean displacement of a rectangle by a unit force on another, for all offsets of near hats.
+struct Table(Vec<f64>);
+
+impl Table {
+    const REACH: i64 = (NEAR + 2) * FINE;
+    const WIDTH: usize = (2 * Self::REACH + 1) as usize;
+
+    fn new(
+        material: &crate::Material,
+        observed: Component,
+        loaded: Component,
+        cell: [f64; 2],
+    ) -> Self {
+        let part = cell.map(|side| side / FINE as f64);
+        let gauss = [(-0.6f64.sqrt(), 5.0), (0.0, 8.0), (0.6f64.sqrt(), 5.0)];
+        let table = (0..Self::WIDTH * Self::WIDTH)
+            .into_par_iter()
+            .map(|k| {
+                let at = [k % Self::WIDTH, k / Self::WIDTH].map(|c| c as i64 - Self::REACH);
+                let mut mean = 0.0;
+                for (a, weight_x) in gauss {
+                    for (b, weight_y) in gauss {
+                        let offset = [
+                            (at[0] as f64 + 0.5 * a) * part[0],
+                            (at[1] as f64 + 0.5 * b) * part[1],
+                        ];
+                        let value = influence(material, observed, loaded, offset, part);
+                        mean += weight_x * weight_y / 324.0 * value;
+                    }
+                }
+                mean / (part[0] * part[1])
+            })
+            .collect();
+        Self(table)
+    }
+
+    /// Values at the offsets `(x - width + 1 ..= x, y)` along x.
+    fn line(&self, x: i64, y: i64, width: usize) -> std::slice::Iter<'_, f64> {
+        let end = (y + Self::REACH) as usize * Self::WIDTH + (x + Self::REACH) as usize + 1;
+        self.0[end - width..end].iter()
+    }
+}
+
+impl Compliance for CutHats {
+    fn points(&self) -> usize {
+        self.hats.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        let block = self.block(observed, loaded);
+        for (u, row) in displacement
+            .iter_mut()
+            .zip(block.chunks_exact(self.points()))
+        {
+            *u += scale * dot(row, traction);
+        }
+    }
+
+    fn add_influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        matrix: &mut [f64],
+    ) {
+        let block = self.block(observed, loaded);
+        for (a, b) in matrix.iter_mut().zip(block) {
+            *a += scale * b;
+        }
+    }
+}
