@@ -132,6 +132,7 @@ def main() -> None:
         friction=FRICTION, magnetic_pressure=MAGNET, spacing=(90e-3 / 24, 2.3e-3)
     )
     contact = scene.prepare("elastic-upper")
+    assert isinstance(contact, mtb.PreparedContact)
     points = contact.area.size
     solve_generally = general_solver(scene, contact)
     rows, histories = [], {}

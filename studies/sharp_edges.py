@@ -10,7 +10,7 @@ import numpy as np
 from atlas import panels, write
 
 import mtb_rs as mtb
-from mtb_rs.estimate import difference
+from mtb_rs.estimate import GridField, difference
 from mtb_rs.layout import centred
 from mtb_rs.result import Patch
 
@@ -19,25 +19,26 @@ fine, side = 768, 0.1
 pair = {"lower": mtb.steel, "upper": mtb.Rigid(), "tolerance": 1e-9}
 
 
-def solved(shape: str, n: int) -> tuple[list, np.ndarray, float]:
+def solved(shape: str, n: int) -> tuple[GridField, float]:
     x = centred(n, side / n)
     gap = np.zeros((n, n)) if shape == "punch" else (x[None] ** 2 + x[:, None] ** 2) / (2 * 10.0)
     edge = "sharp" if shape == "punch" else "error"
     found = mtb.solve_normal(gap, side / n, force=2e5, edge=edge, **pair)
-    return [(Patch("contact", 0, n, n, (side / n, side / n)), x, x)], found.pressure.ravel(), found.approach
+    patch = Patch("contact", 0, n, n, (side / n, side / n))
+    return GridField([(patch, x, x)], found.pressure.ravel()), found.approach
 
 
 rows = []
 figure, (ax,) = panels(1, width=6.5, height=4.6)
 series: dict[str, list[float]] = {}
 for shape in ("punch", "sphere"):
-    axes_fine, best, approach = solved(shape, fine)
+    best, approach = solved(shape, fine)
     for n in sides:
-        grid, pressure, own = solved(shape, n)
+        found, own = solved(shape, n)
         for skip in (False, True):
             if shape == "sphere" and skip:
                 continue
-            apart = difference(axes_fine, grid, (best, pressure), skip_border=skip)
+            apart = difference(best, found, skip_border=skip)
             name = f"{shape}, pressure" + (", border left out" if skip else "")
             series.setdefault(name, []).append(float(apart or np.nan))
         series.setdefault(f"{shape}, approach", []).append(abs(own - approach) / approach)
