@@ -10,7 +10,7 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
@@ -22,6 +22,10 @@ from .chart import QUANTITIES
 from .errors import CaseError, ConvergenceError
 from .geometry import STANDARD_PROFILES
 from .result import Result
+from .sweeps import MOST_CASES
+
+if TYPE_CHECKING:
+    from .case import Case
 
 #: Exit codes, beside 0: bad input or an unwritable directory; no solution; stopped by the user.
 BAD_INPUT, NO_SOLUTION, STOPPED = 2, 3, 130
@@ -112,8 +116,8 @@ def _parser() -> argparse.ArgumentParser:
         required=True,
         type=_variation,
         metavar="KEY=VALUES",
-        help="an argument of the scene with its values: 0.1,0.3,0.5, words, or first:last:count; repeated "
-        "for further arguments",
+        help="an argument of the scene with its values as in a case file: 0.1,0.3,0.5, words, or "
+        "first:last:count; repeated for further arguments",
     )
     sweep.add_argument(
         "-j", "--jobs", type=_processes, default=None, metavar="N", help="processes (default: this one alone)"
@@ -186,14 +190,19 @@ def _variation(text: str) -> tuple[str, list[Any]]:
     key, equals, values = text.partition("=")
     if not equals or not key or not values:
         raise argparse.ArgumentTypeError(f"{text!r}: KEY=VALUES is needed, for example friction=0.1,0.3")
+    key = key.strip()
     first, colon, rest = values.partition(":")
     if colon and not isinstance(_value(first), str):
         last, _, count = rest.partition(":")
-        if isinstance(_value(last), str) or not count.strip().isdecimal() or int(count) < 1:
+        ends = (_value(first), _value(last))
+        if isinstance(ends[1], str) or not count.strip().isdecimal() or not 1 <= int(count) <= MOST_CASES:
             raise argparse.ArgumentTypeError(
-                f"{text!r}: first:last:count needs two finite numbers and a whole number from 1 on"
+                f"{text!r}: first:last:count needs two finite numbers and a whole number from 1 on, "
+                f"to {MOST_CASES}"
             )
-        return key, np.linspace(_value(first), _value(last), int(count)).tolist()
+        steps = np.linspace(*ends, int(count)).tolist()
+        is_whole = all(isinstance(end, int) for end in ends) and all(step.is_integer() for step in steps)
+        return key, [int(step) for step in steps] if is_whole else steps
     listed = [_value(value) for value in values.split(",")]
     words = [value for value in listed if isinstance(value, str)]
     if "" in words or 0 < len(words) < len(listed):
@@ -202,13 +211,22 @@ def _variation(text: str) -> tuple[str, list[Any]]:
 
 
 def _value(text: str) -> Any:
-    """A finite number, or a word; the name of a profile is one, though 60E1 reads as a number."""
+    """A finite number, whole if written so, or a word: 60E1 is one, though it reads as a number."""
     text = text.strip()
     try:
         number = float(text)
     except ValueError:
         return text
-    return number if math.isfinite(number) and text not in STANDARD_PROFILES else text
+    if not math.isfinite(number) or text in STANDARD_PROFILES:
+        return text
+    return int(text) if text.lstrip("+-").isdecimal() else number
+
+
+def _meant(case: Case, key: str, values: list[Any]) -> Any:
+    """The values of --vary as a case file means them, by their words."""
+    if key not in case.arguments() or len(set(values)) < len(values):
+        return values
+    return {value: case.argument(key, value) for value in values}
 
 
 def _processes(text: str) -> int:
@@ -228,13 +246,14 @@ def _sweep(options: argparse.Namespace) -> int:
         twice = next(key for key in varied if varied.count(key) > 1)
         raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
     case = load_case(options.case)
+    parameters = {key: _meant(case, key, values) for key, values in options.vary}
     directory.mkdir(parents=True, exist_ok=True)
     solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)
     with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
         task = bar.add_task("solving", total=None)
         table = sweep(
             case.scene(),
-            dict(options.vary),
+            parameters,
             executor=options.jobs,
             checkpoint=directory / "sweep.jsonl",
             progress=lambda done, total: bar.update(task, completed=done, total=total),

@@ -62,6 +62,22 @@ class Case(BaseModel):
     scene_name: StrictStr = Field(alias="scene")
     _words: dict[str, Any] = PrivateAttr(default_factory=dict)
     _source: str = PrivateAttr(default="case")
+    _directory: Path | None = PrivateAttr(default=None)
+
+    def arguments(self) -> list[str]:
+        """Names of the scene's arguments."""
+        return [name for name in type(self).model_fields if name not in ("scene_name", "solve_options")]
+
+    def argument(self, name: str, word: Any) -> Any:
+        """What `word`, in place of the case's own, means as the argument `name` of the scene.
+
+        Raises
+        ------
+        CaseError
+            If the word cannot be meant.
+        """
+        words = self._words | {name: word}
+        return getattr(case_from_words(words, source=self._source, directory=self._directory), name)
 
     def scene(self) -> Scene:
         """The scene.
@@ -71,8 +87,7 @@ class Case(BaseModel):
         CaseError
             If the arguments do not make one.
         """
-        own = {"scene_name", "solve_options"}
-        arguments = {name: getattr(self, name) for name in type(self).model_fields if name not in own}
+        arguments = {name: getattr(self, name) for name in self.arguments()}
         try:
             scene: Scene = getattr(scenes, self.scene_name)(**arguments)
         except ValueError as error:
@@ -135,6 +150,7 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         raise CaseError("\n".join(f"{source}: {line}" for line in dict.fromkeys(lines))) from error
     case._words = dict(words)
     case._source = source
+    case._directory = directory
     return case
 
 

@@ -95,8 +95,10 @@ def read_surface(path: Path) -> trimesh.Trimesh:
 
 
 def _read_by_meshio(path: Path) -> Any:
-    import meshio
-
+    try:
+        import meshio
+    except ImportError:
+        raise ValueError(f"{path} cannot be read: it needs meshio (pip install 'mtb-rs[mesh]')") from None
     try:
         # it prints what it then raises
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -207,7 +209,7 @@ def filled(
         import gmsh
     except (ImportError, OSError) as error:
         raise ValueError(
-            f"filling a closed surface with tetrahedra needs gmsh (pip install mtb-rs[mesh]): {error}"
+            f"filling a closed surface with tetrahedra needs gmsh (pip install 'mtb-rs[mesh]'): {error}"
         ) from None
     if near is not None and not near(surface.vertices, surface.vertices).any():
         raise ValueError(

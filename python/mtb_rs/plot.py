@@ -400,8 +400,10 @@ def draw_lines(
 
 def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
     """A quantity of a sweep over its first parameter, a line for each value of the others."""
+    if not table.columns:
+        raise ValueError("nothing to draw: no case of the sweep is solved")
     if quantity not in table.columns:
-        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(table.columns) or 'none'} is needed")
+        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(table.columns)} is needed")
     (first, along), *others = table.parameters.items()
     values = table.columns[quantity]
     unit = UNITS.get(quantity, "")

@@ -236,11 +236,7 @@ class Scene:
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
-        choice("model", model, MODELS)
-        choice("method", method, METHODS)
-        choice("quantity", quantity, QUANTITIES)
-        if positive("tolerance", tolerance) >= 1.0:
-            raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+        check_options(model, method, tolerance, quantity, **options)
         assert self.layout is not None
         if self._solid() is not None:
             if model != "auto" or method != "direct" or options:
@@ -250,8 +246,6 @@ class Scene:
                 )
             return self._solve_bodies()
         if method == "direct":
-            if options:
-                raise ValueError(f"unknown option {next(iter(options))!r} of the direct method")
             if model not in ("auto", "half-space"):
                 self._check_elastic(model)
             return solve_scene(self, model, tolerance, quantity)
@@ -429,12 +423,6 @@ class Scene:
         return replace(start, traction=mean[:2], pressure=mean[2])
 
     def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
-        known = [f.name for f in fields(IncrementalOptions)]
-        for name in options:
-            if name not in known:
-                raise ValueError(
-                    f"unknown option {name!r} of the incremental method: it has {', '.join(known)}"
-                )
         chosen = IncrementalOptions(**options)
         problem = self.problem(model)
         solution, accumulated = solve_incremental(problem, self.sliding_direction, chosen)
@@ -450,12 +438,6 @@ class Scene:
         assert self.layout is not None
         sheet = self.layout.sheet(self._pair)
         twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
-        known = [k for k, p in inspect.signature(staggered).parameters.items() if p.kind is p.KEYWORD_ONLY]
-        for name in options:
-            if name not in known:
-                raise ValueError(
-                    f"unknown option {name!r} of the staggered method: it has {', '.join(known)}"
-                )
         solution, _ = staggered(problem, twin, **options)
         try:
             result = self._finish(problem, solution, "staggered")
@@ -754,6 +736,37 @@ class Scene:
         """The same scene with some arguments changed."""
         inputs = {**self.inputs, **{name: value for name, value in changes.items() if name in self.inputs}}
         return replace(self, **changes, inputs=inputs)
+
+
+def check_options(
+    model: str = "auto",
+    method: str = "direct",
+    tolerance: float = 0.05,
+    quantity: str = "pressure",
+    **options: Any,
+) -> None:
+    """What can be said of the options of :meth:`Scene.solve` without a scene.
+
+    Raises
+    ------
+    ValueError
+        Naming the option that no scene takes.
+    """
+    choice("model", model, MODELS)
+    choice("method", method, METHODS)
+    choice("quantity", quantity, QUANTITIES)
+    if positive("tolerance", tolerance) >= 1.0:
+        raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+    steps = inspect.signature(staggered).parameters.values()
+    known = {
+        "direct": [],
+        "incremental": [f.name for f in fields(IncrementalOptions)],
+        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
+    }[method]
+    for name in options:
+        if name not in known:
+            has = f": it has {', '.join(known)}" if known else ""
+            raise ValueError(f"unknown option {name!r} of the {method} method{has}")
 
 
 def gap_field(gap: ArrayLike | None) -> Array:

@@ -33,6 +33,14 @@ UNITS = {
 }
 
 
+def check_column(name: Any) -> str:
+    """`name` as that of a column: printable text without a slash, which netCDF does not take."""
+    text = name if isinstance(name, str) else ""
+    if not text or not text.isprintable() or "/" in text or text.strip(" .") != text:
+        raise ValueError(f"{name!r} is no name of a column: printable text without slashes is needed")
+    return text
+
+
 @dataclass(frozen=True)
 class SweepTable:
     """Quantities over the grid of the parameters of a sweep.
@@ -118,7 +126,7 @@ class SweepTable:
             for k, v in self.columns.items()
         }
         data["status"] = xarray.Variable(names, self.status.astype(str))
-        coordinates = {k: list(v) for k, v in self.parameters.items()}
+        coordinates = {k: _coordinate(v) for k, v in self.parameters.items()}
         return xarray.Dataset(data, coordinates, dict(self.attributes))
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
@@ -133,3 +141,9 @@ class SweepTable:
     def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         for at in np.ndindex(self.status.shape):
             yield at, {k: v[i] for (k, v), i in zip(self.parameters.items(), at, strict=True)}
+
+
+def _coordinate(values: tuple[Any, ...]) -> NDArray[Any]:
+    """Numbers, or all as text: files know no mixture, and no number beyond 64 bits."""
+    array = np.array(values)
+    return array if array.dtype.kind in "biufU" else np.array([str(v) for v in values])

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import inspect
-import json
+import math
 import os
+import signal
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence, Set
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -17,30 +18,32 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
+from contextlib import closing
 from dataclasses import fields
 from itertools import product
-from multiprocessing import get_context
-from pathlib import Path
-from typing import Annotated, Any, TextIO
+from multiprocessing import get_context, parent_process
+from threading import Thread
+from typing import Any, SupportsFloat
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from . import scenes
-from .check import path_of
+from ._mtb_rs import __version__
 from .direct import choose
 from .errors import ConvergenceError
 from .fingerprint import fingerprint
 from .result import Result
-from .scene import Scene
-from .sweep_table import SweepTable
+from .scene import Scene, check_options
+from .sweep_checkpoint import Checkpoint, Record
+from .sweep_table import SweepTable, check_column
 
 Values = Mapping[str, Any]
 Measure = Callable[[Result], Mapping[str, float]]
-Record = dict[str, Any]
 
 #: Cases given to an executor whose number of workers is unknown, before the first one must come back.
 IN_FLIGHT = 32
+#: Cases of one sweep: all of them are held in memory.
+MOST_CASES = 1_000_000
 
 
 def sweep(
@@ -59,7 +62,9 @@ def sweep(
     ----------
     parameters : Mapping
         For each argument (of :class:`Scene`, or of the ready scene) its values, or a mapping from labels to
-        values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``.
+        values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``. Labels
+        are numbers or text; values without one that are neither are known by their text, or by their kind
+        and place in the list.
     executor : concurrent.futures.Executor, int or None
         Who solves: threads, processes, Dask's ``client.get_executor()``; a number of processes of our own;
         or nobody but this process. A process that dies is replaced and its cases are solved again; a case
@@ -67,11 +72,12 @@ def sweep(
         compiled core do not survive a fork: for a pool that forks, one of the same size stands in. A
         script therefore calls sweeps under ``if __name__ == "__main__":``.
     measure : callable
-        Numbers of a result that make further columns; for processes a function of a module.
+        Numbers of a result, by name, that make further columns; for processes a function of a module.
     checkpoint : path
-        Solved cases are kept there one by one; a sweep called again with the same file goes on from it. The
-        same sweep is one of the same scene, values, options and measure: functions count by their code and
-        what they hold, objects by their attributes.
+        Solved cases are kept there one by one; a sweep called again with the same file goes on from it. What
+        has no solution is not tried again, what failed in another way is. The same sweep is one of the same
+        scene, values, options, measure and version of this package: functions count by their code and what
+        they hold, objects by their attributes.
     progress : callable
         Called with the cases done and all cases.
     **options
@@ -85,12 +91,18 @@ def sweep(
     Raises
     ------
     ValueError
-        If an argument is unknown, the executor is none, the checkpoint is of another sweep or damaged, or an
-        input hides what it holds, so that a checkpoint could not tell it from another.
+        If an argument or option is unknown, the executor is none, the checkpoint is of another sweep or
+        damaged, or an input hides what it holds, so that a checkpoint could not tell it from another.
     """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene is {scene!r}: a Scene is needed")
     if not isinstance(parameters, Mapping):
         raise ValueError(f"parameters is {parameters!r}: a mapping from arguments to their values is needed")
     _check_executor(executor)
+    for name, function in (("measure", measure), ("progress", progress)):
+        if function is not None and not callable(function):
+            raise ValueError(f"{name} is {function!r}: a function is needed")
+    check_options(**options)
     grid = {name: _labelled(name, values) for name, values in parameters.items()}
     if not grid:
         raise ValueError("parameters is empty: at least one argument with its values is needed")
@@ -98,9 +110,12 @@ def sweep(
     for name in grid:
         if name not in known:
             raise ValueError(f"{name!r} is no argument of the scene: it has {', '.join(sorted(known))}")
+    count = math.prod(len(values) for values in grid.values())
+    if count > MOST_CASES:
+        raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
     cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
     key = "" if checkpoint is None else _key(scene, grid, options, measure)
-    with _Checkpoint(checkpoint, key, len(cases)) as kept:
+    with Checkpoint(checkpoint, key, len(cases)) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(cases)) if k not in records)
         done = len(records)
@@ -109,12 +124,13 @@ def sweep(
         work = _Work(scene, options, measure)
         if waiting:
             work.prepare(cases[0])
-        for index, record in _solved(work, cases, waiting, executor):
-            kept.add(index, record)
-            records[index] = record
-            done += 1
-            if progress is not None:
-                progress(done, len(cases))
+        with closing(_solved(work, cases, waiting, executor)) as solved:
+            for index, record in solved:
+                kept.add(index, record)
+                records[index] = record
+                done += 1
+                if progress is not None:
+                    progress(done, len(cases))
     models = {r["model"] for r in records.values() if "model" in r}
     return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
@@ -170,13 +186,12 @@ class _Work:
         clock = time.perf_counter()
         try:
             result = varied(self.scene, case).solve(**self.options)
-            numbers = {**measured(result), **(self.measure(result) if self.measure is not None else {})}
+            # what is given need not be measured
+            numbers = {k: v for k, v in measured(result).items() if k not in case}
             numbers["time"] = time.perf_counter() - clock
-            return {
-                "status": "solved",
-                "model": result.model,
-                "numbers": {k: float(v) for k, v in numbers.items()},
-            }
+            if self.measure is not None:
+                numbers |= _further(self.measure(result), {"status", *case, *numbers})
+            return {"status": "solved", "model": result.model, "numbers": numbers}
         except ConvergenceError as error:
             return {"status": f"no solution: {error}"}
         except Exception as error:  # one case must not stop the others
@@ -200,9 +215,21 @@ def measured(result: Result) -> dict[str, float]:
     }
 
 
+def _further(given: Any, taken: set[str]) -> dict[str, float]:
+    """What a measure returned, as further columns."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f"measure returned {given!r}: a mapping from names to numbers is needed")
+    for name, value in given.items():
+        if check_column(name) in taken:
+            raise ValueError(f"measure returned {name!r}: the sweep has such a column already")
+        if np.ndim(value) != 0 or not isinstance(value, SupportsFloat):
+            raise ValueError(f"measure returned {name} = {value!r}: a number is needed")
+    return {name: float(value) for name, value in given.items()}
+
+
 def _solved(
     work: _Work, cases: list[dict[str, Any]], waiting: deque[int], executor: Executor | int | None
-) -> Iterator[tuple[int, Record]]:
+) -> Generator[tuple[int, Record]]:
     """Records of the cases as they come back."""
     if executor is None:
         for index in waiting:
@@ -247,6 +274,11 @@ def _solved(
                 if own:
                     pool.shutdown(wait=False, cancel_futures=True)
                 pool, own = _pool(workers)
+    except BaseException:
+        if own:
+            # not after what they are at, which may take long
+            _end_processes(pool)
+        raise
     finally:
         for future in flying:
             future.cancel()
@@ -263,12 +295,29 @@ def _pool(executor: Executor | int) -> tuple[Executor, bool]:
         executor = int(getattr(executor, "_max_workers", 1))
     if isinstance(executor, Executor):
         return executor, False
-    return ProcessPoolExecutor(int(executor), get_context("spawn"), _one_thread), True
+    return ProcessPoolExecutor(int(executor), get_context("spawn"), _begin_worker), True
 
 
-def _one_thread() -> None:
-    """In a worker, before the compiled core starts its threads: processes share the machine already."""
+def _begin_worker() -> None:
+    """In a worker of our own, before the compiled core starts its threads."""
+    # processes share the machine already
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
+    # Ctrl-C goes to all processes of a terminal; the sweep ends its workers itself
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_sweep, daemon=True).start()
+
+
+def _end_with_sweep() -> None:
+    """Ends this worker when the sweep's process is no more; it would wait for work for ever."""
+    sweeping = parent_process()
+    if sweeping is not None:
+        sweeping.join()
+        os._exit(1)
+
+
+def _end_processes(pool: Executor) -> None:
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.terminate()
 
 
 def _check_executor(executor: Any) -> None:
@@ -284,101 +333,9 @@ def _check_executor(executor: Any) -> None:
 def _key(scene: Scene, grid: Mapping[str, Values], options: Values, measure: Measure | None) -> str:
     """What a checkpoint is known by."""
     try:
-        return fingerprint([scene, scene.inputs, grid, options, measure])
+        return fingerprint([__version__, scene, scene.inputs, grid, options, measure])
     except ValueError as error:
         raise ValueError(f"no checkpoint is possible: {error}") from error
-
-
-class _Line(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid")
-
-
-class _Head(_Line):
-    """The first line of a checkpoint."""
-
-    sweep: str
-
-
-class _Solved(_Line):
-    """A further line: what became of a case."""
-
-    case: Annotated[int, Field(ge=0)]
-    status: str
-    model: str | None = None
-    numbers: dict[str, float] | None = None
-
-
-class _Checkpoint:
-    """Solved cases in a file, one line each; the first line says of which sweep."""
-
-    def __init__(self, path: str | os.PathLike[str] | None, key: str, cases: int) -> None:
-        self.path = None if path is None else path_of("checkpoint", path)
-        self.key = key
-        self.cases = cases
-        self.records: dict[int, Record] = {}
-        self._stream: TextIO | None = None
-
-    def __enter__(self) -> _Checkpoint:
-        if self.path is None:
-            return self
-        if self.path.is_dir():
-            raise ValueError(f"checkpoint is {self.path}: a file is needed, not a directory")
-        self._read(self.path)
-        # written anew without what was cut short
-        draft = self.path.with_name(self.path.name + ".draft")
-        with draft.open("w", encoding="utf-8") as stream:
-            stream.write(json.dumps({"sweep": self.key}) + "\n")
-            stream.writelines(json.dumps({"case": k, **r}) + "\n" for k, r in self.records.items())
-        os.replace(draft, self.path)
-        self._stream = self.path.open("a", encoding="utf-8")
-        return self
-
-    def _read(self, path: Path) -> None:
-        lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
-        for number, line in enumerate(lines, 1):
-            try:
-                content = json.loads(line)
-                if number == 1:
-                    key = _Head.model_validate(content).sweep
-                else:
-                    entry = _Solved.model_validate(content).model_dump(exclude_none=True)
-            except ValidationError as error:
-                first = error.errors()[0]
-                where = ".".join(map(str, first["loc"]))
-                problem = f"{where}: {first['msg']}" if where else str(first["msg"])
-                raise ValueError(_damaged(path, number, problem)) from None
-            except ValueError as error:
-                if number == len(lines) > 1 and not line.endswith(b"\n"):
-                    return  # cut short by an interruption: solved again
-                raise ValueError(_damaged(path, number, str(error))) from None
-            if number == 1:
-                if key != self.key:
-                    raise ValueError(
-                        f"{path} is the checkpoint of another sweep (scene, values, options or measure): "
-                        "remove it, or write elsewhere (checkpoint=, on the command line -o)"
-                    )
-                continue
-            if entry["case"] >= self.cases:
-                raise ValueError(_damaged(path, number, f"case is {entry['case']} of {self.cases}"))
-            if entry["status"] == "solved" and not {"model", "numbers"} <= set(entry):
-                raise ValueError(_damaged(path, number, "a solved case without model and numbers"))
-            if not entry["status"].startswith("lost"):
-                self.records[entry.pop("case")] = entry
-
-    def __exit__(self, *_: object) -> None:
-        if self._stream is not None:
-            self._stream.close()
-
-    def add(self, index: int, record: Record) -> None:
-        """Keeps a record for good."""
-        if self._stream is not None:
-            self._stream.write(json.dumps({"case": index, **record}) + "\n")
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
-
-
-def _damaged(path: Path, line: int, problem: str) -> str:
-    return f"{path}, line {line}: no line of a checkpoint: {problem}; without the file all are solved again"
 
 
 def _table(
@@ -392,7 +349,8 @@ def _table(
     status = np.full(shape, "", dtype=object)
     for index, record in records.items():
         at = np.unravel_index(index, shape)
-        status[at] = record["status"]
+        # any text may be in a message; not all of it can be written
+        status[at] = record["status"].encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
         for name, value in record.get("numbers", {}).items():
             columns[name][at] = value
     parameters = {name: tuple(values) for name, values in grid.items()}
@@ -403,19 +361,43 @@ def _labelled(name: str, values: Any) -> dict[Any, Any]:
     """Values by their labels: numbers and text are their own."""
     if isinstance(values, Mapping):
         labelled = dict(values)
+        if not all(isinstance(label, (int, float, str, np.number)) for label in labelled):
+            raise ValueError(f"{name} has labels {list(labelled)!r}: numbers or text are needed")
     else:
         try:
-            listed = list(values)
+            listed = None if isinstance(values, (str, bytes, Set)) else list(values)
         except TypeError:
-            raise ValueError(f"{name} is {values!r}: a list of values is needed") from None
-        plain = all(isinstance(v, (int, float, str, np.number)) for v in listed)
-        labels = [v.item() if isinstance(v, np.number) else v for v in listed] if plain else map(str, listed)
-        labelled = dict(zip(labels, listed, strict=True))
+            listed = None
+        if listed is None:
+            raise ValueError(f"{name} is {values!r}: a list of values is needed")
+        labelled = {_label(value, place): value for place, value in enumerate(listed, 1)}
         if len(labelled) != len(listed):
             raise ValueError(f"{name} has a value twice: {values!r}")
     if not labelled:
         raise ValueError(f"{name} has no values")
-    return labelled
+    for label in labelled:
+        if isinstance(label, str) and ("\0" in label or not _is_unicode(label)):
+            raise ValueError(f"{name} has the label {label!r}: text that can be written is needed")
+    return {k.item() if isinstance(k, np.number) else k: value for k, value in labelled.items()}
+
+
+def _label(value: Any, place: int) -> Any:
+    """What a value is known by; the same in any process."""
+    if isinstance(value, (int, float, str, np.number)):
+        return value
+    text = str(value)
+    # an address, or not all of it
+    if " at 0x" in text or "..." in text or "\n" in text:
+        return f"{getattr(value, '__name__', type(value).__name__)} {place}"
+    return text
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _known(scene: Scene) -> set[str]:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -232,10 +233,13 @@ DAMAGE = [
     (2, '{"case": 1, "status": "no solution"}'),
     (2, '{"case": 0, "status": "solved"}'),
     (2, '{"case": 0, "sta'),
+    (2, "[" * 100_000),
+    (2, '{"case": 0, "status": "no solution: x", "numbers": {"force_x": 1.0}}'),
+    (2, '{"case": 0, "status": "solved", "model": "half-space", "numbers": {"a/b": 1.0}}'),
 ]
 
 
-@pytest.mark.parametrize(("number", "line"), DAMAGE)
+@pytest.mark.parametrize(("number", "line"), DAMAGE, ids=[line[:70] for _, line in DAMAGE])
 def test_a_damaged_checkpoint_is_named_with_its_line(number, line, tmp_path):
     path = tmp_path / "sweep.jsonl"
     mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
@@ -244,6 +248,158 @@ def test_a_damaged_checkpoint_is_named_with_its_line(number, line, tmp_path):
     path.write_bytes(b"\n".join(lines) + b"\n")
     with pytest.raises(ValueError, match=rf"sweep\.jsonl, line {number}: "):
         mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
+
+
+def test_a_checkpoint_stays_the_file_it_is(tmp_path):
+    """Its link, its mode, its lines: only new ones are added."""
+    path, link = tmp_path / "sweep.jsonl", tmp_path / "link"
+    mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=path)
+    path.chmod(0o600)
+    link.symlink_to(path)
+    before = path.read_bytes()
+    assert mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=link).failures == []
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert path.read_bytes() == before
+    # cut short in its first line, nothing is lost; another file is not overwritten
+    path.write_bytes(before[:30])
+    assert mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=path).failures == []
+    path.write_bytes(b'{"precious": 1}')
+    with pytest.raises(ValueError, match="line 1: no line of a checkpoint"):
+        mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=path)
+    assert path.read_bytes() == b'{"precious": 1}'
+
+
+def test_two_sweeps_with_one_checkpoint_lose_nothing(tmp_path):
+    path = tmp_path / "sweep.jsonl"
+    inner = []
+
+    def once(done, total):
+        if done == 2 and not inner:
+            inner.append(mtb.sweep(paraboloid(), GRID, checkpoint=path))
+
+    outer = mtb.sweep(paraboloid(), GRID, checkpoint=path, progress=once)
+    np.testing.assert_array_equal(outer["force_x"], inner[0]["force_x"])
+    seen = []
+    mtb.sweep(paraboloid(), GRID, checkpoint=path, progress=lambda done, of: seen.append(done))
+    assert seen == [6]
+
+
+def test_a_checkpoint_is_of_one_version(tmp_path, monkeypatch):
+    mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c")
+    monkeypatch.setattr("mtb_rs.sweeps.__version__", "0.0.1")
+    with pytest.raises(ValueError, match=r"another sweep .* version of mtb_rs"):
+        mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c")
+
+
+def failing_once(result):
+    """Fails as a machine does, unless told that it is healed."""
+    if "MTB_TEST_HEALED" not in os.environ:
+        raise MemoryError("no memory")
+    return {}
+
+
+def test_what_the_machine_failed_in_is_tried_again(tmp_path, monkeypatch):
+    swept = functools.partial(
+        mtb.sweep, paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c", measure=failing_once
+    )
+    assert swept().status[0] == "MemoryError: no memory"
+    monkeypatch.setenv("MTB_TEST_HEALED", "1")
+    assert swept().failures == []
+    assert swept().failures == []
+
+
+def test_values_without_text_of_their_own_are_known_in_another_process(tmp_path):
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import numpy as np, test_sweeps as t, mtb_rs as mtb\n"
+        "rough = np.full((40, 40), 0.1); rough[20, 20] = 0.2\n"
+        "values = [t.Mu(0.1), t.of_level, lambda x, y: 0.2 + 0 * x, rough, 2 * rough]\n"
+        "scene = mtb.scenes.paraboloid_on_plane(points=40)\n"
+        "table = mtb.sweep(scene, {'friction': values}, checkpoint=sys.argv[2])\n"
+        "print(table.parameters['friction'])"
+    )
+    command = [sys.executable, "-c", code, str(Path(__file__).parent), str(tmp_path / "c")]
+    first, again = (subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in "12")
+    assert first == again
+    assert "('Mu 1', 'of_level 2', '<lambda> 3', 'ndarray 4', 'ndarray 5')" in first
+
+
+def slow(result):
+    """Takes longer than anybody waits; says that it began."""
+    with open(os.environ["MTB_TEST_MARK"], "a", encoding="utf-8") as stream:
+        stream.write(f"{os.getpid()}\n")
+    time.sleep(600)
+    return {}
+
+
+SLOW = """
+import sys; sys.path.insert(0, sys.argv[1])
+import test_sweeps as t, mtb_rs as mtb
+if __name__ == "__main__":
+    mtb.sweep(t.paraboloid(), t.GRID, executor=2, measure=t.slow)
+"""
+
+
+@pytest.fixture
+def slow_sweep(tmp_path, monkeypatch):
+    """A process that sweeps, and its two workers at work."""
+    mark = tmp_path / "mark"
+    mark.touch()
+    monkeypatch.setenv("MTB_TEST_MARK", str(mark))
+    script = tmp_path / "script.py"
+    script.write_text(SLOW, encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(Path(__file__).parent)],
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        # the tests may run where Ctrl-C is ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL) and None,
+    )
+    try:
+        assert soon(lambda: len(mark.read_text(encoding="utf-8").splitlines()) == 2)
+        yield process, [int(line) for line in mark.read_text(encoding="utf-8").splitlines()]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def soon(is_so):
+    """Whether it is so within a minute."""
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until:
+        if is_so():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def is_gone(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    # one that nobody has waited for yet
+    return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "Z"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals and /proc")
+@pytest.mark.parametrize("times", [1, 2])
+def test_control_c_ends_a_sweep_and_its_workers_at_once(slow_sweep, times):
+    process, workers = slow_sweep
+    for _ in range(times):
+        os.killpg(process.pid, signal.SIGINT)
+        time.sleep(0.05)
+    _, err = process.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in err
+    assert soon(lambda: all(map(is_gone, workers)))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals and /proc")
+def test_workers_do_not_outlive_their_sweep(slow_sweep):
+    process, workers = slow_sweep
+    process.kill()
+    assert soon(lambda: all(map(is_gone, workers)))
 
 
 def test_a_killed_worker_loses_nothing(tmp_path, monkeypatch):
@@ -287,7 +443,7 @@ def test_the_command_line(tmp_path, capsys):
     assert main(command) == 0
     out = capsys.readouterr().out
     assert "3 of 6 cases solved" in out
-    assert "friction = 0.1, force = -1.0: ValueError: force is -1.0" in out
+    assert "friction = 0.1, force = -1: ValueError: force is -1.0" in out
     records = (tmp_path / "sweep.jsonl").read_text(encoding="utf-8").splitlines()
     assert sum(json.loads(line).get("status") == "solved" for line in records) == 3
     assert (tmp_path / "sweep.csv").exists()
@@ -301,6 +457,7 @@ USAGE = [
     (["--vary", "friction=0.1:0.2:2.5"], "a whole number from 1 on"),
     (["--vary", "friction=0.1:0.2"], "a whole number from 1 on"),
     (["--vary", "friction=0.1:nan:3"], "two finite numbers"),
+    (["--vary", "friction=0.1:0.5:1000000000000"], "to 1000000"),
     (["--vary", "friction=x,1e6"], "or all of them words"),
     (["--vary", "friction=0.1,"], "or all of them words"),
     (["--vary", "friction=0.1", "-j", "0"], "'0': a whole number from 1 on is needed"),
@@ -318,8 +475,12 @@ def test_words_of_the_command_line(tmp_path, capsys):
     case = tmp_path / "case.toml"
     case.write_text('scene = "paraboloid_on_plane"\npoints = 6\n', encoding="utf-8")
     command = ["sweep", str(case), "-o", str(tmp_path), "--vary"]
-    assert main([*command, "friction=a:b:c"]) == NO_SOLUTION
-    assert "friction = a:b:c: ValueError" in capsys.readouterr().out
+    assert main([*command, "friction=a:b:c"]) == BAD_INPUT
+    assert 'friction = "a:b:c": a number, a list' in capsys.readouterr().err
+    assert main([*command, "friction=-0.1"]) == NO_SOLUTION
+    assert "friction = -0.1: ValueError" in capsys.readouterr().out
+    (tmp_path / "sweep.jsonl").unlink()
+    assert main([*command, "friction=0.1"]) == 0
     assert main([*command, "friction=0.1", "--vary", "friction=0.2"]) == BAD_INPUT
     assert "--vary friction= is there twice" in capsys.readouterr().err
     assert main([*command, "friction=0.3"]) == BAD_INPUT
@@ -327,6 +488,43 @@ def test_words_of_the_command_line(tmp_path, capsys):
     shoe = tmp_path / "shoe.toml"
     shoe.write_text('scene = "pole_shoe_on_rail"\nspacing = 1e-2\n[solve]\nmodel = "half-space"\n')
     assert main(["sweep", str(shoe), "-o", str(tmp_path / "shoe"), "--vary", "rail=60E1"]) == 0
+
+
+def swept_by_command(tmp_path, text, *vary):
+    """Rows of sweep.csv."""
+    case, out = tmp_path / "case.toml", tmp_path / "out"
+    case.write_text(text, encoding="utf-8")
+    assert main(["sweep", str(case), "-o", str(out), *(w for v in vary for w in ("--vary", v))]) == 0
+    with (out / "sweep.csv").open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_command_line_takes_values_as_case_files_do(tmp_path):
+    paraboloid_of = 'scene = "paraboloid_on_plane"\n'
+    rows = swept_by_command(tmp_path, paraboloid_of, "points=6:8:2", "lower=rigid")
+    assert [(r["points"], r["lower"], r["status"]) for r in rows] == [
+        ("6", "rigid", "solved"),
+        ("8", "rigid", "solved"),
+    ]
+    shoe = 'scene = "pole_shoe_on_rail"\nspacing = 1e-2\n[solve]\nmodel = "half-space"\n'
+    (tmp_path / "poles").mkdir()
+    rows = swept_by_command(tmp_path / "poles", shoe, "poles=1,2", " magnetic_pressure = 1e6, 2e6")
+    force = [float(r["normal_force [N]"]) for r in rows]
+    assert force[2] == pytest.approx(2.0 * force[0], rel=1e-3)
+
+
+def test_a_path_on_the_command_line_is_beside_the_case(tmp_path, capsys):
+    y = np.linspace(-0.04, 0.04, 81)
+    (tmp_path / "worn.csv").write_text("\n".join(f"{a},{-a * a / 0.6}" for a in y.tolist()) + "\n")
+    shoe = 'scene = "pole_shoe_on_rail"\nspacing = 1e-2\n[solve]\nmodel = "half-space"\n'
+    rows = swept_by_command(tmp_path, shoe, "rail=60E1,worn.csv")
+    assert [r["rail"] for r in rows] == ["60E1", "worn.csv"]
+    command = ["sweep", str(tmp_path / "case.toml"), "-o", str(tmp_path / "no"), "--vary"]
+    assert main([*command, "rail=60E1,none.csv"]) == BAD_INPUT
+    assert 'rail = "none.csv": there is no file' in capsys.readouterr().err
+    assert main([*command, "poles=1.5"]) == BAD_INPUT
+    assert "poles = 1.5: a valid integer is needed" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
 
 
 def test_a_table_draws_its_lines():
@@ -343,6 +541,8 @@ def test_a_table_draws_its_lines():
     assert np.isnan(axes.lines[2].get_ydata()).all()
     with pytest.raises(ValueError, match="quantity is 'pressure': one of force_x"):
         table.plot("pressure")
+    with pytest.raises(ValueError, match="no case of the sweep is solved"):
+        mtb.sweep(paraboloid(), {"friction": [-1.0]}).plot()
     labelled = mtb.sweep(paraboloid(), {"friction": {"wet": 0.1, "dry": 0.3}}).plot("force_x").axes[0]
     assert [t.get_text() for t in labelled.get_xticklabels()] == ["wet", "dry"]
 
@@ -367,6 +567,32 @@ def test_netcdf_keeps_labels_and_units(tmp_path):
         assert data.attrs["model"] == "half-space"
 
 
+def test_netcdf_takes_all_labels_and_messages(tmp_path):
+    xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
+    pytest.importorskip("h5netcdf", reason="h5netcdf (extra sweep) is not installed")
+
+    def failing(result):
+        raise OSError("no file \udcff\0 there")
+
+    for values, labels in (
+        ({"points": [8, 2**70]}, ["8", str(2**70)]),
+        ({"friction": {"a": 0.1, 2: 0.2}}, ["a", "2"]),
+        ({"approach": [1e-4, 2e-4]}, [1e-4, 2e-4]),
+    ):
+        scene = paraboloid() if "approach" not in values else paraboloid().with_(force=None, approach=1e-4)
+        table = mtb.sweep(scene, values)
+        table.to_csv(tmp_path / "sweep.csv")
+        table.to_netcdf(tmp_path / "sweep.nc")
+        with xarray.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as data:
+            assert data[next(iter(values))].values.tolist() == labels
+            assert "force_x" in data
+    table = mtb.sweep(paraboloid(), {"friction": [0.1]}, measure=failing)
+    table.to_csv(tmp_path / "sweep.csv")
+    table.to_netcdf(tmp_path / "sweep.nc")
+    with xarray.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as data:
+        assert data["status"].values.tolist() == [r"OSError: no file \udcff\0 there"]
+
+
 def test_dask_with_processes():
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "processes": True}
@@ -380,7 +606,13 @@ BAD = [
     ({"frction": [1]}, "'frction' is no argument of the scene"),
     ({"friction": []}, "friction has no values"),
     ({"friction": 0.1}, "friction is 0.1: a list of values is needed"),
+    ({"friction": "0.1"}, "friction is '0.1': a list of values is needed"),
+    ({"friction": {0.1, 0.2}}, "a list of values is needed"),
     ({"friction": [0.1, 0.1]}, "friction has a value twice"),
+    ({"friction": {(1, 2): 0.1}}, r"friction has labels \[\(1, 2\)\]: numbers or text are needed"),
+    ({"friction": {"a\0b": 0.1}}, r"friction has the label 'a\\x00b': text that can be written"),
+    ({"friction": {"\ud800": 0.1}}, "text that can be written is needed"),
+    ({"friction": range(1001), "force": range(1000)}, "at most 1000000 are solved at once"),
     (["friction"], "a mapping from arguments to their values is needed"),
 ]
 
@@ -389,6 +621,49 @@ BAD = [
 def test_bad_input_is_named(parameters, message):
     with pytest.raises(ValueError, match=message):
         mtb.sweep(paraboloid(), parameters)
+
+
+@pytest.mark.parametrize("scene", [None, mtb.steel, "paraboloid_on_plane"])
+def test_what_is_no_scene_is_named(scene):
+    with pytest.raises(ValueError, match="a Scene is needed"):
+        mtb.sweep(scene, {"friction": [0.1]})
+
+
+OPTIONS = [
+    ({"model": "half"}, "model is 'half': one of"),
+    ({"modle": "auto"}, "unknown option 'modle' of the direct method"),
+    ({"method": "staggered", "steps": 3}, "unknown option 'steps' of the staggered method: it has"),
+    ({"tolerance": 2.0}, "a number between 0 and 1"),
+    ({"measure": 3}, "measure is 3: a function is needed"),
+    ({"progress": 3}, "progress is 3: a function is needed"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), OPTIONS, ids=[message for _, message in OPTIONS])
+def test_an_option_that_no_case_takes_is_refused_at_once(options, message):
+    with pytest.raises(ValueError, match=message):
+        mtb.sweep(paraboloid(), {"friction": [0.1]}, **options)
+
+
+MEASURES = [
+    (3, "measure returned 3: a mapping"),
+    ({"status": 1.0}, "'status': the sweep has such a column already"),
+    ({"friction": 1.0}, "'friction': the sweep has such a column"),
+    ({"force_x": 1.0}, "'force_x': the sweep has such a column"),
+    ({"a/b": 1.0}, "'a/b' is no name of a column"),
+    ({"": 1.0}, "'' is no name of a column"),
+    ({3: 1.0}, "3 is no name of a column"),
+    ({"a": "1"}, "measure returned a = '1': a number is needed"),
+    ({"a": [1.0]}, r"measure returned a = \[1.0\]: a number is needed"),
+]
+
+
+@pytest.mark.parametrize(("returned", "message"), MEASURES, ids=[message for _, message in MEASURES])
+def test_a_measure_returns_new_columns(returned, message):
+    table = mtb.sweep(paraboloid(), {"friction": [0.1]}, measure=lambda _: returned)
+    with pytest.raises(AssertionError, match=message):
+        raise AssertionError(table.status[0])
+    assert table.columns == {}
 
 
 @pytest.mark.parametrize("executor", ["x", 0, -1, 1.5, True])
