@@ -4,10 +4,11 @@
     python studies/fuzz.py COUNT [--seed 0] [--door NAME ...]
 
 Each input is drawn by hypothesis from the strategies of one door: case files, arguments of scenes, fields,
-profiles, meshes, height fields, bytes of prepared contacts. Allowed are a result, which then has no NaN and
-says that it converged, and a ValueError or ConvergenceError with words. All else is a finding, and printed
-with the smallest input that shows it: other exceptions, a panic of the compiled core, warnings, silent NaN,
-inputs that take longer than ten seconds. The same seed draws the same inputs.
+profiles, meshes, height fields, bytes of prepared contacts, sweeps and their checkpoints. Allowed are a
+result, which then has no NaN and says that it converged, and a ValueError or ConvergenceError with words. All
+else is a finding, and printed with the smallest input that shows it: other exceptions, a panic of the
+compiled core, warnings, silent NaN, inputs that take longer than ten seconds. The same seed draws the same
+inputs.
 
 The doors of the Rust crates have their own, quicker drivers:
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
 import dataclasses
 import math
 import signal
@@ -651,6 +653,155 @@ def prepared_bytes(drawn: tuple[Any, ...]) -> Any:
     path.write_bytes(bytes(data[: len(data) - cut] if cut < 100 else data))
     contact = mtb.PreparedContact.load(path)
     return contact.step((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0))
+
+
+# --- sweeps
+
+#: What no executor is; numbers of processes would start them.
+no_executors = odd.filter(lambda v: not (isinstance(v, (int, np.integer)) and v > 0))
+no_paths = odd.filter(lambda v: not isinstance(v, (str, Path)))
+labels = st.one_of(
+    st.sampled_from(("wet", "a, b", 'say "x"', "\u00e9\u6f22", "=1", "", "\ud800", "a\0b")), odd
+)
+#: Calling them makes the value.
+VARIED: dict[Any, st.SearchStrategy[Callable[[], Any]]] = {
+    "friction": fields(0.3),
+    **{
+        name: values.map(lambda v: lambda: v)
+        for name, values in {
+            "force": near(5e6),
+            "points": rarely(st.integers(3, 7), st.sampled_from((-1, 0, 6.0, "6", True, 10**400))),
+            "radius": near(1e3),
+            "velocity": near(1.0),
+            "sliding_direction": rarely(st.tuples(near(1.0), near(1.0)), odd),
+            "moments": rarely(st.tuples(near(1.0), near(1.0)), odd),
+        }.items()
+    },
+    "upper": materials.map(lambda given: lambda: body(given)),
+}
+
+
+def lists_of(values: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Values of an argument to vary: a list, or a mapping from labels, now and then neither."""
+
+    def labelled(pairs: list[tuple[Any, Any]]) -> Any:
+        with contextlib.suppress(TypeError):  # a label that is no key
+            return dict(pairs)
+        return [value for _, value in pairs]
+
+    usual = st.one_of(
+        st.lists(values, max_size=3), st.lists(st.tuples(labels, values), max_size=3).map(labelled)
+    )
+    return rarely(usual, odd)
+
+
+MEASURED = (
+    {"wear": 1.0},
+    {"wear": math.nan, "a b": 2},
+    {"force_x": 1.0},
+    {"status": 1.0},
+    {"a/b": 1.0},
+    {3: 1.0},
+    {"a": "x"},
+    {"a": np.ones(2)},
+    {"a": 1j},
+    3,
+    None,
+)
+measures = st.sampled_from(MEASURED).map(lambda returned: lambda result: returned)
+
+
+def tiny() -> mtb.Scene:
+    return mtb.scenes.paraboloid_on_plane(points=5)
+
+
+def check_table(table: mtb.SweepTable, parameters: dict[Any, Any]) -> None:
+    if len(table) != math.prod(len(values) for values in parameters.values()):
+        raise Finding(f"{len(table)} cases of {parameters!r}")
+    for at in np.ndindex(table.status.shape):
+        status = table.status[at]
+        if not status.startswith(("solved", "no solution: ", "ValueError: ")):
+            raise Finding(f"a case ends with {status}")
+        if (status == "solved") != ("force_z" in table.columns and math.isfinite(table["force_z"][at])):
+            raise Finding(f"a force {table.columns.get('force_z')} beside {table.status}")
+    path = scratch() / "sweep.csv"
+    table.to_csv(path)
+    with path.open(newline="", encoding="utf-8") as stream:
+        heading, *rows = csv.reader(stream)
+    if len(rows) != len(table) or {len(row) for row in rows} != {len(heading)}:
+        raise Finding(f"a CSV file of {len(rows)} rows for {len(table)} cases")
+    table.to_xarray()
+
+
+@door(
+    st.tuples(
+        rarely(
+            st.dictionaries(st.sampled_from(list(VARIED)), st.none(), min_size=1, max_size=2).flatmap(
+                lambda names: st.fixed_dictionaries({name: lists_of(VARIED[name]) for name in names})
+            ),
+            odd,
+        ),
+        sometimes(
+            model=rarely(st.just("half-space"), odd),
+            tolerance=near(0.05),
+            measure=rarely(measures, odd.filter(lambda v: v is not print)),
+            executor=rarely(st.none(), no_executors),
+            checkpoint=rarely(st.none(), no_paths),
+        ),
+    )
+)
+def sweeps(drawn: tuple[Any, ...]) -> Any:
+    given, options = drawn
+    parameters = given
+    if isinstance(given, dict):
+        parameters = {name: made(values) for name, values in given.items()}
+    check_table(mtb.sweep(tiny(), parameters, **{"model": "half-space"} | options), parameters)
+
+
+def made(values: Any) -> Any:
+    if isinstance(values, dict):
+        return {label: value() if callable(value) else value for label, value in values.items()}
+    return [v() if callable(v) else v for v in values] if isinstance(values, list) else values
+
+
+FRICTIONS = {"friction": [0.1, 0.2, 0.3]}
+
+
+@cache
+def swept() -> tuple[mtb.SweepTable, bytes]:
+    """A sweep, and what its checkpoint holds."""
+    path = scratch() / "kept.jsonl"
+    path.unlink(missing_ok=True)
+    table = mtb.sweep(tiny(), FRICTIONS, model="half-space", checkpoint=path)
+    return table, path.read_bytes()
+
+
+@door(
+    st.tuples(
+        st.lists(st.sampled_from(range(4)), min_size=1, max_size=6),
+        st.lists(st.tuples(st.integers(0, 9999), st.integers(0, 255)), max_size=3),
+        st.one_of(st.just(0), st.integers(0, 2000)),
+        st.one_of(st.just(b""), st.binary(max_size=40)),
+    )
+)
+def sweep_checkpoints(drawn: tuple[Any, ...]) -> Any:
+    order, changes, cut, tail = drawn
+    true, good = swept()
+    lines = good.splitlines(keepends=True)
+    data = bytearray(b"".join(lines[k] for k in order))
+    for place, byte in changes:
+        data[place % len(data)] = byte
+    path = scratch() / "sweep.jsonl"
+    path.write_bytes(bytes(data[: max(len(data) - cut, 0)]) + tail)
+    try:
+        table = mtb.sweep(tiny(), FRICTIONS, model="half-space", checkpoint=path)
+    except ValueError as error:
+        if str(path) not in str(error):
+            raise Finding(f"the message does not name the file: {error}") from error
+        raise
+    if any(not np.array_equal(table[name], true[name]) for name in ("force_x", "peak_pressure")):
+        raise Finding(f"other numbers than without a checkpoint: {table.rows()}")
+    return None
 
 
 # --- friction laws and shifts

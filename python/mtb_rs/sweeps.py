@@ -115,7 +115,7 @@ def sweep(
         raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
     cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
     key = "" if checkpoint is None else _key(scene, grid, options, measure)
-    with Checkpoint(checkpoint, key, len(cases)) as kept:
+    with Checkpoint(checkpoint, key) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(cases)) if k not in records)
         done = len(records)
@@ -141,15 +141,16 @@ def varied(scene: Scene, changes: Values) -> Scene:
     if all(name in own for name in changes) or scene.name not in scenes.__all__:
         return scene.with_(**changes)
     build = getattr(scenes, scene.name)
-    arguments = {k: v for k, v in scene.inputs.items() if k in inspect.signature(build).parameters}
+    known = inspect.signature(build).parameters
+    arguments = {k: v for k, v in scene.inputs.items() if k in known}
     before = build(**arguments)
     kept = {
         name: getattr(scene, name)
         for name in own - {"layout", "inputs", "name"} - set(changes)
         if not _same(getattr(scene, name), getattr(before, name))
     }
-    new: Scene = build(**{**arguments, **changes})
-    return new.with_(**kept)
+    new: Scene = build(**{**arguments, **{k: v for k, v in changes.items() if k in known}})
+    return new.with_(**kept, **{k: v for k, v in changes.items() if k not in known})
 
 
 def _same(value: Any, other: Any) -> bool:

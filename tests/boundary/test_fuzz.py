@@ -16,7 +16,8 @@ from mtb_rs.mesh import block_mesh
 
 DOORS = (
     *("case_files", "cases", "ellipses", "height_fields", "mesh_files", "prepared_bytes", "profile_files"),
-    *("profile_points", "rough_surfaces", "scenes", "shifts", "shoes", "surfaces", "tetrahedra", "wheels"),
+    *("profile_points", "rough_surfaces", "scenes", "shifts", "shoes", "surfaces", "sweep_checkpoints"),
+    *("sweeps", "tetrahedra", "wheels"),
 )
 
 
