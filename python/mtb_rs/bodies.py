@@ -29,4 +29,4 @@ def as_body(name: str, body: object) -> Simple:
         return HalfSpace(body)
     if isinstance(body, (HalfSpace, Rigid)):
         return body
-    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace or Rigid is needed")
+    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Rigid or ElasticBody is needed")

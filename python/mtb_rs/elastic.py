@@ -495,6 +495,11 @@ def _upper_body(
     nx, ny = x.size, y.size
     if element_size is not None:
         sides = (patch.nx - 1) * sheet.spacing[0], (patch.ny - 1) * sheet.spacing[1]
+        if element_size > min(sides):
+            raise ValueError(
+                f"element_size is {element_size:g} m: the contact measures {sides[0]:.4g} x {sides[1]:.4g} "
+                "m, smaller elements are needed"
+            )
         nx, ny = (cells_along(side, element_size) + 1 for side in sides)
         check_unknowns(6.0 * nx * ny)
     if isinstance(layout, BlockLayout):
@@ -522,7 +527,16 @@ def _upper_body(
         size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
         held = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
         name = f"{side} pole"
-    body = ElasticBody(mesh, material, "contact", held, name)
+    try:
+        body = ElasticBody(mesh, material, "contact", held, name)
+    except ValueError as error:
+        height = layout.height if isinstance(layout, BlockLayout) else layout.shoe.height
+        if "tetrahedron" not in str(error):
+            raise
+        raise ValueError(
+            f"height is {height:g} m: the {name} cannot be filled with elements {np.diff(x).min():.3g} m "
+            f"wide at the contact ({error})"
+        ) from None
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     return body
 

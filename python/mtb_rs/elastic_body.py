@@ -18,7 +18,7 @@ from .geometry import SheetPoints
 from .material import Material
 from .mesh import TetraMesh
 from .result import Patch, Surface
-from .supports import Guide, Support, Where, select
+from .supports import Guide, Support, Where, is_box, select
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -201,8 +201,8 @@ class ElasticBody:
     mesh : TetraMesh
     material : Material
     contact
-        Where it may touch: boundary triangles with all corners there. A warning says if a function covers
-        another area than these.
+        Where it may touch: boundary triangles with all corners there. A warning says if a function or a box
+        covers another area than these.
     supports : sequence of Support
         What is left free must be held by the contact; what contact cannot hold is an error.
     name : str
@@ -221,6 +221,10 @@ class ElasticBody:
             raise ValueError(f"mesh is {self.mesh!r}: a TetraMesh is needed, or ElasticBody.from_mesh")
         if not isinstance(self.material, Material):
             raise ValueError(f"material is {self.material!r}: a Material is needed")
+        if isinstance(self.supports, (str, Support)) or not isinstance(self.supports, Sequence):
+            raise ValueError(f"supports is {self.supports!r}: a list of Support objects is needed")
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"name is {self.name!r}: a word is needed")
         object.__setattr__(self, "supports", tuple(self.supports))
         for support in self.supports:
             if not isinstance(support, Support):
@@ -238,7 +242,7 @@ class ElasticBody:
         self._check_values()
         _ = self.core
         _ = self.contact_faces
-        if callable(self.contact):
+        if callable(self.contact) or is_box(self.contact):
             self._check_border()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -363,7 +367,7 @@ class ElasticBody:
                 seen[nodes] = value
 
     def _check_border(self) -> None:
-        """Warns if whole triangles follow the border of a contact given as a function badly."""
+        """Warns if whole triangles follow the border of a contact given as a function or a box badly."""
         corners = self.mesh.nodes[self.faces[:, :3].astype(np.int64)]
         double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         chosen = np.zeros(len(corners), dtype=bool)
@@ -378,9 +382,10 @@ class ElasticBody:
         inside = select(points.reshape(-1, 3), {}, self.contact).reshape(points.shape[:2]).mean(axis=1)
         area = 0.5 * np.linalg.norm(double, axis=1)
         meant, taken = float(inside @ area[alike]), float(area[chosen & alike].sum())
+        place = "function" if callable(self.contact) else "box"
         if abs(taken - meant) > BORDER * meant:
             warnings.warn(
-                f"the contact face of {self.name} takes {taken:.4g} m2 of whole triangles, the function "
+                f"the contact face of {self.name} takes {taken:.4g} m2 of whole triangles, the {place} "
                 f"covers {meant:.4g} m2: its edges must be edges of the surface",
                 stacklevel=4,
             )

@@ -11,7 +11,7 @@ import re
 import shutil
 import tempfile
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -176,16 +176,27 @@ def _write_fields(result: Pictured, draft: Path) -> list[str]:
     contact.save(draft / "contact.vtp")
     if not isinstance(result, Result):
         return []
-    for surface in bodies(result):
-        if surface.von_mises is None:
-            body_mesh(surface).save(draft / f"body_{_plain_name(surface.name)}.vtp")
-    for name, solid in solid_meshes(result).items():
-        solid.save(draft / f"body_{_plain_name(name)}.vtu")
+    plain = [surface for surface in bodies(result) if surface.von_mises is None]
+    for stem, surface in zip(_plain_names(s.name for s in plain), plain, strict=True):
+        body_mesh(surface).save(draft / f"body_{stem}.vtp")
+    solids = solid_meshes(result)
+    for stem, solid in zip(_plain_names(solids), solids.values(), strict=True):
+        solid.save(draft / f"body_{stem}.vtu")
     return []
 
 
-def _plain_name(name: str) -> str:
-    return re.sub(r"[^0-9A-Za-z]+", "_", name)
+def _plain_names(names: Iterable[str]) -> list[str]:
+    """Names for files, no two alike: those that differ in other signs only are numbered."""
+    found: list[str] = []
+    for name in names:
+        stem = plain = re.sub(r"[^0-9A-Za-z]+", "_", name)
+        k = 1
+        # some file systems do not tell a from A
+        while stem.lower() in (s.lower() for s in found):
+            k += 1
+            stem = f"{plain}_{k}"
+        found.append(stem)
+    return found
 
 
 def _write_pictures(result: Pictured, draft: Path) -> list[str]:

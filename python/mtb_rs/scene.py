@@ -180,7 +180,7 @@ class Scene:
                         f"{name} is {getattr(self, name)!r}: it is for the elastic bodies of "
                         "block_on_plane and pole_shoe_on_rail; an ElasticBody has its own"
                     )
-        if self.supports is not None:
+        if self.supports is not None or isinstance(self.layout, (BlockLayout, ShoeLayout)):
             put(self, "supports", held_by(self.supports))
         if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
@@ -336,14 +336,31 @@ class Scene:
         except ConvergenceError as error:
             raise type(error)(str(error), on_grid(error.result, contact.kept, contact.sheet)) from None
         if result.report.contact_area == 0.0:
-            hint = ""
-            if layout.gap is None and np.ptp(points.gap) > 0.0:
-                hint = f"; a contact narrower than the cells of {contact.sheet.spacing} m needs finer ones"
-            raise ValueError(
-                "the bodies never touch: nothing brings them together over their least gap of "
-                f"{points.gap.min():.4g} m{hint}"
-            )
+            raise ValueError(self._why_apart(points, loads))
         return on_grid(result, contact.kept, contact.sheet)
+
+    def _why_apart(self, points: SheetPoints, loads: dict[str, Any]) -> str:
+        """Why bodies do not touch, in words."""
+        pull = -float(np.asarray(loads.get("magnetic", np.zeros(3)))[2])
+        if self.magnetic_pressure is not None and pull <= 0.0:
+            return (
+                f"the bodies never touch: magnetic_pressure pulls them by {pull:.6g} N, it must be positive "
+                "to press them together"
+            )
+        least = float(points.gap.min())
+        if least <= 0.0:
+            return (
+                "the bodies never touch: they lie on each other, but what presses them does not reach the "
+                "contact (supports that lift, or hold it)"
+            )
+        hint = ""
+        assert isinstance(self.layout, BodyLayout)
+        if self.layout.gap is None and np.ptp(points.gap) > 0.0:
+            hint = f"; a contact narrower than the cells of {self._pair} m needs finer ones"
+        return (
+            "the bodies never touch: nothing brings them together over their least gap of "
+            f"{least:.4g} m{hint}"
+        )
 
     def _check_pressed(self, problem: ContactProblem) -> None:
         """A body free along z gives way to an approach, unless a guide presses it."""

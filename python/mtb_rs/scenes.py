@@ -16,6 +16,7 @@ from .geometry import PoleShoe, Profile, spacing_pair
 from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from .material import Material, steel
 from .scene import Scene
+from .supports import Support
 
 #: Thesis Table 3.1: contact radius of its paraboloid [m], for which its grids span 1 m.
 _THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
@@ -95,7 +96,7 @@ def block_on_plane(
     spacing: float | Sequence[float] | None = 5e-3,
     *,
     length: float | None = None,
-    supports: str = "clamped-top",
+    supports: str | Sequence[Support] = "clamped-top",
     attraction: str = "upper",
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     velocity: float | None = None,
@@ -112,7 +113,7 @@ def block_on_plane(
         Pulls the foot of the block down.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
-    supports : "driven-top", "clamped-top", "points" or a list of Support
+    supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
         How the top of an elastic block is held; a half-space has no top.
     """
     width, height = positive("width", width, "m"), positive("height", height, "m")
@@ -145,7 +146,7 @@ def pole_shoe_on_rail(
     magnetic_pressure: Any = 3e6,
     velocity: float | None = None,
     spacing: float | Sequence[float] | None = 3e-3,
-    supports: str = "driven-top",
+    supports: str | Sequence[Support] = "driven-top",
     attraction: str = "upper",
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     lateral: float = 0.0,
@@ -179,10 +180,10 @@ def pole_shoe_on_rail(
         For tables over the velocity.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
-    supports : "driven-top", "clamped-top", "points" or a list of Support
+    supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
         How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
-        thesis' five points on top and four at the back, single nodes that give way more the finer the
-        elements are. A half-space has no top.
+        thesis' five points on top, which share one free u_z or are fixed, and four at the back: single
+        nodes that give way more the finer the elements are. A half-space has no top.
     attraction : "upper" or "both"
         Whether the rail is pulled up as well.
     lateral, yaw : float [m], [rad]

@@ -188,6 +188,7 @@ def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints
     vector = np.array([direction[0], direction[1], 0.0])
     if not np.isfinite(vector).all() or not vector.any():
         raise ValueError(f"sliding_direction is {direction}: two finite numbers, not both zero, are needed")
+    vector = vector / np.abs(vector).max()
     local = np.stack([vector @ points.tangent_x, vector @ points.tangent_y])
     length = np.linalg.norm(local, axis=0)
     if length.min() < 1e-6 * np.linalg.norm(vector):

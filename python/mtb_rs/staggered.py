@@ -21,6 +21,9 @@ from .symmetry import folded
 #: Times a predicted factor is corrected at most, and how far above the limit it is then taken.
 PREDICTIONS, SAFETY = 4, 1.3
 
+#: Iterates combined where a predicted factor converges too slowly.
+DEPTH = 5
+
 
 def staggered(
     problem: ContactProblem,
@@ -46,7 +49,8 @@ def staggered(
     displacement_tolerance : float [-]
         Change of the displacement, relative to the largest, at which the loop has converged.
     anderson_depth : int
-        Earlier iterates combined to accelerate; 0: none.
+        Earlier iterates combined to accelerate; 0: none, unless a predicted factor does not converge in
+        `max_iterations`: then 5 are.
     """
     clock = time.perf_counter()
     fold = folded(problem)
@@ -66,7 +70,7 @@ def staggered(
     slid = np.einsum("cn,mcn->mn", problem.direction, motions[:, :2])
     balance = problem.area * (opening + friction * slid)
 
-    def attempt(factor: float | None) -> dict[str, Any]:
+    def attempt(factor: float | None, depth: int = anderson_depth) -> dict[str, Any]:
         return _mtb_rs.solve_staggered(
             np.ascontiguousarray(lower + upper),
             np.ascontiguousarray(structure),
@@ -78,7 +82,7 @@ def staggered(
             factor,
             max_iterations,
             displacement_tolerance,
-            anderson_depth,
+            depth,
         )
 
     out = attempt(factor)
@@ -90,6 +94,23 @@ def staggered(
             break
         out = attempt(SAFETY * limit)
         iterations += int(out["iterations"])
+    combined = ""
+    if (
+        factor is None
+        and anderson_depth == 0
+        and out["status"] != "solved"
+        and out["predicted_limit"] < np.inf
+    ):
+        out = attempt(None, DEPTH)
+        iterations += int(out["iterations"])
+        combined = f", {DEPTH} iterates combined"
+    margin = None
+    if out["status"] != "solved":
+        pair = _mtb_rs.SlidingPair(
+            problem.lower.compliance, problem.upper.compliance, problem.direction, bool(friction.any())
+        )
+        wedging = pair.wedging_factor(problem.area, friction, motions) if friction.any() else 0.0
+        margin = 1.0 / wedging if 0.0 < wedging < np.inf else None
     problem.time_s["staggered loop"] = time.perf_counter() - clock
     pressure, gap, motion = out["pressure"], out["gap"], out["motion"]
     if fold is not None:
@@ -102,10 +123,11 @@ def staggered(
         motion=motion,
         friction=friction,
         status=out["status"],
-        solver=f"staggered loop, f_FE = {out['factor']:.4g}, diverges below {out['predicted_limit']:.4g}",
+        solver=f"staggered loop, f_FE = {out['factor']:.4g}, diverges below {out['predicted_limit']:.4g}"
+        f"{combined}",
         iterations=iterations,
         residual=float(out["residual"]),
-        wedging_margin=None,
+        wedging_margin=margin,
     )
     return solution, out
 

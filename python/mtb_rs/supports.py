@@ -72,12 +72,14 @@ class Support:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.where, str) and not callable(self.where) and not _is_box(self.where):
+        if not isinstance(self.where, str) and not callable(self.where) and not is_box(self.where):
             _places(self.where)
         for component in "xyz":
             value = getattr(self, component)
             if value is not None and not isinstance(value, Guide):
                 object.__setattr__(self, component, number(f"{component} of a support", value, "m"))
+        if not isinstance(self.name, str):
+            raise ValueError(f"name of a support is {self.name!r}: a word is needed")
         if not self.name:
             given = self.where if isinstance(self.where, str) else type(self.where).__name__
             object.__setattr__(self, "name", str(given))
@@ -135,7 +137,7 @@ def select(
                 "is needed"
             )
         return chosen
-    if _is_box(where):
+    if is_box(where):
         found[:] = True
         for axis, (low, high) in enumerate(where):
             found &= nodes[:, axis] >= (-np.inf if low is None else low - 1e-9)
@@ -144,7 +146,7 @@ def select(
     return _nearest(nodes, where)
 
 
-def _is_box(where: Any) -> bool:
+def is_box(where: Any) -> bool:
     """Whether this is ((x0, x1), (y0, y1), (z0, z1)), with None for an open end."""
     try:
         ends = [end for low, high in where for end in (low, high)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -140,8 +141,48 @@ def test_supports_and_contacts_are_named() -> None:
     beside = BlockLayout(0.08, 0.02, 0.02).sheet((10e-3, 10e-3))
     body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
     sampling = body.sample(beside.nodes, beside.node_patches, beside.spacing, upper=True)
-    with refused("contact point 0 has no area"):
+    with refused("contact point 0 has no area", "lay the points on the face"):
         body.condense(sampling, keep=False)
+    for supports in (TOP, None, "top", 3):
+        with refused("supports is", "a list of Support objects is needed"):
+            mtb.ElasticBody(mesh, STEEL, supports=supports)  # type: ignore[arg-type]
+    for name in (None, 3, ""):
+        with refused("name is", "a word is needed"):
+            mtb.ElasticBody(mesh, STEEL, supports=[TOP], name=name)  # type: ignore[arg-type]
+    with refused("name of a support is 3"):
+        mtb.Support("top", x=0, name=3)  # type: ignore[arg-type]
+    with refused("supports is None: one of 'driven-top', 'clamped-top', 'points', 'fixed-points'"):
+        mtb.scenes.block_on_plane(supports=None)  # type: ignore[arg-type]
+    with refused("upper is 'steel': a Material, HalfSpace, Rigid or ElasticBody"):
+        mtb.Scene("steel", STEEL, gap=np.zeros((4, 4)), force=1.0)  # type: ignore[arg-type]
+
+
+def test_sizes_that_no_mesh_can_have_are_named() -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(poles=1, spacing=6e-3)
+    with refused("element_size is 1 m: the contact measures 0.09", "smaller elements are needed"):
+        replace(scene, element_size=1.0).solve("elastic-upper")
+    with refused("height is 1e-09 m: the left pole cannot be filled", "tetrahedron"):
+        mtb.scenes.pole_shoe_on_rail(height=1e-9, poles=1, spacing=6e-3).solve("elastic-upper")
+
+
+def test_why_bodies_do_not_touch() -> None:
+    def scene(pull: float = 1e6, **held: object) -> mtb.Scene:
+        body = mtb.ElasticBody(small_mesh(), STEEL, supports=[mtb.Support("top", x=0, y=0, **held)])  # type: ignore[arg-type]
+        return mtb.Scene(body, STEEL, spacing=1e-2, magnetic_pressure=pull)
+
+    with refused("never touch: magnetic_pressure pulls them by -800 N, it must be positive"):
+        scene(-1e6, z=0).solve()
+    with refused("never touch: they lie on each other", "supports that lift"):
+        scene(z=1e-3).solve()
+    tiny = replace(scene(z=0), sliding_direction=(1e-300, 0.0), friction=0.2).solve()
+    assert tiny.force[0] == pytest.approx(0.2 * tiny.normal_force)
+
+
+def test_a_ragged_border_of_a_box_is_told() -> None:
+    whole = mtb.ElasticBody(small_mesh(), STEEL, ((None, None), (None, None), (-1e-6, 1e-6)), [TOP])
+    assert whole.contact_faces.size == 4 * 2 * 2
+    with pytest.warns(UserWarning, match="takes 0.0003 m2 of whole triangles, the box covers 0.0004"):
+        mtb.ElasticBody(small_mesh(), STEEL, ((-0.014, None), (-0.002, None), (-1e-6, 1e-6)), [TOP])
 
 
 def test_millimetres_by_mistake_are_suspected() -> None:

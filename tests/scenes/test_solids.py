@@ -143,6 +143,12 @@ def test_two_bodies_of_one_name_are_told_apart(tmp_path):
     files = {path.name for path in result.save(tmp_path)}
     if "contact.vtp" in files:
         assert {"body_upper_body.vtu", "body_lower_body.vtu"} <= files
+    alike = mtb.Scene(
+        upper=block(upper=True, name="a b"), lower=block(upper=False, name="A-b"), spacing=1e-2, force=5e3
+    ).solve()
+    files = {path.name for path in alike.save(tmp_path)}
+    if "contact.vtp" in files:
+        assert {"body_a_b.vtu", "body_A_b_2.vtu"} <= files
     pair = mtb.Scene(
         upper=block(upper=True, name="pad"), lower=block(upper=False, name="disc"), spacing=1e-2, force=5e3
     )

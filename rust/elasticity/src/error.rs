@@ -130,7 +130,9 @@ pub enum Error {
         reach: f64,
     },
     /// A contact point without area.
-    #[error("contact point {0} has no area on the contact face")]
+    #[error(
+        "contact point {0} has no area on the contact face: it lies beside it; lay the points on the face, or leave this one out"
+    )]
     NoArea(usize),
     /// A frame that is not orthonormal.
     #[error("the frame at quadrature point {0} is not orthonormal")]
