@@ -114,6 +114,8 @@ def drawable(result: Pictured) -> tuple[str, ...]:
 def quantity_of(result: Pictured, name: str) -> Quantity:
     """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
     known = drawable(result)
+    if not known:
+        raise ValueError(f"{result!r} is no result that can be drawn")
     if name not in known:
         raise ValueError(f"quantity is {name!r}: one of {', '.join(known)} is needed")
     asked = QUANTITIES[name]
@@ -152,7 +154,7 @@ def plot(
         equivalent stress on the deformed elastic bodies of a scene, which is a picture in space.
     kind : "map", "line" or "3d"
         A map over the patches (default), cuts along x (default where `y` is given), or the bodies in
-        space with the quantity on the contact patch.
+        space, if the result has any, with the quantity on the contact patch.
     y : float or floats [m]
         Where to cut. The row of cells nearest to each `y` is drawn, with its own y in the legend:
         pressure and traction are constant by cell. By default the row of the peak pressure.
@@ -189,8 +191,6 @@ def plot(
             raise ValueError('y and ax have no meaning for kind="3d"')
         from .view import view
 
-        if not isinstance(result, Result):
-            raise ValueError(f"{type(result).__name__} has no bodies to draw in space: kind is map or line")
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
         raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')
@@ -204,7 +204,7 @@ def plot(
 
 
 def animate(
-    history: Sequence[Pictured],
+    history: Iterable[Pictured],
     path: str | Path,
     quantity: str = "pressure",
     *,
@@ -217,7 +217,7 @@ def animate(
 
     Parameters
     ----------
-    history : sequence of results
+    history : results
         At least one, in order, all of one kind.
     path : str or Path
     frames_per_second : float [1/s]
@@ -227,6 +227,7 @@ def animate(
     target = path_of("path", path)
     if target.suffix not in (".gif", ".webp", ".png"):
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
+    history = list(history)
     if not history:
         raise ValueError("history is empty: at least one result is needed")
     quantity_of(history[0], quantity)

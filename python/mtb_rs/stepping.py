@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -74,6 +74,10 @@ class StepReport:
     residual: float
     unstable: bool
 
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain Python data, ready for JSON."""
+        return asdict(self)
+
 
 @dataclass(frozen=True)
 class StepGrid:
@@ -82,6 +86,11 @@ class StepGrid:
     points: Array
     area: Array
     patches: tuple[Patch, ...]
+
+    def __post_init__(self) -> None:
+        # all steps of a contact share them
+        for shared in (self.points, self.area):
+            shared.flags.writeable = False
 
 
 @dataclass(frozen=True)

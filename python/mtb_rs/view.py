@@ -72,7 +72,7 @@ def missing_for_view() -> str | None:
 
 
 def view(
-    result: Result,
+    result: Pictured,
     quantity: str = "pressure",
     *,
     body: Literal["upper", "lower"] = "lower",
@@ -82,6 +82,8 @@ def view(
     size: tuple[int, int] = (1400, 950),
 ) -> pyvista.Plotter:
     """The bodies in space, with the quantity on the contact patch of the lower one.
+
+    Of a result that has no bodies (a height field, a step) it is the patch alone.
 
     Parameters
     ----------
@@ -116,11 +118,11 @@ def view(
     from .plot import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
 
     asked = quantity_of(result, quantity)
-    surfaces = bodies(result)
+    surfaces = bodies(result) if isinstance(result, Result) else ()
     if scale is None:
         scale = _default_scale(surfaces, result)
 
-    span = float(np.ptp(result.points.reshape(3, -1), axis=1).max())
+    span = float(np.ptp(_places(result), axis=1).max())
     for surface in surfaces:
         _add_body(plotter, surface, result.points[2], scale)
 
@@ -149,13 +151,12 @@ def view(
         }
     patch = contact_mesh(result, scale=scale, lift=2e-3 * span)
     patch.cell_data["drawn"] = np.where(shown, values / factor, np.nan)
+    if not patches(result):
+        style |= {"point_size": 12.0}  # scattered points
     plotter.add_mesh(patch, scalars="drawn", nan_color="#EDEDED", lighting=False, copy_mesh=True, **style)
-    plotter.add_mesh(
-        patch.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False),
-        color="#333333",
-        line_width=2,
-        lighting=False,
-    )
+    border = patch.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+    if border.n_points:
+        plotter.add_mesh(border, color="#333333", line_width=2, lighting=False)
     direction = np.array([1.3, -1.5, 1.25])
     return _framed(plotter, result, scale, direction)
 
@@ -230,9 +231,9 @@ def _plotter(off_screen: bool | None, size: tuple[int, int]) -> pyvista.Plotter:
     return plotter
 
 
-def _framed(plotter: pyvista.Plotter, result: Result, scale: float, direction: Array) -> pyvista.Plotter:
+def _framed(plotter: pyvista.Plotter, result: Pictured, scale: float, direction: Array) -> pyvista.Plotter:
     """The picture seen from a direction, with axes and the factor on the displacement."""
-    points = result.points.reshape(3, -1)
+    points = _places(result)
     centre, span = points.mean(axis=1), float(np.ptp(points, axis=1).max())
     if scale:
         plotter.add_text(f"displacement x {scale:g}", position="lower_right", font_size=9, color="#333333")
@@ -255,11 +256,9 @@ def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyv
     """
     import pyvista
 
-    points = flat(result, result.points)
+    points = _places(result)
     if isinstance(result, Result):
         points = points + scale * flat(result, result.displacement.lower) + lift * flat(result, result.normal)
-    else:
-        points = np.concatenate([points[:2], np.zeros((1, points.shape[1]))])
     grids = patches(result)
     if not grids:
         return pyvista.PolyData(points.T)
@@ -271,6 +270,12 @@ def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyv
         cells.append(quads(patch.nx, patch.ny) + first)
         first += nodes[-1].shape[0]
     return pyvista.PolyData.from_regular_faces(np.concatenate(nodes), np.concatenate(cells))
+
+
+def _places(result: Pictured) -> Array:
+    """The contact points (3, n) [m]; those of a height field in the plane z = 0."""
+    points = flat(result, result.points)
+    return points if len(points) == 3 else np.concatenate([points, np.zeros((1, points.shape[1]))])
 
 
 def bodies(result: Result) -> tuple[Surface, ...]:
@@ -330,7 +335,7 @@ def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
     return pyvista.PolyData.from_regular_faces(vertices.T, surface.triangles)
 
 
-def write_html(result: Result, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
+def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
 
     Raises
@@ -387,13 +392,13 @@ def _add_body(plotter: pyvista.Plotter, surface: Surface, contact_z: Array, scal
         plotter.add_mesh(edges, color="#4A5560", line_width=1.5, lighting=False)
 
 
-def _default_scale(surfaces: tuple[Surface, ...], result: Result) -> float:
+def _default_scale(surfaces: tuple[Surface, ...], result: Pictured) -> float:
     largest = max(
         (float(np.abs(s.displacement).max()) for s in surfaces if s.displacement is not None), default=0.0
     )
     if largest <= 0.0:
         return 0.0
-    span = float(np.ptp(result.points.reshape(3, -1), axis=1).max())
+    span = float(np.ptp(_places(result), axis=1).max())
     wanted = 0.05 * span / largest
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-12)))

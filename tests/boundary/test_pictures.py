@@ -7,6 +7,7 @@ import dataclasses
 import functools
 import io
 import json
+import pickle
 import shutil
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from mtb_rs import view
 from mtb_rs.export import PictureWarning, plain, save
 from mtb_rs.grids import borders, corners, quads
 from mtb_rs.plot import animate, drawable
-from mtb_rs.result import Result
+from mtb_rs.result import Pictured, Result
 
 ROOT = Path(__file__).parents[2]
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -75,8 +76,6 @@ def test_results_on_fields_draw_and_save_themselves(tmp_path: Path) -> None:
         assert moving.n_frames == 2
     with pytest.raises(ValueError, match="quantity is 'slip': one of pressure, gap"):
         normal.plot("slip")
-    with pytest.raises(ValueError, match="NormalResult has no bodies"):
-        normal.plot(kind="3d")
     assert len(repr(rolling)) < 200
 
 
@@ -214,6 +213,59 @@ def test_html_page_shows_the_pressure_in_a_browser(pole_shoe_result: Result, tmp
     assert 0.1 < (seen.mean(axis=2) < 0.9).mean() < 0.7
 
 
+BODILESS = ("normal", "rolling", "fastsim", "step", "step from a file")
+
+
+@functools.cache
+def bodiless() -> dict[str, tuple[Pictured, str]]:
+    """Results that have no bodies to draw, each with a quantity."""
+    x = (np.arange(12) - 5.5) * 1e-4
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / (2 * 0.05)
+    normal = mtb.solve_normal(gap, 1e-4, lower=mtb.steel, upper=mtb.steel, force=20.0)
+    motion, friction = mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), mtb.Coulomb(0.3)
+    contact = mtb.scenes.pole_shoe_on_rail(spacing=1e-2).prepare("half-space")
+    step = contact.step(velocity=1.0)
+    return {
+        "normal": (normal, "gap"),
+        "rolling": (mtb.solve_tangential(normal, motion, friction), "slip"),
+        "fastsim": (mtb.fastsim(normal, (1e-3, 0.0, 0.0), friction), "traction"),
+        "step": (step, "pressure"),
+        "step from a file": (pickle.loads(pickle.dumps(contact)).step(velocity=1.0), "status"),
+    }
+
+
+@needs_gl
+@pytest.mark.parametrize("kind", BODILESS)
+def test_results_without_bodies_are_seen_in_space_and_as_a_page(kind: str, tmp_path: Path) -> None:
+    pytest.importorskip("trame_pyvista")
+    pytest.importorskip("nest_asyncio2")
+    result, quantity = bodiless()[kind]
+    plotter = result.plot(quantity, "3d", off_screen=True)
+    picture = np.asarray(plotter.screenshot(return_img=True), dtype=float) / 255.0
+    plotter.close()
+    # the patch, beside the bar at the right
+    assert (np.ptp(picture, axis=2)[:, :1100] > 0.2).mean() > (2e-4 if "file" in kind else 2e-3)
+    page = view.write_html(result, tmp_path / "page.html", quantity).read_text(encoding="utf-8")
+    assert len(page) > 300_000
+
+
+@pytest.mark.parametrize("kind", BODILESS)
+def test_results_without_bodies_are_saved(kind: str, tmp_path: Path) -> None:
+    result, _ = bodiless()[kind]
+    written = {path.name for path in result.save(tmp_path / "out")}
+    assert {"summary.json", "fields.npz", "pressure.png"} <= written
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["points"] == result.pressure.size
+    assert summary["files"]
+    with np.load(tmp_path / "out" / "fields.npz") as kept:
+        np.testing.assert_array_equal(kept["pressure"], result.pressure)
+
+
+def test_what_is_no_result_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="3 is no result that can be drawn"):
+        animate([3], tmp_path / "a.gif")
+
+
 def test_chart_page_draws_in_a_browser(tmp_path: Path) -> None:
     page = ROOT / "docs" / "charts" / "scene_paraboloid.html"
     seen = screenshot(Path(shutil.copy(page, tmp_path)))
@@ -229,7 +281,7 @@ def test_animation_shares_one_scale(pole_shoe_result: Result, tmp_path: Path) ->
         path = animate([pole_shoe_result, half], tmp_path / "history.gif", **options)
         with Image.open(path) as moving:
             assert moving.n_frames == 2
-    with Image.open(animate([half, half], tmp_path / "same.png")) as still:
+    with Image.open(animate((r for r in (half, half)), tmp_path / "same.png")) as still:
         assert still.size == (1080, still.height)
     with pytest.raises(ValueError, match=r"\.gif, \.webp or \.png"):
         animate([half], tmp_path / "history.avi")

@@ -271,3 +271,11 @@ def test_what_cannot_be_prepared_is_named():
     assert slow.step(velocity=0.0).force[0] == 0.0
     full, half = slow.step(velocity=0.1), slow.step(velocity=0.05)
     assert half.force[0] == pytest.approx(0.5 * full.force[0], rel=1e-2)
+
+
+def test_what_all_steps_share_cannot_be_written_to():
+    contact = mtb.scenes.block_on_plane(spacing=2e-2).prepare("half-space")
+    first = contact.step(velocity=1.0)
+    for shared in (first.points, first.area):
+        with pytest.raises(ValueError, match="read-only"):
+            shared[...] = 0.0
