@@ -312,6 +312,7 @@ _BY_NAME: dict[str, Any] = {
     "sliding_direction": Annotated[Any, PlainValidator(_pair)],
     "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
     "layer": Annotated[Any, PlainValidator(_layer)],
+    "supports": StrictStr,
     "rail": Annotated[Any, PlainValidator(_profile)],
     "wheel": Annotated[Any, PlainValidator(_profile)],
 }
