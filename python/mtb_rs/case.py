@@ -311,6 +311,7 @@ _BY_NAME: dict[str, Any] = {
     "magnetic_pressure": Annotated[Any, PlainValidator(_field)],
     "sliding_direction": Annotated[Any, PlainValidator(_pair)],
     "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
+    "supports": StrictStr,
     "layer": Annotated[Any, PlainValidator(_layer)],
     "supports": StrictStr,
     "rail": Annotated[Any, PlainValidator(_profile)],
