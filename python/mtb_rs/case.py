@@ -313,7 +313,6 @@ _BY_NAME: dict[str, Any] = {
     "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
     "supports": StrictStr,
     "layer": Annotated[Any, PlainValidator(_layer)],
-    "supports": StrictStr,
     "rail": Annotated[Any, PlainValidator(_profile)],
     "wheel": Annotated[Any, PlainValidator(_profile)],
 }
