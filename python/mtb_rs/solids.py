@@ -36,6 +36,15 @@ LEAST_SHARE = 0.02
 #: Parts of a cell by which the quadrature points in it are told apart.
 SHARES = 1024
 
+#: Cells between the nodes of a body at its contact above which it is too coarse for the grid.
+COARSE = 1.5
+
+#: Edges that turn by more than this are edges of the body, not of its facets [rad].
+EDGE = np.radians(30.0)
+
+#: Share of what the contact closes by which facets may be off.
+FACETS = 0.1
+
 #: Share of the size of a body by which it may lie in the other one unnoticed.
 OVERLAP = 1e-4
 
@@ -188,6 +197,9 @@ def body_contact(
         for body, upper in zip(bodies, (True, False), strict=True)
         if isinstance(body, ElasticBody)
     }
+    for body in bodies:
+        if isinstance(body, ElasticBody):
+            _check_fineness(body, sheet.spacing)
     covered = _covered_by_both(whole)
     if covered is not None:
         whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
@@ -281,6 +293,81 @@ def _mean_gap(
     total = np.bincount(points, weighted, n)
     gap = np.bincount(points, weighted * np.broadcast_to(apart, arrays["weight"].shape)[owner], n)
     return np.where(total > 0.0, gap / np.where(total > 0.0, total, 1.0), 0.0)
+
+
+def _check_fineness(body: ElasticBody, spacing: tuple[float, float]) -> None:
+    """A mesh coarser than the grid makes ripples, or more contact points than its nodes can tell apart."""
+    faces = body.faces[body.contact_faces].astype(np.int64)
+    order = 2.0 if faces.shape[1] == 6 else 1.0
+    apart = np.median(np.ptp(body.mesh.nodes[faces[:, :3], :2], axis=1), axis=0) / order
+    if (apart > COARSE * np.array(spacing)).any():
+        warnings.warn(
+            f"the nodes of {body.name} at the contact are about {apart[0]:.3g} x {apart[1]:.3g} m apart, the "
+            f"cells of the grid {spacing[0]:.3g} x {spacing[1]:.3g} m wide: its mesh is too coarse for them; "
+            "smaller elements (size) are needed, or a wider spacing",
+            stacklevel=5,
+        )
+
+
+def check_facets(
+    bodies: Sequence[ElasticBody | HalfSpace | Rigid], contact: BodyContact, touching: NDArray[np.bool_]
+) -> None:
+    """Warns where facets stand for a smooth face but are not small against what the contact closes.
+
+    Parameters
+    ----------
+    touching : (n,) bool
+        Points in contact.
+    """
+    points = contact.points.points[:, touching]
+    closed = float(np.ptp(contact.points.gap[touching]))
+    for body in bodies:
+        if not isinstance(body, ElasticBody) or closed == 0.0:
+            continue
+        faces = body.faces[body.contact_faces].astype(np.int64)
+        middles = body.mesh.nodes[faces[:, :3]].mean(axis=1)
+        near = _beside(middles, points, 2.0 * np.array(contact.sheet.spacing))
+        sag = _sagitta(body, faces[near])
+        if sag > FACETS * closed:
+            warnings.warn(
+                f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
+                f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
+                "smaller facets, elements of second order with their nodes on the surface, or gap",
+                stacklevel=4,
+            )
+
+
+def _beside(places: Array, points: Array, reach: Array) -> NDArray[np.bool_]:
+    """Which places (k, 3) are within `reach` (2,) of some points (3, n), seen along z."""
+    found = np.zeros(len(places), dtype=bool)
+    for point in points[:2].T:
+        found |= (np.abs(places[:, :2] - point) <= reach).all(axis=1)
+    return found
+
+
+def _sagitta(body: ElasticBody, faces: NDArray[np.int64]) -> float:
+    """How far facets are off the curve that their edges hint at [m]; 0 for elements that are curved."""
+    nodes = body.mesh.nodes
+    if faces.shape[1] == 6:
+        ends = nodes[faces[:, [0, 1, 2]]], nodes[faces[:, [1, 2, 0]]]
+        bulge = nodes[faces[:, 3:]] - 0.5 * (ends[0] + ends[1])
+        if np.abs(bulge).max() > 1e-9 * np.ptp(nodes, axis=0).max():
+            return 0.0
+    corners = nodes[faces[:, :3]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(normal, axis=1)
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    order = np.lexsort(edges.T)
+    same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
+    one, other = order[1:][same] // 3, order[:-1][same] // 3
+    cosine = np.einsum("ij,ij->i", normal[one], normal[other]) / (double[one] * double[other])
+    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    pair = edges[order[1:][same]]
+    length = np.linalg.norm(nodes[pair[:, 0]] - nodes[pair[:, 1]], axis=1)
+    # the curvature is the turn over two thirds of their height, from the middle of one to that of the other
+    height = 0.5 * (double[one] + double[other]) / length
+    sag = np.where(turn < EDGE, 3.0 / 16.0 * height * turn, 0.0)
+    return float(sag.max(initial=0.0))
 
 
 def _check_overlap(layout: BodyLayout, gap: float) -> None:

@@ -6,6 +6,7 @@ import trimesh
 
 import mtb_rs as mtb
 from mtb_rs.mesh import block_mesh
+from mtb_rs.mesh_files import quadratic
 
 steel = mtb.steel
 
@@ -254,3 +255,33 @@ def test_a_body_within_another_is_suspected():
     )
     with pytest.raises(ValueError, match="up and down have no area in common: seen along z"):
         mtb.Scene(*pair, spacing=1e-2, force=5e3).solve()
+
+
+def test_meshes_too_coarse_for_their_contact_are_told():
+    x = np.linspace(-0.04, 0.04, 9)
+    flat = block_mesh(x, x, 0.04)
+    held = [mtb.Support("top", x=0, y=0, z=mtb.Guide())]
+
+    def solve(mesh, spacing):
+        body = mtb.ElasticBody(mesh, steel, "contact", held)
+        return mtb.Scene(body, steel, spacing=spacing, friction=0.0, force=2e5).solve()
+
+    solve(flat, 5e-3)
+    with pytest.warns(UserWarning, match=r"nodes of body .* 0\.005 x 0\.005 m apart, the cells .* 0\.0025 x"):
+        solve(flat, 2.5e-3)
+    # the same crown of flat facets, and of curved elements
+    curved = cambered(flat, 2.0, 0.0, 1.0)
+    solve(curved, 5e-3)
+    straight = quadratic(mtb.TetraMesh(*corners_only(curved)))
+    straight = mtb.TetraMesh(straight.nodes, straight.cells, {"contact": low_nodes(straight)})
+    with pytest.warns(UserWarning, match=r"flat facets, about \S+e-06 m off the smooth surface"):
+        solve(straight, 5e-3)
+
+
+def low_nodes(mesh):
+    return np.flatnonzero(mesh.nodes[:, 2] < 1e-3)
+
+
+def corners_only(mesh):
+    used, cells = np.unique(mesh.cells[:, :4], return_inverse=True)
+    return mesh.nodes[used], cells.reshape(-1, 4)
