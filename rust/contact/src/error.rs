@@ -2,6 +2,8 @@ use mtb_complementarity::Error as Complementarity;
 use mtb_operator::Error as Operator;
 use thiserror::Error;
 
+use crate::record::Damaged;
+
 /// Why a contact problem could not be taken or its solution was broken off.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -124,6 +126,12 @@ pub enum Error {
     /// An operator could not be built.
     #[error(transparent)]
     Operator(#[from] Operator),
+}
+
+impl From<Damaged> for Error {
+    fn from(damaged: Damaged) -> Self {
+        Self::Stored(damaged.0)
+    }
 }
 
 pub(crate) fn check_positive(name: &'static str, value: f64) -> Result<(), Error> {

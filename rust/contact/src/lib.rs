@@ -4,7 +4,8 @@
 //! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
-//! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step.
+//! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
+//! which it is kept.
 //!
 //! **Not here.** No body, no mesh, no file: bodies enter as compliances on contact points.
 //!
@@ -22,6 +23,7 @@ pub mod kalker;
 pub mod normal;
 pub mod polach;
 pub mod prepared;
+pub mod record;
 pub mod sliding;
 pub mod staggered;
 pub mod stepping;
