@@ -158,6 +158,28 @@ pub enum Error {
         /// End that is reached, in the profile's own frame [m].
         end: f64,
     },
+    /// A contact too large for its spacing.
+    #[error(
+        "the contact takes {nx} x {ny} points at a spacing of {dx} x {dy} m: at most {most} are accepted, so a larger spacing or less overlap is needed"
+    )]
+    TooManyPoints {
+        /// Points along the rail.
+        nx: f64,
+        /// Points across.
+        ny: f64,
+        /// Spacing along the rail [m].
+        dx: f64,
+        /// Spacing across [m].
+        dy: f64,
+        /// Most points accepted.
+        most: f64,
+    },
+    /// Numbers that are no profile.
+    #[error("the numbers given are no profile: {reason}")]
+    NoProfile {
+        /// Why not.
+        reason: &'static str,
+    },
     /// A line of a profile file cannot be read.
     #[error("line {line} of the profile file: {reason}")]
     Unreadable {

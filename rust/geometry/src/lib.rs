@@ -2,7 +2,8 @@
 //!
 //! **What.** Cross-sections of rails and wheels ([`Profile`]), the pole shoe of a magnetic track
 //! brake on a rail ([`PoleShoe`]) with the regular sheets of contact points laid over it
-//! ([`ContactSheet`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, and the gap
+//! ([`ContactSheet`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, the same in any
+//! pose of its wheelset ([`WheelOverRail`]), and the gap
 //! between arbitrary surfaces ([`SurfacePair`]): analytic ones and triangle meshes ([`SurfaceMesh`]),
 //! whose facets are taken for the curved surface they stand for.
 //!
@@ -31,7 +32,7 @@ pub use profile::{Interpolation, Profile, Station, Vertical};
 pub use sheet::{ContactSheet, SheetGrid, SheetPoints};
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
-pub use wheel::{GapField, WheelOnRail, WheelRailContact, WheelRailLoad};
+pub use wheel::{GapField, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad};
 
 /// The examples of the README.
 #[cfg(doctest)]

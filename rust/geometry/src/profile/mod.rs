@@ -1,6 +1,7 @@
 //! Profiles: heights z(y) in the cross-section of a rail or a wheel.
 
 mod file;
+mod numbers;
 mod piece;
 mod spline;
 mod standard;
@@ -33,7 +34,7 @@ pub enum Interpolation {
 /// assert!((rail.range()[1] - 36.000e-3).abs() < 1e-6);
 /// assert!((rail.arc_length(&[0.02]).unwrap()[0] - 0.020_053).abs() < 1e-6);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     pieces: Vec<Piece>,
     /// Arc length from the start of the profile to its origin.

@@ -25,7 +25,7 @@ impl Station {
 }
 
 /// The curve of one piece of a profile.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Curve {
     /// `z = sum c_k (y - origin)^k`, SI units.
     Polynomial { origin: f64, coefficients: Vec<f64> },
@@ -39,7 +39,7 @@ pub(super) enum Curve {
 
 /// A curve between two lateral positions [m], with the arc length from the start of the profile to
 /// its own start.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Piece {
     pub(super) start: f64,
     pub(super) end: f64,

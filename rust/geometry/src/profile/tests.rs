@@ -217,3 +217,39 @@ fn points_too_close_or_too_far_are_refused() {
         assert!(error.to_string().contains(message), "{error}");
     }
 }
+
+#[test]
+fn numbers_of_a_profile_give_it_back() {
+    let table = Profile::from_points(
+        &[-0.03, 0.0, 0.01, 0.04],
+        &[-2e-3, 0.0, -1e-4, -3e-3],
+        Interpolation::Smooth,
+    );
+    for profile in [Profile::rail_60e1(), Profile::wheel_s1002(), table.unwrap()] {
+        let numbers = profile.to_numbers();
+        assert_eq!(Profile::from_numbers(&numbers).unwrap(), profile);
+        for cut in 0..numbers.len() {
+            // a whole number of pieces is a shorter profile
+            if let Ok(shorter) = Profile::from_numbers(&numbers[..cut]) {
+                assert!(shorter.breaks().len() < profile.breaks().len());
+            }
+            for wrong in [f64::NAN, 1e300, -1e300] {
+                let mut numbers = numbers.clone();
+                numbers[cut] = wrong;
+                assert!(Profile::from_numbers(&numbers).is_err(), "{cut}: {wrong}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_numbers_are_a_profile_or_an_error(numbers in prop::collection::vec(
+        prop_oneof![any::<f64>(), -2.0..2.0, Just(0.0), Just(1.0), Just(2.0)], 0..20)
+    ) {
+        if let Ok(profile) = Profile::from_numbers(&numbers) {
+            let [start, end] = profile.range();
+            prop_assert!(profile.at(0.5 * (start + end)).unwrap().height.is_finite());
+        }
+    }
+}

@@ -63,6 +63,7 @@ impl WheelOnRail {
         spacing: [f64; 2],
         scale: f64,
     ) -> Result<GapField, Error> {
+        self.check()?;
         let dx = positive("spacing along x", spacing[0])?;
         let dy = positive("spacing across", spacing[1])?;
         if positive("scale", scale)? < 0.1 {

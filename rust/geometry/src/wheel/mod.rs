@@ -1,6 +1,8 @@
 //! A wheel on a rail: where they touch, the contact plane, and the gap over it.
 
 mod gap;
+mod over;
+mod plane;
 mod section;
 
 use std::f64::consts::PI;
@@ -10,9 +12,13 @@ use crate::{Error, Profile};
 use section::Section;
 
 pub use gap::GapField;
+pub use over::WheelOverRail;
+pub use plane::PlaneGap;
 
 /// Largest load estimate that is looked for [m].
 const MOST_APPROACH: f64 = 5e-3;
+/// Widest profile whose contact is looked for [m].
+const WIDEST: f64 = 10.0;
 
 /// A wheel of revolution on a straight rail, without yaw or roll.
 ///
@@ -36,7 +42,7 @@ const MOST_APPROACH: f64 = 5e-3;
 /// let field = pair.gap(&contact, [2e-4, 2e-4], 1.0).unwrap();
 /// assert_eq!(field.gap.len(), field.nx * field.ny);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WheelOnRail {
     /// Profile of the wheel, tape circle at y = 0, field side at y > 0.
     pub wheel: Profile,
@@ -126,7 +132,8 @@ impl WheelOnRail {
     /// # Errors
     /// Values that make no sense, profiles that never face each other or are too short.
     pub fn contact(&self, load: WheelRailLoad) -> Result<WheelRailContact, Error> {
-        self.check(load)?;
+        self.check()?;
+        load.check()?;
         let section = Section::new(self)?;
         let approach = match load {
             WheelRailLoad::Approach(approach) => approach,
@@ -162,7 +169,7 @@ impl WheelOnRail {
         section.contact(approach)
     }
 
-    fn check(&self, load: WheelRailLoad) -> Result<(), Error> {
+    fn check(&self) -> Result<(), Error> {
         positive("wheel_radius", self.wheel_radius)?;
         positive("gauge", self.gauge)?;
         positive("gauge_depth", self.gauge_depth)?;
@@ -177,14 +184,27 @@ impl WheelOnRail {
                 accepted,
             ));
         }
-        match load {
-            WheelRailLoad::Approach(approach) => {
+        for (name, profile) in [("wheel profile", &self.wheel), ("rail profile", &self.rail)] {
+            let [start, end] = profile.range();
+            if end - start > WIDEST {
+                let accepted = format!("its width in m, at most {WIDEST} m is accepted");
+                return Err(out_of_range(name, end - start, accepted));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl WheelRailLoad {
+    fn check(self) -> Result<(), Error> {
+        match self {
+            Self::Approach(approach) => {
                 if positive("approach", approach)? > MOST_APPROACH {
                     let accepted = format!("at most {MOST_APPROACH} m is accepted");
                     return Err(out_of_range("approach", approach, accepted));
                 }
             }
-            WheelRailLoad::Force {
+            Self::Force {
                 vertical,
                 contact_modulus,
             } => {

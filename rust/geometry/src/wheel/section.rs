@@ -13,9 +13,9 @@ const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// A rail turned and moved into the track frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
-    sin: f64,
-    cos: f64,
-    shift: [f64; 2],
+    pub(super) sin: f64,
+    pub(super) cos: f64,
+    pub(super) shift: [f64; 2],
 }
 
 impl Placement {
@@ -42,7 +42,7 @@ impl Placement {
             cos,
             shift: [0.0; 2],
         };
-        let points: Vec<[f64; 2]> = samples(&pair.rail)
+        let points: Vec<[f64; 2]> = samples(&pair.rail, SAMPLING)
             .iter()
             .filter_map(|&y| turned.point(&pair.rail, y).map(|p| p.0))
             .collect();
@@ -75,11 +75,11 @@ impl Placement {
     }
 }
 
-/// Lateral positions over a profile, both ends and all breaks included.
-fn samples(profile: &Profile) -> Vec<f64> {
+/// Lateral positions over a profile, both ends and all breaks included, at most `distance` [m] apart.
+pub(super) fn samples(profile: &Profile, distance: f64) -> Vec<f64> {
     let mut y = Vec::new();
     for ends in profile.breaks().windows(2) {
-        let n = ((ends[1] - ends[0]) / SAMPLING).ceil().max(1.0);
+        let n = ((ends[1] - ends[0]) / distance).ceil().max(1.0);
         y.extend((0..n as usize).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n));
     }
     y.push(profile.range()[1]);
@@ -129,7 +129,7 @@ impl<'a> Section<'a> {
             let ([across, up], _) = rail.point(&pair.rail, y)?;
             Some(pair.wheel.at(across - tape)?.height - up)
         };
-        let positions = samples(&pair.rail);
+        let positions = samples(&pair.rail, SAMPLING);
         let mut found = Vec::with_capacity(positions.len());
         for (i, &y) in positions.iter().enumerate() {
             let Some((_, direction)) = rail.point(&pair.rail, y) else {

@@ -227,3 +227,129 @@ fn impossible_pairs_are_named() {
         assert!(error.to_string().contains("spacing"), "{error}");
     }
 }
+
+/// The same pair in a pose: its centre and the direction of the axle, at the height `z` over first contact.
+fn posed(pair: &WheelOnRail, over: &WheelOverRail, z: f64, yaw: f64) -> [[f64; 3]; 2] {
+    let height = over.first_height() + pair.wheel_radius + z;
+    [[0.0, pair.lateral, height], [-yaw.sin(), yaw.cos(), 0.0]]
+}
+
+#[test]
+fn a_straight_pose_has_the_gap_of_the_pair() {
+    for lateral in [0.0, 6.2e-3] {
+        let pair = WheelOnRail {
+            lateral,
+            ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
+        };
+        let contact = pair.contact(WheelRailLoad::Approach(60e-6)).unwrap();
+        let over = WheelOverRail::new(&pair).unwrap();
+        let z = -contact.approach / contact.angle.cos();
+        let [centre, axle] = posed(&pair, &over, z, 0.0);
+        let overlap = over.overlap(centre, axle).unwrap();
+        // the stations miss the deepest place by a little
+        assert!((overlap / -z - 1.0).abs() < 1e-3, "{overlap}");
+        let planes = over.patches(centre, axle, [4e-4, 4e-4]).unwrap();
+        let [plane] = planes.as_slice() else {
+            panic!("{} planes", planes.len());
+        };
+        assert!((plane.angle - contact.angle).abs() < 2e-3);
+        assert!((plane.position[1] - contact.origin[0]).abs() < 1e-4);
+        assert!((plane.wheel_position - contact.wheel_position).abs() < 1e-4);
+        // the deepest place is the approach, and the plane of the pair sees the same bodies
+        let least = plane.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((least / -contact.approach - 1.0).abs() < 1e-2, "{least}");
+        let straight = pair
+            .gap(
+                &WheelRailContact {
+                    angle: plane.angle,
+                    origin: [plane.position[1], plane.position[2]],
+                    rail_position: plane.rail_position,
+                    approach: -z * plane.angle.cos(),
+                    ..contact
+                },
+                [4e-4, 4e-4],
+                1.0,
+            )
+            .unwrap();
+        let start = straight.start.map(|s| (s / 4e-4).round() as i64);
+        let mut shift = Vec::new();
+        for row in 0..plane.ny {
+            for column in 0..plane.nx {
+                let [i, j] = [
+                    column as i64 + plane.first[0] - start[0],
+                    row as i64 + plane.first[1] - start[1],
+                ];
+                if (0..straight.nx as i64).contains(&i) && (0..straight.ny as i64).contains(&j) {
+                    let there = straight.gap[j as usize * straight.nx + i as usize];
+                    shift.push(plane.gap[row * plane.nx + column] - there);
+                }
+            }
+        }
+        assert!(shift.len() > 100);
+        for s in &shift {
+            assert!((s - shift[0]).abs() < 1e-11, "{s} {}", shift[0]);
+        }
+    }
+}
+
+#[test]
+fn a_yawed_cylinder_touches_where_its_axle_is() {
+    // a cylinder over a round head: the lowest line is yawed, the head decides where on it
+    let pair = cone_on_circle(0.0);
+    let over = WheelOverRail::new(&pair).unwrap();
+    let yaw = 0.02;
+    let [centre, axle] = posed(&pair, &over, -40e-6, yaw);
+    let [plane] = &over.patches(centre, axle, [5e-4, 5e-4]).unwrap()[..] else {
+        panic!("one plane");
+    };
+    let seat = plane.position[1];
+    let crown = 0.7175 + (0.08_f64.powi(2) - 0.066_f64.powi(2)).sqrt();
+    assert!((plane.position[0] + seat * yaw.tan()).abs() < 1e-6);
+    assert!((seat - crown).abs() < 1e-4 && plane.angle.abs() < 1e-3);
+    for row in 0..plane.ny {
+        for column in 0..plane.nx {
+            let x = 5e-4 * (column as i64 + plane.first[0]) as f64;
+            let y = 5e-4 * (row as i64 + plane.first[1]) as f64;
+            let ahead = (plane.position[0] + x) * yaw.cos() + (seat + y) * yaw.sin();
+            let wheel = 0.46 - (0.46_f64 * 0.46 - ahead * ahead).sqrt();
+            let aside = seat + y - crown;
+            let head = 0.08 - (0.08_f64 * 0.08 - aside * aside).sqrt();
+            let gap = plane.gap[row * plane.nx + column];
+            assert!((gap - (wheel + head - 40e-6)).abs() < 1e-8, "{x} {y} {gap}");
+        }
+    }
+}
+
+#[test]
+fn wheels_off_their_rail_are_named() {
+    let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    let over = WheelOverRail::new(&pair).unwrap();
+    let [mut centre, axle] = posed(&pair, &over, 0.0, 0.0);
+    let message = |result: Result<Vec<PlaneGap>, Error>| result.unwrap_err().to_string();
+    let fine = [1e-7, 1e-7];
+    centre[2] -= 1e-4;
+    let found = message(over.patches(centre, axle, fine));
+    assert!(found.starts_with("the contact takes "), "{found}");
+    let found = message(over.patches(centre, axle, [1e-3, f64::NAN]));
+    assert!(found.starts_with("spacing across is NaN"), "{found}");
+    let found = message(over.patches(centre, [1.0, 0.0, 0.0], [1e-3; 2]));
+    assert!(
+        found.contains("a unit vector that points to the left"),
+        "{found}"
+    );
+    centre[1] = 0.3;
+    let found = message(over.patches(centre, axle, [1e-3; 2]));
+    assert!(found.contains("nowhere above the head"), "{found}");
+    centre[1] = f64::NAN;
+    assert!(matches!(
+        over.overlap(centre, axle),
+        Err(Error::NotFinite { .. })
+    ));
+    let wide = Profile::from_points(&[-20.0, 20.0], &[0.0, 1.0], Interpolation::Linear).unwrap();
+    let pair = WheelOnRail {
+        wheel: wide,
+        ..pair
+    };
+    let found = WheelOverRail::new(&pair).unwrap_err().to_string();
+    assert!(found.starts_with("wheel profile is 40"), "{found}");
+}

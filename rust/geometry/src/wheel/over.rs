@@ -1,0 +1,333 @@
+use nalgebra::Vector3;
+
+use super::plane::PlaneGap;
+use super::section::{Placement, Section, samples};
+use super::{WheelOnRail, plane};
+use crate::error::positive;
+use crate::{Error, Profile};
+
+/// Distance of the stations at which contact is looked for [m].
+pub(super) const SAMPLING: f64 = 5e-5;
+/// Inclination against a contact plane beyond which that plane no longer serves [rad].
+pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Slope at which a profile counts as vertical.
+const STEEP: f64 = 1e3;
+
+/// A left wheel, of revolution about its axle, in any pose over a straight rail.
+///
+/// The track frame is that of [`WheelOnRail`], whose shift `lateral` has no meaning here: the pose says where
+/// the wheel stands. A right wheel is this one seen in a mirror.
+///
+/// # Example
+/// ```
+/// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail};
+/// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+/// let wheel = WheelOverRail::new(&pair)?;
+/// let centre = |z: f64| [0.0, 0.0, wheel.first_height() + pair.wheel_radius + z];
+/// let axle = [0.0, 1.0, 0.0];
+/// assert!(wheel.overlap(centre(0.0), axle)?.abs() < 1e-8);
+/// // 50 um lower and yawed by 10 mrad
+/// let yawed = [-0.01_f64.sin(), 0.01_f64.cos(), 0.0];
+/// let patches = wheel.patches(centre(-50e-6), yawed, [5e-4, 5e-4])?;
+/// assert_eq!(patches.len(), 1);
+/// // the middle of the axle turns the wheel back
+/// assert!(patches[0].position[0] < -5e-3);
+/// # Ok::<(), mtb_geometry::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct WheelOverRail {
+    pub(super) wheel: Profile,
+    pub(super) rail: Profile,
+    pub(super) radius: f64,
+    pub(super) tape: f64,
+    pub(super) placement: Placement,
+    first_height: f64,
+    pub(super) stations: Vec<Station>,
+    pub(super) head: Vec<HeadPoint>,
+}
+
+/// A place on the wheel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station {
+    /// y of the wheel profile [m].
+    pub(super) position: f64,
+    radius: f64,
+    /// Change of the radius along y [-].
+    slope: f64,
+}
+
+/// A place on the top side of the rail, in the track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeadPoint {
+    pub(super) y: f64,
+    pub(super) z: f64,
+    pub(super) angle: f64,
+    /// y of the rail profile [m].
+    pub(super) position: f64,
+}
+
+/// The wheel as seen along the rail, and what lies below it.
+pub(super) struct Outline {
+    /// Where the prism can touch the wheel (n).
+    pub(super) points: Vec<Vector3<f64>>,
+    /// Vertical distance from the rail (n), infinite beside it.
+    pub(super) clearance: Vec<f64>,
+    /// Slope angle of the rail below (n).
+    pub(super) angle: Vec<f64>,
+}
+
+impl WheelOverRail {
+    /// The wheel and the rail of `pair`.
+    ///
+    /// # Errors
+    /// Values that make no sense, profiles that never face each other.
+    pub fn new(pair: &WheelOnRail) -> Result<Self, Error> {
+        pair.check()?;
+        let section = Section::new(pair)?;
+        let stations = samples(&pair.wheel, SAMPLING)
+            .into_iter()
+            .map(|position| {
+                let [height, slope] = height_and_slope(&pair.wheel, position);
+                Station {
+                    position,
+                    radius: pair.wheel_radius - height,
+                    slope: -slope,
+                }
+            })
+            .collect();
+        let placement = section.rail;
+        let (sin, cos) = (placement.sin, placement.cos);
+        let mut head: Vec<HeadPoint> = Vec::new();
+        for position in samples(&pair.rail, SAMPLING) {
+            let [height, rise] = height_and_slope(&pair.rail, position);
+            let [y, z] = placement.place(position, height);
+            let (across, along) = (cos - sin * rise, sin + cos * rise);
+            // the under side of a turned flank is never touched from above
+            if across > 0.0 && head.last().is_none_or(|last| y > last.y) {
+                head.push(HeadPoint {
+                    y,
+                    z,
+                    angle: along.atan2(across),
+                    position,
+                });
+            }
+        }
+        if head.is_empty() {
+            return Err(Error::NeverTouch {
+                reason: "the rail has no top side".into(),
+            });
+        }
+        Ok(Self {
+            wheel: pair.wheel.clone(),
+            rail: pair.rail.clone(),
+            radius: pair.wheel_radius,
+            tape: 0.5 * pair.flange_back + pair.tape_circle,
+            placement,
+            first_height: section.height,
+            stations,
+            head,
+        })
+    }
+
+    /// Distance of the tape circle from the middle of the axle [m].
+    pub fn tape(&self) -> f64 {
+        self.tape
+    }
+
+    /// Height of the tape circle over the top of the rail where the wheel of the pair, as its `lateral` shifts
+    /// it, just touches [m].
+    pub fn first_height(&self) -> f64 {
+        self.first_height
+    }
+
+    /// Largest vertical overlap [m] of the undeformed bodies, negative if apart.
+    ///
+    /// `centre`: middle of the axle in the track [m]; `axle`: unit vector along it, to the left.
+    ///
+    /// # Errors
+    /// A wheel that is nowhere over the rail; a pose that is not finite.
+    pub fn overlap(&self, centre: [f64; 3], axle: [f64; 3]) -> Result<f64, Error> {
+        let outline = self.outline(centre.into(), axle.into())?;
+        Ok(-outline
+            .clearance
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min))
+    }
+
+    /// The gap over each contact plane where the undeformed bodies overlap; pose as for
+    /// [`WheelOverRail::overlap`], `spacing` of the points along the rail and across [m].
+    ///
+    /// Planes lie in the weighted middle of the overlap, with the rail's mean slope there. Touching places more
+    /// than 20 degrees apart, such as tread and flange, have planes of their own.
+    ///
+    /// # Errors
+    /// A wheel that is nowhere over the rail; an overlap that reaches the end of a profile or takes too many
+    /// points; numbers that make no sense.
+    pub fn patches(
+        &self,
+        centre: [f64; 3],
+        axle: [f64; 3],
+        spacing: [f64; 2],
+    ) -> Result<Vec<PlaneGap>, Error> {
+        positive("spacing along x", spacing[0])?;
+        positive("spacing across", spacing[1])?;
+        let (centre, axle) = (centre.into(), axle.into());
+        let outline = self.outline(centre, axle)?;
+        parts(&outline.clearance, &outline.angle)
+            .into_iter()
+            .map(|part| plane::over(self, &outline, part, [centre, axle], spacing))
+            .collect()
+    }
+
+    fn outline(&self, centre: Vector3<f64>, axle: Vector3<f64>) -> Result<Outline, Error> {
+        let size = axle.norm();
+        for (name, value) in [
+            ("centre of the axle", centre.sum()),
+            ("direction of the axle", size),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { name, value });
+            }
+        }
+        if (size - 1.0).abs() > 1e-6 || axle.y < 0.1 {
+            return Err(crate::error::out_of_range(
+                "direction of the axle, y,",
+                axle.y,
+                "a unit vector that points to the left is needed",
+            ));
+        }
+        let length = (1.0 - axle.x * axle.x).sqrt();
+        let along = (Vector3::x() - axle.x * axle) / length;
+        let down = axle.cross(&along);
+        let mut below = Below::new(&self.head);
+        let n = self.stations.len();
+        let mut outline = Outline {
+            points: Vec::with_capacity(n),
+            clearance: Vec::with_capacity(n),
+            angle: Vec::with_capacity(n),
+        };
+        for station in &self.stations {
+            let sin = (station.slope * axle.x / length).clamp(-1.0, 1.0);
+            let cos = (1.0 - sin * sin).sqrt();
+            let point = centre
+                + axle * (self.tape + station.position)
+                + (down * cos + along * sin) * station.radius;
+            let (from, share) = below.at(point.y);
+            let [first, second] = [from, (from + 1).min(self.head.len() - 1)].map(|k| self.head[k]);
+            let is_over = (self.head[0].y..=self.head[self.head.len() - 1].y).contains(&point.y);
+            outline.clearance.push(if is_over {
+                point.z - (first.z + share * (second.z - first.z))
+            } else {
+                f64::INFINITY
+            });
+            outline
+                .angle
+                .push(first.angle + share * (second.angle - first.angle));
+            outline.points.push(point);
+        }
+        if outline.clearance.iter().all(|c| *c == f64::INFINITY) {
+            let [first, last] = [0, n - 1].map(|k| outline.points[k].y);
+            return Err(Error::NeverTouch {
+                reason: format!(
+                    "the wheel, y = {first:.4} .. {last:.4} m, is nowhere above the head of the rail, y = {:.4} .. {:.4} m (the right wheel seen in a mirror)",
+                    self.head[0].y,
+                    self.head[self.head.len() - 1].y
+                ),
+            });
+        }
+        Ok(outline)
+    }
+
+    /// Height of the head at `y` in the track, and the rail profile's y there.
+    pub(super) fn on_head(&self, y: f64) -> (f64, f64) {
+        let (from, share) = Below::new(&self.head).at(y);
+        let [a, b] = [from, (from + 1).min(self.head.len() - 1)].map(|k| self.head[k]);
+        (
+            a.z + share * (b.z - a.z),
+            a.position + share * (b.position - a.position),
+        )
+    }
+}
+
+/// Where on the head a lateral position lies; positions asked for one after the other are near each other.
+struct Below<'a> {
+    head: &'a [HeadPoint],
+    from: usize,
+}
+
+impl<'a> Below<'a> {
+    fn new(head: &'a [HeadPoint]) -> Self {
+        Self { head, from: 0 }
+    }
+
+    /// Point of the head before `y`, and the share of the way to the next; at the ends beside the head.
+    fn at(&mut self, y: f64) -> (usize, f64) {
+        let (head, last) = (self.head, self.head.len() - 1);
+        if y <= head[0].y {
+            return (0, 0.0);
+        }
+        if y >= head[last].y {
+            return (last, 0.0);
+        }
+        let near = (self.from..last.min(self.from + 4))
+            .find(|&k| head[k].y <= y && y < head[k + 1].y)
+            .unwrap_or_else(|| head.partition_point(|p| p.y <= y) - 1);
+        self.from = near;
+        let share = (y - head[near].y) / (head[near + 1].y - head[near].y);
+        (near, share)
+    }
+}
+
+/// Height [m] and slope [-], which some profiles have infinite at their ends; the nearest place of the
+/// profile for positions beyond it.
+pub(super) fn height_and_slope(profile: &Profile, y: f64) -> [f64; 2] {
+    let [start, end] = profile.range();
+    let station = profile.at(y.max(start).min(end));
+    station.map_or([f64::NAN; 2], |s| [s.height, s.slope.clamp(-STEEP, STEEP)])
+}
+
+/// Runs of stations that overlap, parted between lowest points that lie on different planes.
+fn parts(clearance: &[f64], angle: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < clearance.len() {
+        if clearance[start] >= 0.0 {
+            start += 1;
+            continue;
+        }
+        let stop = (start..clearance.len())
+            .find(|&k| clearance[k] >= 0.0)
+            .unwrap_or(clearance.len());
+        let at = |k: usize| {
+            if (start..stop).contains(&k) {
+                clearance[k]
+            } else {
+                f64::INFINITY
+            }
+        };
+        let is_lowest =
+            |k: usize| clearance[k] <= at(k.wrapping_sub(1)) && clearance[k] < at(k + 1);
+        let mut begin = start;
+        let mut kept: Option<usize> = None;
+        for low in (start..stop).filter(|&k| is_lowest(k)) {
+            match kept {
+                Some(before) if (angle[low] - angle[before]).abs() > MOST_INCLINED => {
+                    // the highest place between them, the first of equals
+                    let cut = (before..=low)
+                        .rev()
+                        .max_by(|&a, &b| clearance[a].total_cmp(&clearance[b]))
+                        .unwrap_or(low);
+                    found.push(begin..cut);
+                    begin = cut;
+                    kept = Some(low);
+                }
+                Some(before) if clearance[low] >= clearance[before] => {}
+                _ => kept = Some(low),
+            }
+        }
+        found.push(begin..stop);
+        start = stop;
+    }
+    found
+}

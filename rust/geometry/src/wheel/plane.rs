@@ -1,0 +1,300 @@
+//! The contact plane of a posed wheel, and the gap over it.
+
+use std::ops::Range;
+
+use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
+
+use super::over::{MOST_INCLINED, Outline, SAMPLING, WheelOverRail, height_and_slope};
+use crate::Error;
+
+/// Gap [m] where there is no body.
+const NOTHING: f64 = 1e-2;
+/// Points of a patch from which on the spacing is taken for a mistake.
+const MOST_POINTS: f64 = 1e6;
+/// Points that a thread of its own is worth.
+const POINTS_A_THREAD: usize = 10_000;
+/// Steps of Newton's method towards a surface, the distance [m] at which they end, the longest of them [m],
+/// the least cosine between surface and plane, and the distance at which a surface counts as found.
+const MOST_STEPS: usize = 15;
+const CLOSE: f64 = 1e-13;
+const LONGEST: f64 = 2e-3;
+const STEEPEST: f64 = 0.05;
+const FOUND: f64 = 1e-9;
+
+/// The gap over a contact plane of a wheel in a given pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneGap {
+    /// Origin of the plane, on the rail, in the track [m].
+    pub position: [f64; 3],
+    /// Slope angle of the plane [rad], > 0 where it rises to the field side (flange contact).
+    pub angle: f64,
+    /// y of the origin in the rail profile's own frame [m].
+    pub rail_position: f64,
+    /// y of the origin in the wheel profile's own frame [m].
+    pub wheel_position: f64,
+    /// First point along x and across, in spacings from the origin.
+    pub first: [i64; 2],
+    /// Points along x.
+    pub nx: usize,
+    /// Points across.
+    pub ny: usize,
+    /// Distance along the normal of the plane (ny * nx) [m], x fastest, negative where the undeformed bodies
+    /// overlap; 10 mm where a body is missing.
+    pub gap: Vec<f64>,
+    /// Share of the estimated contact area inclined by more than 20 degrees to the plane, which it does not
+    /// represent [-].
+    pub neglected: f64,
+}
+
+/// The plane for the `part` of the outline's stations that overlap; the pose is the centre and the direction
+/// of the axle.
+pub(super) fn over(
+    pair: &WheelOverRail,
+    outline: &Outline,
+    part: Range<usize>,
+    pose: [Vector3<f64>; 2],
+    spacing: [f64; 2],
+) -> Result<PlaneGap, Error> {
+    let points = &outline.points[part.clone()];
+    let slope = &outline.angle[part.clone()];
+    let stations = &pair.stations[part.clone()];
+    let overlap: Vec<f64> = outline.clearance[part].iter().map(|c| -c).collect();
+    let n = points.len();
+    refuse_ends(pair, points, stations[0].position, stations[n - 1].position)?;
+
+    // half the overlap is what a Hertzian contact covers
+    let largest = overlap.iter().copied().fold(0.0, f64::max);
+    let lowest = overlap.iter().position(|o| *o == largest).unwrap_or(0);
+    let mut weight: Vec<f64> = (0..n)
+        .map(|k| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            let width = if n > 1 {
+                (points[after].y - points[before].y).abs() / (after - before) as f64
+            } else {
+                1.0
+            };
+            (overlap[k] - 0.5 * largest).max(0.0).sqrt() * width
+        })
+        .collect();
+    if weight.iter().sum::<f64>() == 0.0 {
+        weight[lowest] = 1.0;
+    }
+    let is_near: Vec<bool> = slope
+        .iter()
+        .map(|s| (s - slope[lowest]).abs() <= MOST_INCLINED)
+        .collect();
+    let near = || (0..n).filter(|&k| is_near[k]);
+    let total: f64 = near().map(|k| weight[k]).sum();
+    let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
+        near().map(|k| weight[k] * value(k)).sum::<f64>() / total
+    };
+    let angle = mean(&|k| slope[k]);
+    let (_, rail_position) = pair.on_head(mean(&|k| points[k].y));
+    let [height, _] = height_and_slope(&pair.rail, rail_position);
+    let [across, up] = pair.placement.place(rail_position, height);
+    let position = Vector3::new(mean(&|k| points[k].x), across, up);
+    let wheel_position = mean(&|k| stations[k].position);
+    let inclined: f64 = (0..n).map(|k| weight[k] / slope[k].cos()).sum();
+    let represented: f64 = near().map(|k| weight[k] / slope[k].cos()).sum();
+
+    // no pressure lies beyond the overlap of the undeformed bodies
+    let (sin, cos) = angle.sin_cos();
+    let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for k in near() {
+        let half = (2.0 * pair.radius * overlap[k]).sqrt();
+        let (below, _) = pair.on_head(points[k].y);
+        let t = cos * (points[k].y - across) + sin * (below - up);
+        let x = points[k].x - position.x;
+        reach[0] = [reach[0][0].min(x - half), reach[0][1].max(x + half)];
+        reach[1] = [reach[1][0].min(t), reach[1][1].max(t)];
+    }
+    let lines = [0, 1].map(|c| {
+        let [low, high] = reach[c].map(|r| r / spacing[c]);
+        (low.floor() - 1.0, high.ceil() - low.floor() + 3.0)
+    });
+    let size = lines.map(|(_, count)| count);
+    let is_accepted = size[0] * size[1] <= MOST_POINTS;
+    if !is_accepted {
+        return Err(Error::TooManyPoints {
+            nx: size[0],
+            ny: size[1],
+            dx: spacing[0],
+            dy: spacing[1],
+            most: MOST_POINTS,
+        });
+    }
+    let [x, y] = [0, 1].map(|c| -> Vec<f64> {
+        let (first, count) = lines[c];
+        (0..count as usize)
+            .map(|k| (first + k as f64) * spacing[c])
+            .collect()
+    });
+    Ok(PlaneGap {
+        position: position.into(),
+        angle,
+        rail_position,
+        wheel_position,
+        first: lines.map(|(first, _)| first as i64),
+        nx: x.len(),
+        ny: y.len(),
+        gap: gap(pair, position, angle, [&x, &y], pose),
+        neglected: ((inclined - represented) / inclined).max(0.0),
+    })
+}
+
+/// An overlap that includes the last stations of a profile goes on beyond it.
+fn refuse_ends(
+    pair: &WheelOverRail,
+    points: &[Vector3<f64>],
+    first: f64,
+    last: f64,
+) -> Result<(), Error> {
+    let ends = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+            [low.min(v), high.max(v)]
+        })
+    };
+    let head = [pair.head[0], pair.head[pair.head.len() - 1]];
+    let rail = (
+        "rail",
+        ends(&mut points.iter().map(|p| p.y)),
+        head.map(|p| p.y),
+        head.map(|p| p.position),
+    );
+    let range = pair.wheel.range();
+    for (profile, at, limits, own) in [rail, ("wheel", [first, last], range, range)] {
+        for side in 0..2 {
+            if (at[side] - limits[side]).abs() < 2.0 * SAMPLING {
+                return Err(Error::ProfileEnds {
+                    profile,
+                    end: own[side],
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Distance (ny * nx) [m] from the rail to the wheel along the normal of the plane.
+fn gap(
+    pair: &WheelOverRail,
+    position: Vector3<f64>,
+    angle: f64,
+    [x, y]: [&[f64]; 2],
+    [centre, axle]: [Vector3<f64>; 2],
+) -> Vec<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let normal = Vector3::new(0.0, -sin, cos);
+    let rail = RailCut::new(pair, normal);
+    let wheel = WheelCut {
+        pair,
+        axle,
+        normal,
+        across: axle.dot(&normal),
+    };
+    let mut gap = vec![NOTHING; x.len() * y.len()];
+    let rows = POINTS_A_THREAD.div_ceil(x.len());
+    gap.par_chunks_mut(x.len())
+        .with_min_len(rows)
+        .zip(y)
+        .for_each(|(row, y)| {
+            let foot = Vector2::new(position.y + cos * y, position.z + sin * y);
+            // the rail: a prism, so one place is enough for a row
+            let Some(below) = rail.distance(foot) else {
+                return;
+            };
+            let mut near = below;
+            for (gap, x) in row.iter_mut().zip(x) {
+                let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
+                if let Some(above) = wheel.distance(base, near) {
+                    *gap = above - below;
+                    near = above;
+                } else {
+                    near = below;
+                }
+            }
+        });
+    gap
+}
+
+/// The rail cut along a normal of the plane.
+struct RailCut<'a> {
+    pair: &'a WheelOverRail,
+    /// The normal in the rail's own frame.
+    ahead: Vector2<f64>,
+}
+
+impl<'a> RailCut<'a> {
+    fn new(pair: &'a WheelOverRail, normal: Vector3<f64>) -> Self {
+        let (sin, cos) = (pair.placement.sin, pair.placement.cos);
+        let ahead = Vector2::new(
+            cos * normal.y + sin * normal.z,
+            cos * normal.z - sin * normal.y,
+        );
+        Self { pair, ahead }
+    }
+
+    /// Distance from a place (y, z) in the track, if the rail is there.
+    fn distance(&self, foot: Vector2<f64>) -> Option<f64> {
+        let place = &self.pair.placement;
+        let from = foot - Vector2::from(place.shift);
+        let own = Vector2::new(
+            place.cos * from.x + place.sin * from.y,
+            place.cos * from.y - place.sin * from.x,
+        );
+        let [low, high] = self.pair.rail.range();
+        let mut distance = 0.0;
+        let found = newton(&mut distance, |distance| {
+            let at = own + self.ahead * distance;
+            let [z, rise] = height_and_slope(&self.pair.rail, at.x);
+            let rate = (self.ahead.y - rise * self.ahead.x).max(STEEPEST);
+            ((at.y - z) / rate, (low..=high).contains(&at.x))
+        });
+        found.then_some(distance)
+    }
+}
+
+/// The wheel cut along a normal of the plane.
+struct WheelCut<'a> {
+    pair: &'a WheelOverRail,
+    axle: Vector3<f64>,
+    normal: Vector3<f64>,
+    across: f64,
+}
+
+impl WheelCut<'_> {
+    /// Distance from a place relative to the middle of the axle, if the wheel is there.
+    fn distance(&self, base: Vector3<f64>, guess: f64) -> Option<f64> {
+        let [low, high] = self.pair.wheel.range();
+        let mut distance = guess;
+        let found = newton(&mut distance, |distance| {
+            let reach = base + self.normal * distance;
+            let along = self.axle.dot(&reach);
+            let out = reach - self.axle * along;
+            // of revolution, so the distance from the axle counts
+            let radius = out.norm();
+            let station = along - self.pair.tape;
+            let [height, slope] = height_and_slope(&self.pair.wheel, station);
+            let rate = self.normal.dot(&out) / radius + slope * self.across;
+            let error = radius - (self.pair.radius - height);
+            (error / rate.min(-STEEPEST), (low..=high).contains(&station))
+        });
+        found.then_some(distance)
+    }
+}
+
+/// Newton's method for a distance; `step` gives how much is too far, and whether the body is there. Whether it
+/// ended on the body.
+fn newton(distance: &mut f64, step: impl Fn(f64) -> (f64, bool)) -> bool {
+    let (mut change, mut is_there) = (f64::NAN, false);
+    for _ in 0..MOST_STEPS {
+        (change, is_there) = step(*distance);
+        change = change.clamp(-LONGEST, LONGEST);
+        *distance -= change;
+        if change.abs() < CLOSE {
+            break;
+        }
+    }
+    is_there && change.abs() < FOUND
+}
