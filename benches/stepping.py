@@ -104,7 +104,6 @@ def wheel_rides() -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
             cells.append(sum(int((patch.pressure > 0.0).sum()) for patch in out.patches))
             if k % (STEPS // COMPARED) == 0:
                 anew = own.copy()
-                anew._operators = dict(own._operators)  # made once, with or without memory of steps
                 clock = time.process_time()
                 anew.step(pose, velocity)
                 cold.append((times[-1], time.process_time() - clock))

@@ -95,6 +95,51 @@ class PreparedContact:
         given: tuple[_Array, _Array] | None = None,
     ) -> dict[str, Any]: ...
 
+_WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]]]
+
+@final
+class PreparedWheels:
+    def __new__(
+        cls,
+        wheel: Profile,
+        rail: Profile,
+        *,
+        wheel_radius: float,
+        gauge: float,
+        gauge_depth: float,
+        rail_inclination: float,
+        flange_back: float,
+        tape_circle: float,
+        lateral: float,
+        first_height: float,
+        side: str,
+        force: float,
+        approach: float,
+        spacing: tuple[float, float],
+        lower: tuple[float, float] | None,
+        upper: tuple[float, float] | None,
+        friction: Friction,
+        layer: float,
+        reference_point: tuple[float, ...] | None,
+        standstill_speed: float | None,
+    ) -> PreparedWheels: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> PreparedWheels: ...
+    def to_bytes(self) -> bytes: ...
+    def copy(self) -> PreparedWheels: ...
+    @property
+    def sides(self) -> list[str]: ...
+    @property
+    def force(self) -> float: ...
+    @property
+    def reference_point(self) -> list[float]: ...
+    @property
+    def state(self) -> _WheelState: ...
+    def resume(self, state: _WheelState) -> None: ...
+    def step(
+        self, pose: list[float], velocity: _Array, state: _WheelState | None = None
+    ) -> dict[str, Any]: ...
+
 def solve_staggered(
     half_spaces: _Array,
     structure: _Array,

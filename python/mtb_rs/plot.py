@@ -203,6 +203,25 @@ def plot(
     raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
 
 
+def plot_side_by_side(
+    results: Sequence[Pictured], names: Sequence[str], quantity: str, kind: str | None, **options: Any
+) -> Figure:
+    """One quantity of several results on one scale, each under its name; options as for :func:`plot`."""
+    if kind == "3d" or "ax" in options:
+        raise ValueError('several patches are drawn as maps or lines: neither kind="3d" nor ax has a meaning')
+    quantity_of(results[0], quantity)
+    if options.get("limits") is None:
+        given = {"kind": kind, **options} if kind else options
+        options["limits"] = _shared_limits(results, quantity, given)
+    figure = ResultFigure(figsize=(6.6 * len(results), 6.0), dpi=150, layout="constrained")
+    panels = figure.subplots(1, len(results), squeeze=False)[0]
+    for axes, result, name in zip(panels, results, names, strict=True):
+        plot(result, quantity, kind, ax=axes, **options)
+        drawn = axes.get_title(loc="left")
+        axes.set_title(f"{name}\n{drawn}", loc="left", fontsize=9.5, color=INK)
+    return figure
+
+
 def animate(
     history: Iterable[Pictured],
     path: str | Path,

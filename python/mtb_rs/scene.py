@@ -521,12 +521,12 @@ class Scene:
         choice("model", model, MODELS)
         choice("quantity", quantity, QUANTITIES)
         if isinstance(self.layout, WheelLayout):
-            from .wheel_stepping import PreparedWheels
+            from .wheel_stepping import prepare_wheels
 
             if model not in ("auto", "half-space"):
                 self._check_elastic(model)
             law = Coulomb(0.3) if friction is None else friction
-            return PreparedWheels(
+            return prepare_wheels(
                 self, self.layout, side or "left", law, layer, reference_point, standstill_speed
             )
         from .stepping import at_some_speed, prepare

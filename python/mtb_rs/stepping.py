@@ -295,7 +295,7 @@ class PreparedContact:
         OSError
             If nothing can be written there.
         """
-        _write(path_of("path", path), self._core.to_bytes())
+        write_whole(path_of("path", path), self._core.to_bytes())
 
     def save_fmu(
         self,
@@ -346,7 +346,7 @@ class PreparedContact:
         target = path_of("path", path)
         # what cannot be solved shows here, not in the importing program
         self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
-        _write(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
+        write_whole(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:
@@ -395,8 +395,8 @@ class PreparedContact:
         return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
 
 
-def _write(target: Path, data: bytes) -> None:
-    """Writes a file that is complete wherever it stands."""
+def write_whole(target: Path, data: bytes) -> None:
+    """Writes a file so that what stands there is complete."""
     if target.is_dir():
         raise ValueError(f"cannot save into {target}: it is a directory, a file is needed")
     # beside the target, as a file of the user's own mode

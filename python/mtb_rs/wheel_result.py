@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -107,8 +108,16 @@ class WheelPatch:
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
         """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
+        return self._picture().plot(quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures, in the frame of the patch; see
+        :func:`mtb_rs.export.save`."""
+        return self._picture().save(directory)
+
+    def _picture(self) -> PatchPicture:
         x, y = np.meshgrid(self.x, self.y)
-        picture = _PatchPicture(
+        return PatchPicture(
             points=np.stack([x, y]),
             area=np.full(x.shape, self.area),
             pressure=self.pressure,
@@ -116,8 +125,8 @@ class WheelPatch:
             slip=self.slip_velocity,
             status=self.status,
             normal_force=self.normal_force,
+            creepage=self.creepage,
         )
-        return picture.plot(quantity, kind, **options)
 
     def load(self) -> Array:
         """Force on the rail at each cell (3, ny, nx) [N], in the track."""
@@ -126,7 +135,9 @@ class WheelPatch:
 
 
 @dataclass(frozen=True)
-class _PatchPicture(Pictured):
+class PatchPicture(Pictured):
+    """A patch as pictures and files take it."""
+
     points: Array
     area: Array
     pressure: Array
@@ -134,6 +145,7 @@ class _PatchPicture(Pictured):
     slip: Array
     status: NDArray[np.int8]
     normal_force: float
+    creepage: Array
 
     @property
     def slip_unit(self) -> str:
@@ -188,3 +200,20 @@ class WheelStep:
     friction_work: float | None
     state: WheelState
     report: WheelReport
+
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """All patches side by side on one scale, each in its own frame; see :func:`mtb_rs.plot.plot`."""
+        from .plot import plot_side_by_side
+
+        if not self.patches:
+            raise ValueError("the wheels are lifted: there is no patch to draw")
+        names = [
+            f"{p.side} wheel, {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
+            for p in self.patches
+        ]
+        return plot_side_by_side([p._picture() for p in self.patches], names, quantity, kind, **options)
+
+    def _repr_png_(self) -> bytes | None:
+        """The pressure maps, for notebooks; none of lifted wheels."""
+        picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
+        return picture

@@ -14,9 +14,10 @@ ALLOWED = {
     "complementarity": {"operator"},
     "elasticity": {"geometry", "operator"},
     "contact": {"operator", "complementarity"},
-    "capi": {"operator", "complementarity", "contact"},
+    "wheelset": {"geometry", "operator", "complementarity", "elasticity", "contact"},
+    "capi": {"operator", "complementarity", "contact", "wheelset"},
     "fmu": {"operator", "complementarity", "contact"},
-    "python": {"geometry", "operator", "complementarity", "elasticity", "contact"},
+    "python": {"geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
 }
 #: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]
 KEY = re.compile(r"[A-Z][A-Za-z]+(?:19|20)\d\d[a-z]?|EN\d+(?:-\d+)?")

@@ -1,15 +1,16 @@
 """Wheels in steps: the scene's own solution, Hertz, Klingel, mirrors; memory changes nothing but time."""
 
+import json
 import pickle
+import signal
+import threading
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.wheel_balance import NoRootError, find_root
 from mtb_rs.wheel_result import WheelState
-from mtb_rs.wheel_stepping import KEPT
 
 V = 20.0
 
@@ -230,21 +231,6 @@ def test_the_wheelset_as_the_scene_shifts_it_is_in_balance():
     assert step.pose[3] == pytest.approx(shifted.pose[3], rel=1e-6)
 
 
-def test_a_balance_that_does_not_exist_is_an_error():
-    def never(x):
-        return np.array([x[0] ** 2 + x[1] ** 2 + 1.0, x[0] - x[1]])
-
-    with pytest.raises(NoRootError):
-        find_root(never, np.ones(2), np.eye(2), 1e-9, 1.0, 1e-6)
-
-    def bounded(x):
-        if x[0] > 1.0:
-            raise ValueError("off the profile")
-        return np.array([np.expm1(10.0 * (x[0] - 0.9))])
-
-    assert find_root(bounded, np.zeros(1), 1e-3 * np.eye(1), 1e-9, 5.0, 1e-6) == pytest.approx(0.9)
-
-
 def test_tread_and_flange_carry_together():
     y = np.array([-0.052, -0.036, 0.06])
     wheel = mtb.Profile.from_points(y, [-1.8e-3 - 16e-3 * np.tan(np.radians(60)), -1.8e-3, 3e-3], "linear")
@@ -284,14 +270,6 @@ def test_memory_changes_nothing_but_time():
     np.testing.assert_allclose(resumed.force, warm[-1].force, rtol=1e-9, atol=1e-6)
 
 
-def test_operators_kept_are_few():
-    contact = wheels(side="left").copy()
-    for k in range(60):
-        pose = [0.0, 6e-3 * np.sin(k), np.nan, 0.0, 0.0, 3e-3 * np.cos(k)]
-        contact.step(pose, V)
-    assert len(contact._operators) <= KEPT
-
-
 @pytest.mark.parametrize("spacing", [1e-3, 5e-4])
 def test_heat_is_the_work_of_the_creep_forces(spacing):
     contact = wheels(spacing=spacing).copy()
@@ -324,6 +302,82 @@ def test_patches_draw_themselves():
     for quantity in ("pressure", "traction", "slip", "status"):
         assert patch.plot(quantity).axes
     assert "m/s" in patch.plot("slip").axes[-1].get_ylabel()
+
+
+def test_a_step_draws_its_patches_side_by_side():
+    contact = wheels().copy()
+    step = contact.step([0.0, 6.4e-3, np.nan, np.nan, 0.0, 0.0], V)
+    for quantity in ("pressure", "traction", "slip", "status"):
+        assert len(step.plot(quantity).axes) >= len(step.patches) == 2
+    maps = [ax.collections[1].norm for ax in step.plot("pressure").axes[:2]]
+    assert maps[0].vmax == maps[1].vmax
+    ends = [ax.get_ylim() for ax in step.plot("pressure", "line").axes]
+    assert ends[0] == ends[1]
+    assert step._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match="maps or lines"):
+        step.plot("pressure", "3d")
+    with pytest.raises(ValueError, match="quantity is 'gap'"):
+        step.plot("gap")
+    lifted = contact.step([0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], V)
+    assert lifted._repr_png_() is None
+    with pytest.raises(ValueError, match="no patch to draw"):
+        lifted.plot()
+
+
+def test_a_patch_saves_itself(tmp_path):
+    (patch,) = wheels(side="left").step(velocity=[V, 0.02, 0.0, 0.0, V / 0.46, 0.0]).patches
+    patch.save(tmp_path / "patch")
+    summary = json.loads((tmp_path / "patch" / "summary.json").read_text())
+    assert summary["normal_force"] == pytest.approx(patch.normal_force)
+    assert summary["creepage"] == pytest.approx(patch.creepage.tolist())
+    with np.load(tmp_path / "patch" / "fields.npz") as fields:
+        np.testing.assert_array_equal(fields["slip"], patch.slip_velocity)
+
+
+def test_wheels_come_back_from_their_file(tmp_path):
+    path = tmp_path / "wheelset.mtbw"
+    laws = (mtb.StaticKinetic(0.4, 0.3), mtb.TabulatedFriction([0.0, 1.0], [0.4, 0.2], 1e-3))
+    for side, law in zip(("right", "both"), laws, strict=True):
+        given = scene(2e-3, upper=mtb.Material(7e10, 0.33)).prepare(
+            side=side,
+            friction=law,
+            layer=mtb.InterfaceLayer(1e-5, 1e9),
+            reference_point=(0.1, 0.0, 0.4),
+            standstill_speed=0.1,
+        )
+        given.save(path)
+        read = mtb.PreparedWheels.load(path)
+        assert read.sides == given.sides
+        assert repr(read) == repr(given)
+        np.testing.assert_array_equal(read.reference_point, given.reference_point)
+        pose, velocity = [0.0, 1e-3, np.nan, 0.0, 0.0, 1e-3], [V, 0.05, 0.0, 0.0, V / 0.46, 0.1]
+        here, there = given.step(pose, velocity), read.step(pose, velocity)
+        np.testing.assert_array_equal(there.force, here.force)
+        np.testing.assert_array_equal(there.moment, here.moment)
+    assert [p.name for p in tmp_path.iterdir()] == ["wheelset.mtbw"]
+    data = path.read_bytes()
+    for bad, why in ((data[:-8], "cut short"), (b"MTBC" + data[4:], "does not begin"), (b"", "does not")):
+        path.write_bytes(bad)
+        with pytest.raises(ValueError, match=rf"wheelset.mtbw: no prepared wheels: .*{why}"):
+            mtb.PreparedWheels.load(path)
+    with pytest.raises(ValueError, match="it is a directory"):
+        given.save(tmp_path)
+    with pytest.raises(FileNotFoundError):
+        mtb.PreparedWheels.load(tmp_path / "none.mtbw")
+
+
+def test_ctrl_c_stops_a_step():
+    # takes seconds if nobody stops it
+    fine = scene(spacing=2.5e-5).prepare(friction=mtb.Coulomb(0.3))
+    timer = threading.Timer(0.2, signal.raise_signal, (signal.SIGINT,))
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            fine.step(velocity=[V, 0.02, 0.0, 0.0, V / 0.46, 0.0])
+    finally:
+        timer.cancel()
+    # inside: a step that was solved leaves its state
+    assert fine._core.state == ([], [])
 
 
 def test_moments_are_about_the_point_named():

@@ -15,7 +15,7 @@ use crate::error::{bad_input, enter};
 
 /// A height z(y) of a cross-section; private, use `mtb_rs.geometry.Profile`.
 #[pyclass(frozen, name = "Profile", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyProfile(mtb_geometry::Profile);
+pub(crate) struct PyProfile(pub(crate) mtb_geometry::Profile);
 
 type Values<'py> = Bound<'py, PyArray1<f64>>;
 

@@ -17,6 +17,7 @@ mod operator;
 mod prepared;
 mod tangential;
 mod tetra;
+mod wheelset;
 
 use pyo3::prelude::*;
 
@@ -46,6 +47,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
+    #[pymodule_export]
+    use super::wheelset::PyPreparedWheels;
     use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};
 
     #[pymodule_init]

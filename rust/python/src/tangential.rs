@@ -27,7 +27,7 @@ use crate::error::{bad_input, enter};
 
 /// A friction law.
 #[pyclass(frozen, name = "Friction", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyFriction(Friction);
+pub(crate) struct PyFriction(pub(crate) Friction);
 
 #[pymethods]
 impl PyFriction {
@@ -80,9 +80,10 @@ impl PyFriction {
 #[pyclass(frozen, name = "PatchOperators", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyPatchOperators(PatchOperators);
 
-type Elastic = Option<(f64, f64)>;
+/// Shear modulus [Pa] and Poisson's ratio; `None` for rigid.
+pub(crate) type Elastic = Option<(f64, f64)>;
 
-fn material(body: Elastic) -> Result<Option<Material>, mtb_elasticity::Error> {
+pub(crate) fn material(body: Elastic) -> Result<Option<Material>, mtb_elasticity::Error> {
     body.map(|(g, nu)| Material::new(g, nu)).transpose()
 }
 

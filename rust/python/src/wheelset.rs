@@ -1,0 +1,306 @@
+//! Wheels on rails in a simulation.
+
+use std::sync::{Mutex, PoisonError};
+
+use mtb_elasticity::half_space::Pair;
+use mtb_geometry::WheelOnRail;
+use mtb_wheelset::{
+    PatchRatio, PreparedWheels, Side, Sides, Velocity, WheelPatch, WheelState, WheelStep, Wheelset,
+};
+use numpy::{
+    IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyList};
+
+use crate::error::{bad_input, enter};
+use crate::geometry::PyProfile;
+use crate::tangential::{Elastic, PyFriction, material};
+
+/// Prepared wheels with the memory of their last step.
+#[pyclass(frozen, name = "PreparedWheels", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyPreparedWheels {
+    wheels: Mutex<PreparedWheels>,
+    /// One without memory: what is asked of it waits for no step.
+    fresh: PreparedWheels,
+}
+
+impl PyPreparedWheels {
+    fn of(fresh: PreparedWheels) -> Self {
+        Self {
+            wheels: Mutex::new(fresh.clone()),
+            fresh,
+        }
+    }
+}
+
+/// Overlaps, and of each patch side, first grid lines and traction over pressure (2, ny, nx).
+type State<'py> = (
+    Vec<f64>,
+    Vec<(String, (i64, i64), PyReadonlyArray3<'py, f64>)>,
+);
+
+fn sides_named(name: &str) -> PyResult<Sides> {
+    match name {
+        "left" => Ok(Sides::Left),
+        "right" => Ok(Sides::Right),
+        "both" => Ok(Sides::Both),
+        _ => Err(PyValueError::new_err(format!(
+            "side is {name:?}: left, right or both is needed"
+        ))),
+    }
+}
+
+fn state_of((depth, patches): State<'_>) -> PyResult<WheelState> {
+    let patches: PyResult<Vec<PatchRatio>> = patches
+        .into_iter()
+        .map(|(side, first, ratio)| {
+            let side = match sides_named(&side)? {
+                Sides::Left => Side::Left,
+                _ => Side::Right,
+            };
+            Ok(PatchRatio {
+                side,
+                first: [first.0, first.1],
+                ny: ratio.shape()[1],
+                nx: ratio.shape()[2],
+                ratio: ratio.as_array().iter().copied().collect(),
+            })
+        })
+        .collect();
+    Ok(WheelState {
+        depth,
+        patches: patches?,
+    })
+}
+
+#[pymethods]
+impl PyPreparedWheels {
+    /// `side`: "left", "right" or "both"; `lower`, `upper`: shear modulus [Pa] and Poisson's ratio, None for
+    /// rigid; `layer`: thickness over shear modulus [m/Pa]; `approach`: vertical, where a search begins [m];
+    /// `reference_point` None: the middle of the axle.
+    #[new]
+    #[pyo3(signature = (
+        wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
+        first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
+        standstill_speed
+    ))]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only")]
+    fn new(
+        py: Python<'_>,
+        wheel: &PyProfile,
+        rail: &PyProfile,
+        wheel_radius: f64,
+        gauge: f64,
+        gauge_depth: f64,
+        rail_inclination: f64,
+        flange_back: f64,
+        tape_circle: f64,
+        lateral: f64,
+        first_height: f64,
+        side: &str,
+        force: f64,
+        approach: f64,
+        spacing: [f64; 2],
+        lower: Elastic,
+        upper: Elastic,
+        friction: &PyFriction,
+        layer: f64,
+        reference_point: Option<[f64; 3]>,
+        standstill_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let wheelset = Wheelset {
+            pair: WheelOnRail {
+                wheel: wheel.0.clone(),
+                rail: rail.0.clone(),
+                wheel_radius,
+                gauge,
+                gauge_depth,
+                rail_inclination,
+                flange_back,
+                tape_circle,
+                lateral,
+            },
+            sides: sides_named(side)?,
+            force,
+            approach,
+            spacing,
+            bodies: Pair {
+                lower: material(lower).map_err(|e| bad_input(&e))?,
+                upper: material(upper).map_err(|e| bad_input(&e))?,
+            },
+            friction: friction.0.clone(),
+            layer,
+            reference_point: reference_point.unwrap_or([0.0, lateral, wheel_radius + first_height]),
+            standstill_speed,
+        };
+        Ok(Self::of(enter(py, |_| PreparedWheels::new(wheelset))?))
+    }
+
+    /// The wheels that `to_bytes` wrote.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
+        let read = |_: mtb_operator::Monitor<'_>| PreparedWheels::new(Wheelset::from_bytes(data)?);
+        Ok(Self::of(enter(py, read)?))
+    }
+
+    /// The wheels as bytes, checksum included; without the memory of steps.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.fresh.wheelset().to_bytes())
+    }
+
+    /// The same wheels without memory.
+    fn copy(&self) -> Self {
+        Self::of(self.fresh.without_memory())
+    }
+
+    /// "left", "right", or both.
+    #[getter]
+    fn sides(&self) -> Vec<String> {
+        let each = self.fresh.wheelset().sides.each().iter();
+        each.map(Side::to_string).collect()
+    }
+
+    /// Vertical force of each wheel [N].
+    #[getter]
+    fn force(&self) -> f64 {
+        self.fresh.wheelset().force
+    }
+
+    /// The point poses, velocities and moments are about [m].
+    #[getter]
+    fn reference_point(&self) -> [f64; 3] {
+        self.fresh.wheelset().reference_point
+    }
+
+    /// The memory, as `step` takes it.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = wheels.state().clone();
+        drop(wheels);
+        state_out(py, state)
+    }
+
+    /// Takes a state for the memory.
+    fn resume(&self, state: State<'_>) -> PyResult<()> {
+        let state = state_of(state)?;
+        let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
+        wheels.resume(state).map_err(|error| bad_input(&error))
+    }
+
+    /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory. Where no
+    /// solution was found the dictionary holds why, as its "failure", and nothing else.
+    #[pyo3(signature = (pose, velocity, state=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        pose: [f64; 6],
+        velocity: PyReadonlyArray1<'py, f64>,
+        state: Option<State<'py>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let velocity = match *velocity.as_slice()? {
+            [speed] => Velocity::Rolling(speed),
+            [vx, vy, vz, wx, wy, wz] => Velocity::Rigid([vx, vy, vz, wx, wy, wz]),
+            _ => {
+                return Err(PyValueError::new_err(
+                    "velocity has one number, or six, that are needed",
+                ));
+            }
+        };
+        let state = state.map(state_of).transpose()?;
+        let solved = enter(py, |monitor| {
+            let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(state) = state {
+                wheels.resume(state)?;
+            }
+            match wheels.step(pose, velocity, monitor) {
+                Err(error) if error.is_not_converged() => Ok(Err(error.to_string())),
+                Err(error) => Err(error),
+                Ok(step) => Ok(Ok(step)),
+            }
+        })?;
+        match solved {
+            Ok(step) => step_out(py, step),
+            Err(failure) => {
+                let out = PyDict::new(py);
+                out.set_item("failure", failure)?;
+                Ok(out)
+            }
+        }
+    }
+}
+
+fn step_out(py: Python<'_>, step: WheelStep) -> PyResult<Bound<'_, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("force", step.force.to_vec().into_pyarray(py))?;
+    out.set_item("moment", step.moment.to_vec().into_pyarray(py))?;
+    let point = step.reference_point.to_vec();
+    out.set_item("reference_point", point.into_pyarray(py))?;
+    out.set_item("pose", step.pose.to_vec().into_pyarray(py))?;
+    out.set_item("friction_power", step.friction_power)?;
+    out.set_item("normal_solves", step.normal_solves)?;
+    out.set_item("iterations", step.iterations)?;
+    out.set_item("state", state_out(py, step.state)?)?;
+    let patches: PyResult<Vec<_>> = step
+        .patches
+        .into_iter()
+        .map(|patch| patch_out(py, patch))
+        .collect();
+    out.set_item("patches", PyList::new(py, patches?)?)?;
+    Ok(out)
+}
+
+fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
+    let ratios: PyResult<Vec<_>> = state
+        .patches
+        .into_iter()
+        .map(|patch| {
+            let ratio = patch.ratio.into_pyarray(py);
+            let ratio = ratio.reshape([2, patch.ny, patch.nx])?;
+            Ok((
+                patch.side.to_string(),
+                (patch.first[0], patch.first[1]),
+                ratio,
+            ))
+        })
+        .collect();
+    (state.depth, ratios?)
+        .into_pyobject(py)
+        .map(Bound::into_any)
+}
+
+fn patch_out(py: Python<'_>, patch: WheelPatch) -> PyResult<Bound<'_, PyDict>> {
+    let out = PyDict::new(py);
+    let (nx, ny) = (patch.grid.nx, patch.grid.ny);
+    let line = |first: i64, count: usize, spacing: f64| -> Vec<f64> {
+        (0..count)
+            .map(|k| spacing * (first + k as i64) as f64)
+            .collect()
+    };
+    let x = line(patch.first[0], nx, patch.grid.dx);
+    let y = line(patch.first[1], ny, patch.grid.dy);
+    out.set_item("side", patch.side.to_string())?;
+    out.set_item("position", patch.position.to_vec().into_pyarray(py))?;
+    let rotation = patch.rotation.concat().into_pyarray(py);
+    out.set_item("rotation", rotation.reshape([3, 3])?)?;
+    out.set_item("contact_angle", patch.contact_angle)?;
+    out.set_item("rail_position", patch.rail_position)?;
+    out.set_item("wheel_position", patch.wheel_position)?;
+    out.set_item("x", x.into_pyarray(py))?;
+    out.set_item("y", y.into_pyarray(py))?;
+    let pressure = patch.pressure.into_pyarray(py);
+    out.set_item("pressure", pressure.reshape([ny, nx])?)?;
+    let traction = patch.traction.into_pyarray(py);
+    out.set_item("traction", traction.reshape([2, ny, nx])?)?;
+    let slip = patch.slip_velocity.into_pyarray(py);
+    out.set_item("slip_velocity", slip.reshape([2, ny, nx])?)?;
+    let status: Vec<i8> = patch.status.iter().map(|s| *s as i8).collect();
+    out.set_item("status", status.into_pyarray(py).reshape([ny, nx])?)?;
+    out.set_item("creepage", patch.creepage.to_vec().into_pyarray(py))?;
+    out.set_item("rolling_speed", patch.rolling_speed)?;
+    out.set_item("normal_force", patch.normal_force)?;
+    out.set_item("neglected", patch.neglected)?;
+    Ok(out)
+}

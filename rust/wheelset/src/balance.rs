@@ -1,0 +1,220 @@
+//! Pressures of a wheel at a height, and the height at which they carry the force.
+
+use mtb_complementarity::bounded::Status;
+use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::influence;
+use mtb_geometry::PlaneGap;
+use mtb_operator::{Component, Grid, Monitor};
+use nalgebra::DVector;
+
+use crate::error::Error;
+use crate::prepared::Ready;
+use crate::root::{Search, differences, find_root};
+use crate::wheelset::Side;
+
+/// Relative residual of the normal problem that is aimed at, and the one that is accepted.
+const TOLERANCE: f64 = 1e-9;
+const ACCEPTED: f64 = 1e-6;
+/// Relative error of a vertical force that the height is found for.
+const FORCE_TOLERANCE: f64 = 1e-7;
+/// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
+/// for differences, both over the approach; and the longest step of that search [m].
+const LAID: f64 = 1e-2;
+const DIFFERENCE: f64 = 1e-4;
+const LONGEST: f64 = 5e-4;
+
+/// Patches and pressures of one wheel at one height.
+#[derive(Debug)]
+pub(crate) struct Trial {
+    /// Vertical force of the pressures [N].
+    force: f64,
+    pub(crate) patches: Vec<(PlaneGap, Vec<f64>)>,
+}
+
+/// Patches of a wheel and their pressures; `solves` counts the normal problems.
+pub(crate) fn trial(
+    ready: &Ready,
+    side: Side,
+    place: &[f64; 6],
+    solves: &mut usize,
+    monitor: Monitor<'_>,
+) -> Result<Trial, Error> {
+    let wheelset = &ready.wheelset;
+    let elastic: Vec<Material> = wheelset
+        .bodies
+        .lower
+        .into_iter()
+        .chain(wheelset.bodies.upper)
+        .collect();
+    let joined = Material::joined(&elastic)?;
+    let closing = |offset: [f64; 2], cell: [f64; 2]| {
+        influence(&joined, Component::Normal, Component::Normal, offset, cell)
+    };
+    let [dx, dy] = wheelset.spacing;
+    let [centre, axle] = ready.axle(side, place);
+    let mut trial = Trial {
+        force: 0.0,
+        patches: Vec::new(),
+    };
+    for plane in ready.over.patches(centre, axle, wheelset.spacing)? {
+        let base = plane.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        if base >= 0.0 {
+            continue;
+        }
+        let gap: Vec<f64> = plane.gap.iter().map(|g| g - base).collect();
+        let contact = NormalContact {
+            gap: &gap,
+            grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
+            surface: Surface::FreeSpace(&closing),
+            load: Load::Approach(-base),
+            moments: [None, None],
+        };
+        let options = Options {
+            tolerance: Some(TOLERANCE),
+            method: Method::Auto,
+        };
+        let solution = solve_normal(&contact, options, monitor)?;
+        *solves += 1;
+        let status = match solution.status {
+            Status::Solved | Status::Stagnated if solution.residual <= ACCEPTED => None,
+            Status::Solved | Status::Stagnated => Some("stagnated"),
+            Status::IterationLimit => Some("iteration limit"),
+            Status::Unreachable => Some("unreachable"),
+        };
+        if let Some(status) = status {
+            return Err(Error::Normal {
+                side,
+                status,
+                residual: solution.residual,
+            });
+        }
+        let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
+        trial.force += pressure.iter().sum::<f64>() * dx * dy * plane.angle.cos();
+        trial.patches.push((plane, pressure));
+    }
+    Ok(trial)
+}
+
+/// Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found. Also the
+/// overlap that does it, for the next step.
+///
+/// Unknowns are the height [m] and, if free, roll times the distance of the tape circle [m]. Force goes nearly
+/// with overlap^(3/2), so force^(2/3) is nearly linear; its first derivatives are those of the undeformed
+/// overlap, which cost no solve and know that a roll moves a flange sideways.
+pub(crate) fn in_balance(
+    ready: &Ready,
+    place: &mut [f64; 6],
+    known: &[f64],
+    solves: &mut usize,
+    monitor: Monitor<'_>,
+) -> Result<(Vec<Trial>, Vec<f64>), Error> {
+    let wheelset = &ready.wheelset;
+    let sides = wheelset.sides.each();
+    let is_each = place[3].is_nan();
+    let n = if is_each { 2 } else { 1 };
+    let wanted = wheelset.force * if is_each { 1.0 } else { sides.len() as f64 };
+    let depth = if known.len() == n {
+        DVector::from_row_slice(known)
+    } else {
+        DVector::from_element(n, wheelset.approach)
+    };
+    let given = *place;
+    let posed = |x: &DVector<f64>| {
+        let mut place = given;
+        place[2] = x[0];
+        if is_each {
+            place[3] = x[1] / ready.over.tape();
+        }
+        place
+    };
+    let overlap = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
+        let place = posed(x);
+        let found: Result<Vec<f64>, Error> = sides
+            .iter()
+            .map(|side| {
+                let [centre, axle] = ready.axle(*side, &place);
+                Ok(ready.over.overlap(centre, axle)?)
+            })
+            .collect();
+        let found = DVector::from_vec(found?);
+        Ok(if is_each {
+            found
+        } else {
+            DVector::from_element(1, found.max())
+        })
+    };
+    let search = Search {
+        tolerance: LAID * wheelset.approach,
+        longest: LONGEST,
+        small: DIFFERENCE * wheelset.approach,
+    };
+
+    let mut level = DVector::zeros(n);
+    level[0] = (overlap(&level)? - &depth).max();
+    let laid = lay(overlap, &level, &depth, search);
+    let start = match laid {
+        Ok(Some(laid)) => laid,
+        // a flange that climbs: from the wheel that touches first
+        Ok(None) | Err(Error::Geometry(_)) => level,
+        Err(error) => return Err(error),
+    };
+    let mut of_overlap = |x: &DVector<f64>| overlap(x);
+    let mut slope = differences(&mut of_overlap, &start, &overlap(&start)?, search.small)?;
+    for (k, mut row) in slope.row_iter_mut().enumerate() {
+        row /= depth[k];
+    }
+    let mut trials: Vec<Trial> = Vec::new();
+    // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
+    let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
+        let place = posed(x);
+        let tried: Result<Vec<Trial>, Error> = sides
+            .iter()
+            .map(|side| trial(ready, *side, &place, solves, monitor))
+            .collect();
+        trials = tried?;
+        let forces = trials.iter().map(|trial| trial.force);
+        let forces = if is_each {
+            DVector::from_iterator(n, forces)
+        } else {
+            DVector::from_element(1, forces.sum())
+        };
+        let mut root = forces.map(|force| (force / wanted).powf(2.0 / 3.0));
+        if root.iter().any(|r| *r == 0.0) {
+            let overlap = overlap(x)?;
+            for (r, overlap) in root.iter_mut().zip(&overlap) {
+                if *r == 0.0 {
+                    *r = (overlap / wheelset.approach).min(0.0);
+                }
+            }
+        }
+        Ok(root.add_scalar(-1.0))
+    };
+    let search = Search {
+        tolerance: FORCE_TOLERANCE / 1.5,
+        ..search
+    };
+    let Some(found) = find_root(&mut carried, start, slope, search)? else {
+        return Err(Error::Balance {
+            is_each,
+            wanted,
+            reached: trials.iter().map(|trial| trial.force).collect(),
+        });
+    };
+    *place = posed(&found);
+    let depth = overlap(&found)?;
+    Ok((trials, depth.iter().copied().collect()))
+}
+
+/// Where the undeformed bodies overlap by `depth`.
+fn lay(
+    overlap: impl Fn(&DVector<f64>) -> Result<DVector<f64>, Error>,
+    level: &DVector<f64>,
+    depth: &DVector<f64>,
+    search: Search,
+) -> Result<Option<DVector<f64>>, Error> {
+    let mut missing = |x: &DVector<f64>| Ok(overlap(x)? - depth);
+    let value = missing(level)?;
+    let slope = differences(&mut missing, level, &value, search.small)?;
+    find_root(&mut missing, level.clone(), slope, search)
+}

@@ -1,0 +1,189 @@
+//! A prepared wheelset as bytes: an [`mtb_contact::record`] marked `MTBW`.
+
+use mtb_contact::friction::{Friction, Memory, SlipLaw};
+use mtb_contact::record::{Damaged, Reader, Writer};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::Pair;
+use mtb_geometry::{Profile, WheelOnRail};
+
+use crate::error::Error;
+use crate::wheelset::{Sides, Wheelset};
+
+const MARK: [u8; 4] = *b"MTBW";
+const VERSION: u32 = 1;
+
+impl Wheelset {
+    /// The wheelset as bytes, for a file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = Writer::default();
+        let pair = &self.pair;
+        out.array(&pair.wheel.to_numbers());
+        out.array(&pair.rail.to_numbers());
+        out.array(&[
+            pair.wheel_radius,
+            pair.gauge,
+            pair.gauge_depth,
+            pair.rail_inclination,
+            pair.flange_back,
+            pair.tape_circle,
+            pair.lateral,
+        ]);
+        out.count(match self.sides {
+            Sides::Left => 0,
+            Sides::Right => 1,
+            Sides::Both => 2,
+        });
+        out.array(&[self.force, self.approach, self.layer]);
+        out.array(&self.spacing);
+        for body in [self.bodies.lower, self.bodies.upper] {
+            out.option(body, |out, m| {
+                out.array(&[m.shear_modulus, m.poisson_ratio]);
+            });
+        }
+        write_friction(&mut out, &self.friction);
+        out.array(&self.reference_point);
+        out.option(self.standstill_speed, |out, speed| out.array(&[speed]));
+        out.finish(MARK, VERSION)
+    }
+
+    /// The wheelset that [`Wheelset::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// Bytes that are none, of another version, cut short, changed, or that hold what no wheelset can be.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let mut body = Reader::open(bytes, MARK, VERSION)?;
+        let wheel = Profile::from_numbers(&body.array()?)?;
+        let rail = Profile::from_numbers(&body.array()?)?;
+        let [
+            wheel_radius,
+            gauge,
+            gauge_depth,
+            rail_inclination,
+            flange_back,
+            tape_circle,
+            lateral,
+        ] = body.numbers()?;
+        let sides = match body.word()? {
+            0 => Sides::Left,
+            1 => Sides::Right,
+            2 => Sides::Both,
+            _ => return Err(Error::Stored("it has no such wheels")),
+        };
+        let [force, approach, layer] = body.numbers()?;
+        let spacing = body.numbers()?;
+        let mut material = || {
+            body.option(|body| -> Result<Material, Error> {
+                let [shear_modulus, poisson_ratio] = body.numbers()?;
+                Ok(Material::new(shear_modulus, poisson_ratio)?)
+            })
+        };
+        let bodies = Pair {
+            lower: material()?,
+            upper: material()?,
+        };
+        let wheelset = Self {
+            pair: WheelOnRail {
+                wheel,
+                rail,
+                wheel_radius,
+                gauge,
+                gauge_depth,
+                rail_inclination,
+                flange_back,
+                tape_circle,
+                lateral,
+            },
+            sides,
+            force,
+            approach,
+            spacing,
+            bodies,
+            friction: read_friction(&mut body)?,
+            layer,
+            reference_point: body.numbers()?,
+            standstill_speed: body
+                .option(Reader::numbers::<1>)?
+                .map(|[standstill_speed]| standstill_speed),
+        };
+        body.close()?;
+        wheelset.check()?;
+        Ok(wheelset)
+    }
+}
+
+fn write_friction(out: &mut Writer, friction: &Friction) {
+    let with_memory = |out: &mut Writer, memory: &Option<Memory>| {
+        out.option(*memory, |out, m| out.array(&[m.distance, m.min_slip]));
+    };
+    match friction {
+        Friction::Coulomb(coefficient) => {
+            out.count(0);
+            out.array(coefficient);
+        }
+        Friction::StaticKinetic { at_rest, kinetic } => {
+            out.count(1);
+            out.array(&[*at_rest, *kinetic]);
+        }
+        Friction::SpeedDependent {
+            law:
+                SlipLaw::Exponential {
+                    at_rest,
+                    kinetic,
+                    half_slip,
+                },
+            memory,
+        } => {
+            out.count(2);
+            out.array(&[*at_rest, *kinetic, *half_slip]);
+            with_memory(out, memory);
+        }
+        Friction::SpeedDependent {
+            law:
+                SlipLaw::Table {
+                    slip_speed,
+                    coefficient,
+                },
+            memory,
+        } => {
+            out.count(3);
+            out.array(slip_speed);
+            out.array(coefficient);
+            with_memory(out, memory);
+        }
+    }
+}
+
+fn read_friction(body: &mut Reader<'_>) -> Result<Friction, Damaged> {
+    let memory = |body: &mut Reader<'_>| {
+        body.option(|body| {
+            let [distance, min_slip] = body.numbers()?;
+            Ok::<_, Damaged>(Memory { distance, min_slip })
+        })
+    };
+    Ok(match body.word()? {
+        0 => Friction::Coulomb(body.array()?),
+        1 => {
+            let [at_rest, kinetic] = body.numbers()?;
+            Friction::StaticKinetic { at_rest, kinetic }
+        }
+        2 => {
+            let [at_rest, kinetic, half_slip] = body.numbers()?;
+            Friction::SpeedDependent {
+                law: SlipLaw::Exponential {
+                    at_rest,
+                    kinetic,
+                    half_slip,
+                },
+                memory: memory(body)?,
+            }
+        }
+        3 => Friction::SpeedDependent {
+            law: SlipLaw::Table {
+                slip_speed: body.array()?,
+                coefficient: body.array()?,
+            },
+            memory: memory(body)?,
+        },
+        _ => return Err(Damaged("it has no such friction law")),
+    })
+}

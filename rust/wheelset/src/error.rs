@@ -1,0 +1,237 @@
+use std::fmt::{Display, Formatter};
+
+use thiserror::Error;
+
+use crate::Side;
+
+/// Why a wheelset could not be prepared or a step was not solved.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number is not of the kind needed.
+    #[error("{name} is {}: {wanted}", Short(*.value))]
+    Number {
+        /// Name of the number.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted.
+        wanted: &'static str,
+    },
+    /// An entry of a pose or velocity is not finite, or too large for any.
+    #[error("{name}[{index}] is {}: a finite number of at most 1e+30 is needed", Short(*.value))]
+    Entry {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// Components of the pose are left open that no balance finds.
+    #[error("pose is {pose:?}: z alone, or z and roll of both wheels, can be found from balance")]
+    Open {
+        /// The pose given.
+        pose: [f64; 6],
+    },
+    /// The wheelset is too far away.
+    #[error("pose, {name}, is {} m: at most {} m is needed", Short(*.value), Short(*.most))]
+    Far {
+        /// Name of the component.
+        name: &'static str,
+        /// Its value [m].
+        value: f64,
+        /// Largest size accepted [m].
+        most: f64,
+    },
+    /// The wheelset is turned off its rails.
+    #[error(
+        "{name} is {} rad: at most {most} rad is needed, or the wheelset does not roll along the rails",
+        Short(*.value)
+    )]
+    Turned {
+        /// Name of the component.
+        name: &'static str,
+        /// Its value [rad].
+        value: f64,
+        /// Largest size accepted [rad].
+        most: f64,
+    },
+    /// Friction has no direction.
+    #[error(
+        "the {side} wheel does not roll (velocity {velocity:?}): at rest friction has no direction; prepare with a standstill_speed [m/s]"
+    )]
+    AtRest {
+        /// The wheel.
+        side: Side,
+        /// Velocity of the wheelset [m/s], [rad/s].
+        velocity: [f64; 6],
+    },
+    /// Friction that varies over the patch.
+    #[error("friction has {count} coefficients: patches move, one is needed")]
+    Varying {
+        /// Number of coefficients.
+        count: usize,
+    },
+    /// A state that is none.
+    #[error("state, {part}: {reason}")]
+    State {
+        /// Which part of it.
+        part: &'static str,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// A normal contact was not solved.
+    #[error("the normal contact of the {side} wheel: {status}, residual {residual:.1e}")]
+    Normal {
+        /// The wheel.
+        side: Side,
+        /// How the solver ended.
+        status: &'static str,
+        /// Relative residual.
+        residual: f64,
+    },
+    /// A tangential contact was not solved.
+    #[error("stick and slip under the {side} wheel: residual {residual:.1e}")]
+    Tangential {
+        /// The wheel.
+        side: Side,
+        /// Relative residual.
+        residual: f64,
+    },
+    /// No height carries the force.
+    #[error(
+        "no height{} of the wheelset found at which {} {} N: the last carries {}",
+        if *.is_each { " and roll" } else { "" },
+        if *.is_each { "each wheel carries" } else { "its wheels carry" },
+        Short(*.wanted),
+        carried(.reached)
+    )]
+    Balance {
+        /// Whether each wheel is to carry the force by itself.
+        is_each: bool,
+        /// Force wanted [N].
+        wanted: f64,
+        /// Forces of the last trial [N].
+        reached: Vec<f64>,
+    },
+    /// A result is not finite.
+    #[error("the numbers given are too large: {name} is {value}")]
+    Overflow {
+        /// Name of the result.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Bytes that hold no prepared wheels.
+    #[error("no prepared wheels: {0}")]
+    Stored(&'static str),
+    /// Where wheel and rail touch could not be found.
+    #[error(transparent)]
+    Geometry(#[from] mtb_geometry::Error),
+    /// A body that makes no sense.
+    #[error(transparent)]
+    Elasticity(#[from] mtb_elasticity::Error),
+    /// A grid that makes no sense.
+    #[error(transparent)]
+    Grid(#[from] mtb_operator::Error),
+    /// A contact problem was refused or broken off.
+    #[error(transparent)]
+    Contact(#[from] mtb_contact::Error),
+}
+
+impl Error {
+    /// Whether all was well with what was given, but no solution was found.
+    pub fn is_not_converged(&self) -> bool {
+        matches!(
+            self,
+            Self::Normal { .. } | Self::Tangential { .. } | Self::Balance { .. }
+        )
+    }
+}
+
+impl From<mtb_contact::record::Damaged> for Error {
+    fn from(damaged: mtb_contact::record::Damaged) -> Self {
+        Self::Stored(damaged.0)
+    }
+}
+
+fn carried(forces: &[f64]) -> String {
+    let each: Vec<String> = forces.iter().map(|f| format!("{} N", Short(*f))).collect();
+    each.join(", ")
+}
+
+/// A number with six digits, with an exponent where it is large or small.
+struct Short(f64);
+
+impl Display for Short {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let scientific = format!("{:.5e}", self.0);
+        let Some((mantissa, exponent)) = scientific.split_once('e') else {
+            return write!(f, "{}", self.0);
+        };
+        let power: i32 = exponent.parse().unwrap_or(0);
+        let trimmed = |digits: &str| {
+            let short = digits.trim_end_matches('0').trim_end_matches('.');
+            short.to_owned()
+        };
+        if (-4..6).contains(&power) {
+            let decimals = (5 - power) as usize;
+            let fixed = format!("{:.decimals$}", self.0);
+            let text = if decimals > 0 { trimmed(&fixed) } else { fixed };
+            f.write_str(&text)
+        } else {
+            let sign = if power < 0 { '-' } else { '+' };
+            let mantissa = trimmed(mantissa);
+            write!(f, "{mantissa}e{sign}{:02}", power.abs())
+        }
+    }
+}
+
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value <= LARGEST {
+        return Ok(());
+    }
+    Err(Error::Number {
+        name,
+        value,
+        wanted: "a positive number of at most 1e+30 is needed",
+    })
+}
+
+/// Largest number a step takes, in SI units; beyond it squares overflow.
+const LARGEST: f64 = 1e30;
+
+/// Checks that entries are finite and not too large.
+pub(crate) fn check_entries(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|v| v.is_nan() || v.abs() > LARGEST) {
+        Some(index) => Err(Error::Entry {
+            name,
+            index,
+            value: values[index],
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Short;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (-1e300, "-1e+300"),
+            (1.234_567_8, "1.23457"),
+            (60e3, "60000"),
+            (123_456.7, "123457"),
+            (1_234_567.0, "1.23457e+06"),
+            (2.5e-5, "2.5e-05"),
+            (f64::INFINITY, "inf"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(Short(value).to_string(), text);
+        }
+    }
+}

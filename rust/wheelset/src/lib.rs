@@ -1,0 +1,37 @@
+//! Wheels on rails in a simulation: pose and velocity of the wheelset in, forces and tractions out.
+//!
+//! **What.** A [`Wheelset`] says which profiles, bodies and friction; [`PreparedWheels`] solves it once a step:
+//! it places the profiles, finds the contact planes and, where the height is left open, the height (and roll)
+//! at which the wheels carry their force; then pressures, creepages and the tractions of steady rolling.
+//!
+//! **Not here.** No influence coefficient, no contact solver, no profile: those are in `mtb-elasticity`,
+//! `mtb-contact` and `mtb-geometry`.
+//!
+//! **Conventions.** SI units. The track frame: x along the rails, the direction of travel, y to the left, z up;
+//! its origin lies on the top of the rails in the middle of the track. Forces and tractions act on the rail.
+//! A pose is a displacement x, y, z [m], roll, pitch, yaw [rad], turned in this order about the fixed axes
+//! through the reference point.
+//!
+//! **References.** [Kalker1990], [Johnson1985].
+
+mod balance;
+mod bytes;
+mod error;
+mod operators;
+mod patch;
+mod prepared;
+mod rolling;
+mod root;
+mod state;
+mod wheelset;
+
+pub use error::Error;
+pub use patch::{PointStatus, WheelPatch};
+pub use prepared::{PreparedWheels, Velocity, WheelStep};
+pub use state::{PatchRatio, WheelState};
+pub use wheelset::{Side, Sides, Wheelset};
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

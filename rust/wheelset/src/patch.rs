@@ -1,0 +1,98 @@
+use mtb_operator::Grid;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::Side;
+
+/// What a point of a patch does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum PointStatus {
+    /// No contact.
+    Open = 0,
+    /// The surfaces stick.
+    Stick = 1,
+    /// The surfaces slip.
+    Slip = 2,
+}
+
+/// A contact patch of a step; fields (ny * nx, x fastest) in its own frame: x along the rail, y across, normal.
+#[derive(Clone, Debug)]
+pub struct WheelPatch {
+    /// The wheel.
+    pub side: Side,
+    /// Origin of the frame, in the track [m].
+    pub position: [f64; 3],
+    /// Rows of the rotation whose columns are x, y and normal of the frame in the track; the normal points from
+    /// the rail to the wheel.
+    pub rotation: [[f64; 3]; 3],
+    /// Slope of the contact plane [rad], > 0 where it rises to the field side (flange contact).
+    pub contact_angle: f64,
+    /// y of the origin in the rail profile's own frame [m].
+    pub rail_position: f64,
+    /// y of the origin in the wheel profile's own frame [m].
+    pub wheel_position: f64,
+    /// First point along x and y, in spacings from the origin.
+    pub first: [i64; 2],
+    /// The points.
+    pub grid: Grid,
+    /// Pressure (n) [Pa].
+    pub pressure: Vec<f64>,
+    /// Traction on the rail (2n) [Pa], along x first.
+    pub traction: Vec<f64>,
+    /// Slip velocity of the wheel over the rail (2n) [m/s]; zero where they stick.
+    pub slip_velocity: Vec<f64>,
+    /// Status (n).
+    pub status: Vec<PointStatus>,
+    /// Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
+    pub creepage: [f64; 3],
+    /// Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
+    pub rolling_speed: f64,
+    /// Sum of pressure times area [N].
+    pub normal_force: f64,
+    /// Share of the estimated contact area inclined too much against the plane to be represented by it [-].
+    pub neglected: f64,
+}
+
+impl WheelPatch {
+    /// Place of a point in the frame of the patch [m].
+    pub fn place(&self, point: usize) -> [f64; 2] {
+        let (column, row) = (point % self.grid.nx, point / self.grid.nx);
+        [
+            self.grid.dx * (self.first[0] + column as i64) as f64,
+            self.grid.dy * (self.first[1] + row as i64) as f64,
+        ]
+    }
+
+    /// Force on the rail [N] and its moment about `point` [N m], in the track.
+    pub fn load(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
+        let n = self.pressure.len();
+        // about the origin of the frame, in the frame
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for k in 0..n {
+            let [x, y] = self.place(k);
+            let load = Vector3::new(self.traction[k], self.traction[n + k], -self.pressure[k]);
+            force += load;
+            moment += Vector3::new(x, y, 0.0).cross(&load);
+        }
+        let turn = Matrix3::from_fn(|i, j| self.rotation[i][j]) * self.grid.cell_area();
+        let (force, moment) = (turn * force, turn * moment);
+        let arm = Vector3::from(self.position) - Vector3::from(point);
+        [force.into(), (moment + arm.cross(&force)).into()]
+    }
+
+    /// Heat of sliding [W], >= 0: what the tractions work on the rigid slip.
+    ///
+    /// In steady rolling the elastic energy stays, so all of it turns into heat, as in an energy balance of the
+    /// wheelset. On cells, traction times slip velocity is less, by an error of the first order in their size.
+    pub fn friction_power(&self) -> f64 {
+        let n = self.pressure.len();
+        let [xi, eta, phi] = self.creepage.map(|c| self.rolling_speed.abs() * c);
+        let sum: f64 = (0..n)
+            .map(|k| {
+                let [x, y] = self.place(k);
+                self.traction[k] * (xi - phi * y) + self.traction[n + k] * (eta + phi * x)
+            })
+            .sum();
+        sum * self.grid.cell_area()
+    }
+}

@@ -1,0 +1,301 @@
+//! A wheelset ready for a simulation, and its steps.
+
+use std::sync::Arc;
+
+use mtb_geometry::WheelOverRail;
+use mtb_operator::Monitor;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::balance::{Trial, in_balance, trial};
+use crate::error::{Error, check_entries};
+use crate::operators::Operators;
+use crate::patch::WheelPatch;
+use crate::rolling::rolling;
+use crate::state::WheelState;
+use crate::wheelset::{Side, Sides, Wheelset};
+
+/// Largest displacement [m]; beyond it cells drown in rounding.
+const FARTHEST: f64 = 1e6;
+/// Roll and yaw [rad] beyond which a wheelset is not on its rails.
+const MOST_TURNED: f64 = 0.5;
+
+/// Components of a pose, in order.
+const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+
+/// Velocity of a wheelset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Velocity {
+    /// So fast along x [m/s], and rolling on the tape circle, about the axle as posed.
+    Rolling(f64),
+    /// Of the reference point (x, y, z) [m/s], and the rotation about x, y, z [rad/s], that about the axle
+    /// included: forwards it is positive about y; a yawed or rolled axle has parts of it along x and z.
+    Rigid([f64; 6]),
+}
+
+/// Contact load of a step.
+#[derive(Clone, Debug)]
+pub struct WheelStep {
+    /// Force of all patches on the rails, in the track [N]; the wheelset feels the opposite.
+    pub force: [f64; 3],
+    /// Moment of it about the reference point [N m].
+    pub moment: [f64; 3],
+    /// The reference point, where the pose has put it [m].
+    pub reference_point: [f64; 3],
+    /// The pose, with what was found from balance [m], [rad].
+    pub pose: [f64; 6],
+    /// The patches, those of the left wheel first; none where a wheel is lifted.
+    pub patches: Vec<WheelPatch>,
+    /// Heat of sliding [W], >= 0: what the tractions work on the rigid slip.
+    pub friction_power: f64,
+    /// For the next step.
+    pub state: WheelState,
+    /// Normal problems, of all patches and trials of the height.
+    pub normal_solves: usize,
+    /// Newton steps of the tangential problems.
+    pub iterations: usize,
+}
+
+/// One or both wheels of a wheelset with the memory of their last step.
+#[derive(Clone)]
+pub struct PreparedWheels {
+    pub(crate) ready: Arc<Ready>,
+    state: WheelState,
+}
+
+/// What all copies of a prepared wheelset share.
+pub(crate) struct Ready {
+    pub(crate) wheelset: Wheelset,
+    pub(crate) over: WheelOverRail,
+    pub(crate) operators: Operators,
+}
+
+impl PreparedWheels {
+    /// Places the profiles of a wheelset.
+    ///
+    /// # Errors
+    /// Numbers that make no sense, profiles that never face each other, friction that varies over the patch.
+    pub fn new(wheelset: Wheelset) -> Result<Self, Error> {
+        wheelset.check()?;
+        let over = WheelOverRail::new(&wheelset.pair)?;
+        let operators = Operators::default();
+        let ready = Ready {
+            wheelset,
+            over,
+            operators,
+        };
+        Ok(Self {
+            ready: Arc::new(ready),
+            state: WheelState::default(),
+        })
+    }
+
+    /// The wheelset.
+    pub fn wheelset(&self) -> &Wheelset {
+        &self.ready.wheelset
+    }
+
+    /// What the last step that was solved has left.
+    pub fn state(&self) -> &WheelState {
+        &self.state
+    }
+
+    /// The same wheels without memory; what is made from their size is shared.
+    #[must_use]
+    pub fn without_memory(&self) -> Self {
+        Self {
+            ready: self.ready.clone(),
+            state: WheelState::default(),
+        }
+    }
+
+    /// Takes a state for that of the last step.
+    ///
+    /// # Errors
+    /// A state that is none.
+    pub fn resume(&mut self, state: WheelState) -> Result<(), Error> {
+        state.check()?;
+        self.state = state;
+        Ok(())
+    }
+
+    /// Solves the contacts at one instant, from the memory of the last one.
+    ///
+    /// `pose`: displacement of the wheelset from where it stands in the [`Wheelset`], just touching the left
+    /// rail: x, y, z [m], roll, pitch, yaw [rad]. z NaN: found so that the pressures carry the vertical force
+    /// (on both wheels twice that); z and roll NaN, both wheels: so that each carries it.
+    ///
+    /// # Errors
+    /// Numbers that make no sense; a contact that reaches the end of a profile; friction at rest without a
+    /// standstill speed; problems that were not solved ([`Error::is_not_converged`]); an interruption. The
+    /// memory then stays that of the step before.
+    pub fn step(
+        &mut self,
+        pose: [f64; 6],
+        velocity: Velocity,
+        monitor: Monitor<'_>,
+    ) -> Result<WheelStep, Error> {
+        let ready = self.ready.clone();
+        let wheelset = &ready.wheelset;
+        check_pose(&pose, wheelset.sides)?;
+        match velocity {
+            Velocity::Rolling(speed) => check_entries("velocity", &[speed])?,
+            Velocity::Rigid(velocity) => check_entries("velocity", &velocity)?,
+        }
+        let mut place = pose;
+        let mut normal_solves = 0;
+        let (trials, depth) = if pose[2].is_nan() {
+            in_balance(
+                &ready,
+                &mut place,
+                &self.state.depth,
+                &mut normal_solves,
+                monitor,
+            )?
+        } else {
+            let each = wheelset.sides.each().iter();
+            let trials: Result<Vec<Trial>, Error> = each
+                .map(|side| trial(&ready, *side, &place, &mut normal_solves, monitor))
+                .collect();
+            (trials?, self.state.depth.clone())
+        };
+        let centre =
+            Vector3::from(wheelset.reference_point) + Vector3::new(place[0], place[1], place[2]);
+        let rigid = match velocity {
+            Velocity::Rigid(rigid) => rigid,
+            Velocity::Rolling(speed) => {
+                let axle = rotation(&place).column(1) * (speed / wheelset.pair.wheel_radius);
+                [speed, 0.0, 0.0, axle[0], axle[1], axle[2]]
+            }
+        };
+        let mut out = WheelStep {
+            force: [0.0; 3],
+            moment: [0.0; 3],
+            reference_point: centre.into(),
+            pose: place,
+            patches: Vec::new(),
+            friction_power: 0.0,
+            state: WheelState {
+                depth,
+                patches: Vec::new(),
+            },
+            normal_solves,
+            iterations: 0,
+        };
+        for (side, trial) in wheelset.sides.each().iter().zip(trials) {
+            let mut known = self.state.patches.iter().filter(|p| p.side == *side);
+            for (plane, pressure) in trial.patches {
+                let start = known
+                    .next()
+                    .map(|known| known.on(plane.first, plane.nx, plane.ny));
+                let rolled = rolling(
+                    &ready,
+                    *side,
+                    &plane,
+                    &pressure,
+                    centre,
+                    &rigid,
+                    start.as_deref(),
+                    monitor,
+                )?;
+                let [force, moment] = rolled.patch.load(out.reference_point);
+                for c in 0..3 {
+                    out.force[c] += force[c];
+                    out.moment[c] += moment[c];
+                }
+                out.friction_power += rolled.patch.friction_power();
+                out.iterations += rolled.iterations;
+                out.state.patches.push(rolled.ratio);
+                out.patches.push(rolled.patch);
+            }
+        }
+        out.check()?;
+        self.state = out.state.clone();
+        Ok(out)
+    }
+}
+
+impl WheelStep {
+    /// Whether all numbers are finite.
+    fn check(&self) -> Result<(), Error> {
+        let totals: [(&'static str, &[f64]); 4] = [
+            ("force", &self.force),
+            ("moment", &self.moment),
+            ("pose", &self.pose),
+            ("friction power", &[self.friction_power]),
+        ];
+        let fields = self.patches.iter().flat_map(|patch| {
+            [
+                ("pressure", patch.pressure.as_slice()),
+                ("traction", &patch.traction),
+                ("slip velocity", &patch.slip_velocity),
+                ("creepage", &patch.creepage),
+            ]
+        });
+        for (name, values) in totals.into_iter().chain(fields) {
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Overflow { name, value });
+            }
+        }
+        self.state.check()
+    }
+}
+
+impl Ready {
+    /// Centre of the axle [m] and its unit direction, for the right wheel seen in a mirror.
+    pub(crate) fn axle(&self, side: Side, place: &[f64; 6]) -> [[f64; 3]; 2] {
+        let wheelset = &self.wheelset;
+        let pair = &wheelset.pair;
+        let height = pair.wheel_radius + self.over.first_height();
+        let from = Vector3::from(wheelset.reference_point);
+        let arm = Vector3::new(0.0, pair.lateral, height) - from;
+        let turn = rotation(place);
+        let shift = Vector3::new(place[0], place[1], place[2]);
+        let mut centre: [f64; 3] = (from + shift + turn * arm).into();
+        let mut direction: [f64; 3] = turn.column(1).into();
+        if side == Side::Right {
+            centre[1] = -centre[1];
+            direction[0] = -direction[0];
+            direction[2] = -direction[2];
+        }
+        [centre, direction]
+    }
+}
+
+/// Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
+fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
+    Rotation3::from_euler_angles(place[3], place[4], place[5]).into_inner()
+}
+
+fn check_pose(pose: &[f64; 6], sides: Sides) -> Result<(), Error> {
+    for (k, name) in POSE.iter().enumerate() {
+        let value = pose[k];
+        if value.is_nan() {
+            continue;
+        }
+        check_entries("pose", &[value]).map_err(|_| Error::Entry {
+            name: "pose",
+            index: k,
+            value,
+        })?;
+        if k < 3 && value.abs() > FARTHEST {
+            return Err(Error::Far {
+                name,
+                value,
+                most: FARTHEST,
+            });
+        }
+        if (k == 3 || k == 5) && value.abs() > MOST_TURNED {
+            return Err(Error::Turned {
+                name,
+                value,
+                most: MOST_TURNED,
+            });
+        }
+    }
+    let is_open = pose.map(f64::is_nan);
+    let is_each = is_open[3] && is_open[2] && sides == Sides::Both;
+    if [0, 1, 4, 5].iter().any(|k| is_open[*k]) || (is_open[3] && !is_each) {
+        return Err(Error::Open { pose: *pose });
+    }
+    Ok(())
+}

@@ -1,0 +1,266 @@
+//! Steady rolling of a patch.
+
+use std::borrow::Cow;
+
+use mtb_complementarity::discs::DiscState;
+use mtb_contact::friction::Friction;
+use mtb_contact::tangential::{Drive, TangentialProblem, solve};
+use mtb_geometry::PlaneGap;
+use mtb_operator::{Grid, Monitor};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::Error;
+use crate::patch::{PointStatus, WheelPatch};
+use crate::prepared::Ready;
+use crate::state::PatchRatio;
+use crate::wheelset::Side;
+
+/// Relative residual of the tangential problem.
+const TOLERANCE: f64 = 1e-6;
+/// Below this share of the speed of the wheel's rim rolling has no direction.
+const NO_ROLLING: f64 = 1e-9;
+
+/// A patch with its traction.
+pub(crate) struct Rolled {
+    pub(crate) patch: WheelPatch,
+    /// Traction over pressure for the next step, as of a left wheel.
+    pub(crate) ratio: PatchRatio,
+    pub(crate) iterations: usize,
+}
+
+/// The loaded part of a patch as steady rolling along +x sees it: rolling backwards is rolling forwards seen
+/// from the other side.
+struct Cut {
+    /// Columns and rows of the whole patch, and of the part.
+    whole: [usize; 2],
+    size: [usize; 2],
+    start: [usize; 2],
+    is_backwards: bool,
+}
+
+impl Cut {
+    /// `None` where no point is loaded.
+    fn of(pressure: &[f64], nx: usize, is_backwards: bool) -> Option<Self> {
+        let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+        for (k, _) in pressure.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+            for (c, at) in [k % nx, k / nx].into_iter().enumerate() {
+                low[c] = low[c].min(at);
+                high[c] = high[c].max(at);
+            }
+        }
+        (low[0] <= high[0]).then(|| Self {
+            whole: [nx, pressure.len() / nx],
+            size: [0, 1].map(|c| high[c] - low[c] + 1),
+            start: low,
+            is_backwards,
+        })
+    }
+
+    /// Pairs of points: of the part on a grid with rows of `nx`, and of the whole.
+    fn points(&self, nx: usize) -> impl Iterator<Item = (usize, usize)> {
+        let [columns, rows] = self.size;
+        (0..columns * rows).map(move |k| {
+            let (i, j) = (k % columns, k / columns);
+            let place = |c: usize, at: usize| {
+                self.start[c]
+                    + if self.is_backwards {
+                        self.size[c] - 1 - at
+                    } else {
+                        at
+                    }
+            };
+            (j * nx + i, place(1, j) * self.whole[0] + place(0, i))
+        })
+    }
+
+    /// First column and row of the part as seen, in spacings from the origin.
+    fn origin(&self, first: [i64; 2]) -> [i64; 2] {
+        [0, 1].map(|c| {
+            let low = first[c] + self.start[c] as i64;
+            if self.is_backwards {
+                -(low + self.size[c] as i64 - 1)
+            } else {
+                low
+            }
+        })
+    }
+}
+
+/// The patch of a wheel rolling: `centre` is the reference point, `motion` the velocity there and the rotation;
+/// `start`: traction over pressure to try first.
+#[allow(clippy::too_many_arguments, reason = "one patch at one instant")]
+pub(crate) fn rolling(
+    ready: &Ready,
+    side: Side,
+    plane: &PlaneGap,
+    pressure: &[f64],
+    centre: Vector3<f64>,
+    motion: &[f64; 6],
+    start: Option<&[f64]>,
+    monitor: Monitor<'_>,
+) -> Result<Rolled, Error> {
+    let wheelset = &ready.wheelset;
+    let [dx, dy] = wheelset.spacing;
+    let is_right = side == Side::Right;
+    let mirror = Vector3::new(1.0, if is_right { -1.0 } else { 1.0 }, 1.0);
+    let (sin, cos) = plane.angle.sin_cos();
+    let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
+    let position = Vector3::from(plane.position);
+
+    let shift = Vector3::new(motion[0], motion[1], motion[2]).component_mul(&mirror);
+    let mut spin_vector = Vector3::new(motion[3], motion[4], motion[5]);
+    if is_right {
+        spin_vector = -spin_vector.component_mul(&mirror);
+    }
+    let rigid = shift + spin_vector.cross(&(position - centre.component_mul(&mirror)));
+    let slip = turn.transpose() * rigid;
+    let spin = turn.column(2).dot(&spin_vector);
+    let rolling = motion[0] - 0.5 * slip.x;
+    let speed = rolling.abs().max(wheelset.standstill_speed.unwrap_or(0.0));
+    if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
+        return Err(Error::AtRest {
+            side,
+            velocity: *motion,
+        });
+    }
+    let mut creepage = [slip.x / speed, slip.y / speed, spin / speed];
+    let sense = if rolling < 0.0 { -1.0 } else { 1.0 };
+
+    let n = pressure.len();
+    let mut traction = vec![0.0; 2 * n];
+    let mut slip_velocity = vec![0.0; 2 * n];
+    let mut status = vec![PointStatus::Open; n];
+    let mut ratio = vec![0.0; 2 * n];
+    let mut iterations = 0;
+    if let Some(cut) = Cut::of(pressure, plane.nx, sense < 0.0) {
+        let operators = ready.operators.at_least(
+            cut.size,
+            wheelset.spacing,
+            &wheelset.bodies,
+            wheelset.layer,
+        )?;
+        let grid = operators.grid();
+        let cells = grid.points();
+        let mut part = vec![0.0; cells];
+        let mut first_try = start.is_some().then(|| vec![0.0; 2 * cells]);
+        for (here, there) in cut.points(grid.nx) {
+            part[here] = pressure[there];
+            if let (Some(to), Some(from)) = (&mut first_try, start) {
+                to[here] = sense * from[there] * pressure[there];
+                to[cells + here] = sense * from[n + there] * pressure[there];
+            }
+        }
+        let [x, y] = cut.origin(plane.first);
+        let solution = solve(
+            &operators,
+            &TangentialProblem {
+                pressure: &part,
+                origin: [x as f64 * dx, y as f64 * dy],
+                drive: [
+                    Drive::Slip(sense * creepage[0]),
+                    Drive::Slip(sense * creepage[1]),
+                ],
+                spin: creepage[2],
+                speed,
+                friction: &on_all(&wheelset.friction, cells),
+                earlier: None,
+                start: first_try.as_deref(),
+                tolerance: TOLERANCE,
+            },
+            monitor,
+        )?;
+        if !solution.converged {
+            return Err(Error::Tangential {
+                side,
+                residual: solution.history.last().copied().unwrap_or(f64::NAN),
+            });
+        }
+        iterations = solution.iterations + solution.coarse_iterations;
+        for (here, there) in cut.points(grid.nx) {
+            status[there] = match solution.state[here] {
+                DiscState::Excluded => PointStatus::Open,
+                DiscState::Inside => PointStatus::Stick,
+                DiscState::Rim => PointStatus::Slip,
+            };
+            for c in 0..2 {
+                let (from, to) = (c * cells + here, c * n + there);
+                traction[to] = sense * solution.traction[from];
+                if status[there] == PointStatus::Slip {
+                    slip_velocity[to] = sense * speed * solution.slip[from];
+                }
+                if pressure[there] > 0.0 {
+                    ratio[to] = traction[to] / pressure[there];
+                }
+            }
+        }
+    }
+    let kept = PatchRatio {
+        side,
+        first: plane.first,
+        nx: plane.nx,
+        ny: plane.ny,
+        ratio,
+    };
+    let mut first = plane.first;
+    let mut pressure = pressure.to_vec();
+    let mut rotation = turn;
+    if is_right {
+        // out of the mirror; y stays to the left
+        let flip = Matrix3::from_diagonal(&mirror);
+        rotation = flip * turn * flip;
+        creepage = [creepage[0], -creepage[1], -creepage[2]];
+        first[1] = -(first[1] + plane.ny as i64 - 1);
+        reverse_rows(&mut pressure, plane.nx);
+        reverse_rows(&mut status, plane.nx);
+        for field in [&mut traction, &mut slip_velocity] {
+            let (along, across) = field.split_at_mut(n);
+            reverse_rows(along, plane.nx);
+            reverse_rows(across, plane.nx);
+            for value in across {
+                *value = -*value;
+            }
+        }
+    }
+    let patch = WheelPatch {
+        side,
+        position: position.component_mul(&mirror).into(),
+        rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| rotation[(i, j)])),
+        contact_angle: plane.angle,
+        rail_position: plane.rail_position,
+        wheel_position: plane.wheel_position,
+        first,
+        grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
+        normal_force: pressure.iter().sum::<f64>() * dx * dy,
+        pressure,
+        traction,
+        slip_velocity,
+        status,
+        creepage,
+        rolling_speed: sense * speed,
+        neglected: plane.neglected,
+    };
+    Ok(Rolled {
+        patch,
+        ratio: kept,
+        iterations,
+    })
+}
+
+/// The law with its coefficient at every one of `cells`.
+fn on_all(friction: &Friction, cells: usize) -> Cow<'_, Friction> {
+    match friction {
+        Friction::Coulomb(coefficient) => {
+            Cow::Owned(Friction::Coulomb(vec![coefficient[0]; cells]))
+        }
+        other => Cow::Borrowed(other),
+    }
+}
+
+fn reverse_rows<T>(field: &mut [T], nx: usize) {
+    let ny = field.len() / nx;
+    for row in 0..ny / 2 {
+        for column in 0..nx {
+            field.swap(row * nx + column, (ny - 1 - row) * nx + column);
+        }
+    }
+}

@@ -1,0 +1,201 @@
+use crate::{Error, Side};
+
+/// Farthest grid line of a state, in spacings.
+const FARTHEST: f64 = 1e15;
+/// Largest traction over pressure of a state.
+const LARGEST: f64 = 1e12;
+
+/// What a step leaves for the next one: it decides how long that takes, not what comes out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WheelState {
+    /// Overlap [m] of the undeformed bodies that carries the force, one entry for each unknown of the height.
+    pub depth: Vec<f64>,
+    /// Traction over pressure of each patch.
+    pub patches: Vec<PatchRatio>,
+}
+
+/// Traction over pressure of a patch, on its grid, as of a left wheel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchRatio {
+    /// The wheel.
+    pub side: Side,
+    /// First grid line along x and across, in spacings from the origin of the plane.
+    pub first: [i64; 2],
+    /// Points along x.
+    pub nx: usize,
+    /// Points across.
+    pub ny: usize,
+    /// The ratio (2 * ny * nx) [-], along x first.
+    pub ratio: Vec<f64>,
+}
+
+impl WheelState {
+    /// The state as numbers: count and entries of the depth, then for each patch side (1 left, -1 right), first
+    /// grid lines, points along x and across, and the ratio.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let mut numbers = vec![self.depth.len() as f64];
+        numbers.extend(&self.depth);
+        for patch in &self.patches {
+            let side = if patch.side == Side::Left { 1.0 } else { -1.0 };
+            let [x, y] = patch.first.map(|first| first as f64);
+            numbers.extend([side, x, y, patch.nx as f64, patch.ny as f64]);
+            numbers.extend(&patch.ratio);
+        }
+        numbers
+    }
+
+    /// The state that [`WheelState::to_numbers`] made the numbers of.
+    ///
+    /// # Errors
+    /// Numbers that are none.
+    pub fn from_numbers(numbers: &[f64]) -> Result<Self, Error> {
+        let cut = Error::State {
+            part: "its numbers",
+            reason: "some are missing, or a count is none",
+        };
+        let mut rest = numbers;
+        let mut take = |count: f64| {
+            let count = (count.fract() == 0.0 && (0.0..1e9).contains(&count))
+                .then_some(count as usize)
+                .ok_or_else(|| cut.clone())?;
+            let (head, tail) = rest.split_at_checked(count).ok_or_else(|| cut.clone())?;
+            rest = tail;
+            Ok::<_, Error>((head, tail.is_empty()))
+        };
+        let (count, _) = take(1.0)?;
+        let (depth, mut is_done) = take(count[0])?;
+        let mut state = Self {
+            depth: depth.to_vec(),
+            patches: Vec::new(),
+        };
+        while !is_done {
+            let (head, _) = take(5.0)?;
+            let side = match head[0] {
+                1.0 => Side::Left,
+                -1.0 => Side::Right,
+                _ => return Err(cut),
+            };
+            let is_whole = |v: &f64| v.fract() == 0.0 && v.abs() <= FARTHEST;
+            if !head.iter().all(is_whole) || head[3] < 0.0 || head[4] < 0.0 {
+                return Err(cut);
+            }
+            let ratio;
+            (ratio, is_done) = take(2.0 * head[3] * head[4])?;
+            state.patches.push(PatchRatio {
+                side,
+                first: [head[1] as i64, head[2] as i64],
+                nx: head[3] as usize,
+                ny: head[4] as usize,
+                ratio: ratio.to_vec(),
+            });
+        }
+        state.check()?;
+        Ok(state)
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let wrong = |part, reason| Err(Error::State { part, reason });
+        if self.depth.len() > 2 || self.depth.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+            return wrong("depth", "at most two overlaps > 0 [m] are needed");
+        }
+        for patch in &self.patches {
+            let cells = patch
+                .nx
+                .checked_mul(patch.ny)
+                .and_then(|n| n.checked_mul(2));
+            if cells != Some(patch.ratio.len()) {
+                return wrong("ratio", "it does not have the size of its grid");
+            }
+            if patch.ratio.iter().any(|r| r.is_nan() || r.abs() > LARGEST) {
+                return wrong("ratio", "finite numbers of at most 1e+12 are needed");
+            }
+            if patch.first.iter().any(|f| (*f as f64).abs() > FARTHEST) {
+                return wrong("first", "grid lines up to 1e+15 are needed");
+            }
+        }
+        Ok(())
+    }
+}
+
+impl PatchRatio {
+    /// The ratio on another grid; zero beyond this one's.
+    pub(crate) fn on(&self, first: [i64; 2], nx: usize, ny: usize) -> Vec<f64> {
+        let mut out = vec![0.0; 2 * nx * ny];
+        let offset = [first[0] - self.first[0], first[1] - self.first[1]];
+        // column and row there of the ones here
+        let there = |k: usize, offset: i64, count: usize| {
+            usize::try_from(k as i64 + offset)
+                .ok()
+                .filter(|k| *k < count)
+        };
+        for j in 0..ny {
+            let Some(row) = there(j, offset[1], self.ny) else {
+                continue;
+            };
+            for i in 0..nx {
+                let Some(column) = there(i, offset[0], self.nx) else {
+                    continue;
+                };
+                for c in 0..2 {
+                    out[(c * ny + j) * nx + i] = self.ratio[(c * self.ny + row) * self.nx + column];
+                }
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn state() -> WheelState {
+        let patch = |side, first| PatchRatio {
+            side,
+            first,
+            nx: 3,
+            ny: 2,
+            ratio: (0..12).map(|k| 0.1 * f64::from(k)).collect(),
+        };
+        WheelState {
+            depth: vec![1e-4, 2e-4],
+            patches: vec![patch(Side::Left, [-1, 4]), patch(Side::Right, [0, -7])],
+        }
+    }
+
+    #[test]
+    fn numbers_come_back() {
+        for state in [state(), WheelState::default()] {
+            let numbers = state.to_numbers();
+            assert_eq!(WheelState::from_numbers(&numbers).unwrap(), state);
+        }
+        let numbers = state().to_numbers();
+        assert!(WheelState::from_numbers(&numbers[..numbers.len() - 1]).is_err());
+        assert!(WheelState::from_numbers(&[]).is_err());
+        assert!(WheelState::from_numbers(&[1.0, f64::NAN]).is_err());
+    }
+
+    #[test]
+    fn a_ratio_moves_with_its_grid() {
+        let patch = &state().patches[0];
+        assert_eq!(patch.on([-1, 4], 3, 2), patch.ratio);
+        let moved = patch.on([0, 5], 2, 2);
+        assert_eq!(&moved[..2], &patch.ratio[4..6]);
+        assert_eq!(&moved[2..4], &[0.0, 0.0]);
+        assert_eq!(&moved[4..6], &patch.ratio[10..]);
+        assert!(patch.on([100, 0], 4, 4).iter().all(|v| *v == 0.0));
+    }
+
+    proptest! {
+        #[test]
+        fn any_numbers_are_a_state_or_an_error(numbers in prop::collection::vec(
+            prop_oneof![any::<f64>(), (-2..4).prop_map(f64::from)], 0..30)
+        ) {
+            if let Ok(state) = WheelState::from_numbers(&numbers) {
+                prop_assert_eq!(state.to_numbers(), numbers);
+            }
+        }
+    }
+}

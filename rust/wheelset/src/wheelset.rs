@@ -1,0 +1,134 @@
+use std::fmt::{Display, Formatter};
+
+use mtb_contact::friction::Friction;
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::Pair;
+use mtb_geometry::{WheelOnRail, WheelRailLoad};
+
+use crate::error::{Error, check_entries, positive};
+
+/// A wheel of the wheelset, seen in the direction of travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At y > 0.
+    Left,
+    /// At y < 0.
+    Right,
+}
+
+impl Display for Side {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        })
+    }
+}
+
+/// Which wheels of a wheelset are in contact problems.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+    /// Both.
+    Both,
+}
+
+impl Sides {
+    /// The wheels, left first.
+    pub fn each(self) -> &'static [Side] {
+        match self {
+            Self::Left => &[Side::Left],
+            Self::Right => &[Side::Right],
+            Self::Both => &[Side::Left, Side::Right],
+        }
+    }
+}
+
+/// One or both wheels of a wheelset on their rails, before any step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wheelset {
+    /// Profiles and track of the left wheel; the wheelset stands shifted by its `lateral` to the left.
+    pub pair: WheelOnRail,
+    /// Which wheels.
+    pub sides: Sides,
+    /// Vertical force of each wheel [N], where the height is found from it.
+    pub force: f64,
+    /// Vertical overlap of the undeformed bodies that may carry the force [m]: where a search begins.
+    pub approach: f64,
+    /// Distance of the points along the rail and across [m].
+    pub spacing: [f64; 2],
+    /// Rail (lower) and wheel (upper).
+    pub bodies: Pair,
+    /// The friction law; a Coulomb law has one coefficient.
+    pub friction: Friction,
+    /// Thickness over shear modulus of a layer between wheel and rail [m/Pa].
+    pub layer: f64,
+    /// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
+    pub reference_point: [f64; 3],
+    /// Speed below which creepages fall to zero with the speed [m/s]; `None`: at rest there is no answer.
+    pub standstill_speed: Option<f64>,
+}
+
+impl Wheelset {
+    /// The left wheel under a vertical `force` [N], points 0.5 mm apart, a coefficient of friction of 0.3, the
+    /// middle of the axle as reference point.
+    ///
+    /// # Errors
+    /// A force or a pair that makes no sense, two rigid bodies.
+    pub fn new(pair: WheelOnRail, bodies: Pair, force: f64) -> Result<Self, Error> {
+        let elastic: Vec<Material> = bodies.lower.into_iter().chain(bodies.upper).collect();
+        let joined = Material::joined(&elastic)?;
+        let load = WheelRailLoad::Force {
+            vertical: force,
+            // of a material with Poisson's ratio zero
+            contact_modulus: joined.young_modulus(),
+        };
+        let contact = pair.contact(load)?;
+        Ok(Self {
+            sides: Sides::Left,
+            force,
+            approach: contact.approach / contact.angle.cos(),
+            spacing: [5e-4; 2],
+            bodies,
+            friction: Friction::Coulomb(vec![0.3]),
+            layer: 0.0,
+            reference_point: [
+                0.0,
+                pair.lateral,
+                pair.wheel_radius + contact.undeformed_height,
+            ],
+            standstill_speed: None,
+            pair,
+        })
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        positive("force", self.force)?;
+        positive("approach", self.approach)?;
+        positive("spacing along the rail", self.spacing[0])?;
+        positive("spacing across", self.spacing[1])?;
+        if !(self.layer >= 0.0 && self.layer.is_finite()) {
+            return Err(Error::Number {
+                name: "layer",
+                value: self.layer,
+                wanted: "thickness over shear modulus must not be negative",
+            });
+        }
+        check_entries("reference_point", &self.reference_point)?;
+        if let Some(speed) = self.standstill_speed {
+            positive("standstill_speed", speed)?;
+        }
+        for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
+            Material::new(material.shear_modulus, material.poisson_ratio)?;
+        }
+        match &self.friction {
+            Friction::Coulomb(coefficient) if coefficient.len() != 1 => Err(Error::Varying {
+                count: coefficient.len(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
