@@ -40,6 +40,16 @@ def contact(tmp_path_factory):
     return prepared, path
 
 
+@pytest.fixture(scope="session")
+def wheels(tmp_path_factory):
+    """A prepared wheelset and its file."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3)
+    prepared = scene.prepare(side="both", friction=mtb.FallingFriction(0.35, 0.25, 0.5))
+    path = tmp_path_factory.mktemp("capi") / "wheelset.mtbw"
+    prepared.save(path)
+    return prepared, path
+
+
 def compiler(name):
     found = shutil.which(name)
     if found is None:
@@ -67,12 +77,30 @@ def check_ride(text, prepared):
     np.testing.assert_allclose(pressure, step.pressure, rtol=1e-12, atol=1e-12 * step.pressure.max())
 
 
-def test_a_program_in_c(library, contact, tmp_path):
-    prepared, path = contact
-    program = tmp_path / "ride"
+def in_c(name, library, folder):
+    """An example, compiled."""
+    program = folder / name
     flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-D_POSIX_C_SOURCE=200809L"]
-    source = [str(CAPI / "examples" / "ride.c"), f"-I{CAPI / 'include'}", f"-L{library}"]
+    source = [str(CAPI / "examples" / f"{name}.c"), f"-I{CAPI / 'include'}", f"-L{library}"]
     subprocess.run([compiler("gcc"), *flags, *source, *LINK, "-o", str(program)], check=True)
+    return program
+
+
+def in_fortran(name, library, folder):
+    program = folder / name
+    sources = [str(CAPI / "fortran" / "mtb.f90"), str(CAPI / "examples" / f"{name}.f90")]
+    flags = ["-std=gnu", "-Wall", "-O1", f"-J{folder}", f"-L{library}"]
+    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
+    return program
+
+
+LANGUAGES = pytest.mark.parametrize("compiled", [in_c, in_fortran], ids=["C", "Fortran"])
+
+
+@LANGUAGES
+def test_a_program_that_brakes(compiled, library, contact, tmp_path):
+    prepared, path = contact
+    program = compiled("ride", library, tmp_path)
     done = run(program, library, path)
     assert done.returncode == 0, done.stderr
     check_ride(done.stdout, prepared)
@@ -81,18 +109,46 @@ def test_a_program_in_c(library, contact, tmp_path):
     assert "none.mtbc: No such file or directory" in missing.stderr
 
 
-def test_a_program_in_fortran(library, contact, tmp_path):
-    prepared, path = contact
-    program = tmp_path / "ride"
-    sources = [str(CAPI / "fortran" / "mtb.f90"), str(CAPI / "examples" / "ride.f90")]
-    flags = ["-std=gnu", "-Wall", "-O1", f"-J{tmp_path}", f"-L{library}"]
-    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
+@LANGUAGES
+def test_a_program_that_runs_on_wheels(compiled, library, wheels, contact, tmp_path):
+    prepared, path = wheels
+    program = compiled("wheelset", library, tmp_path)
     done = run(program, library, path)
     assert done.returncode == 0, done.stderr
-    check_ride(done.stdout, prepared)
-    missing = run(program, library, tmp_path / "none.mtbc")
-    assert missing.returncode == 2
-    assert "No such file or directory" in missing.stderr
+    lines = [[float(v) for v in line.split()] for line in done.stdout.splitlines()]
+    own, speed, wave = prepared.copy(), 30.0, 2.0 * np.pi / 20.0
+    spin = speed / prepared.reference_point[2]
+    for way, y, yaw, height, roll, *load, power, patches in lines[:20]:
+        velocity = [speed, speed * yaw, 0.0, -spin * yaw, spin, -(wave**2) * speed * y]
+        step = own.step([way, y, np.nan, np.nan, 0.0, yaw], velocity)
+        assert (height, roll) == pytest.approx(tuple(step.pose[2:4]), rel=1e-9, abs=1e-15)
+        size = np.abs(step.force).max()
+        np.testing.assert_allclose(load[:3], step.force, rtol=1e-9, atol=1e-9 * size)
+        np.testing.assert_allclose(load[3:], step.moment, rtol=1e-9, atol=1e-9 * size)
+        assert power == pytest.approx(step.friction_power, rel=1e-9)
+        assert patches == len(step.patches)
+    rest = lines[20:]
+    for patch in step.patches:
+        (side, normal, xi, eta, phi, nx, ny), rest = rest[0], rest[1:]
+        n = int(nx * ny)
+        points, rest = np.array(rest[:n]).T, rest[n:]
+        assert side == (1 if patch.side == "left" else -1)
+        assert patch.pressure.shape == (ny, nx)
+        assert normal == pytest.approx(patch.normal_force, rel=1e-9)
+        np.testing.assert_allclose((xi, eta, phi), patch.creepage, rtol=1e-9, atol=1e-12)
+        for field, found in (
+            (patch.pressure, points[:1]),
+            (patch.traction, points[1:3]),
+            (patch.slip_velocity, points[3:5]),
+        ):
+            flat = field.reshape(-1, n)
+            np.testing.assert_allclose(found, flat, rtol=1e-8, atol=1e-8 * np.abs(flat).max())
+        np.testing.assert_array_equal(points[5], patch.status.ravel())
+    assert rest == []
+    # a shoe is no wheelset
+    wrong = run(program, library, contact[1])
+    assert wrong.returncode == 2
+    assert "no prepared wheels: it does not begin as one" in wrong.stderr
 
 
 @pytest.fixture(scope="session")
@@ -159,6 +215,60 @@ def test_what_goes_wrong_has_a_status_and_a_message(c, contact, tmp_path):
     assert c.mtb_contact_free(handle) == 0
     assert c.mtb_contact_free(handle) == 1
     assert step(5.0) == 1
+
+
+def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
+    def message():
+        return c.mtb_last_error_message().decode()
+
+    _, path = wheels
+    damaged = tmp_path / "damaged.mtbw"
+    handle, n = ctypes.c_uint64(), ctypes.c_uint64()
+    damaged.write_bytes(path.read_bytes()[:-1] + b"?")
+    assert c.mtb_wheels_load(str(damaged).encode(), ctypes.byref(handle)) == 2
+    assert message().endswith("no prepared wheels: its checksum is wrong")
+    assert c.mtb_wheels_load(str(path).encode(), None) == 1
+    assert c.mtb_wheels_load(str(path).encode(), ctypes.byref(handle)) == 0
+    nan = float("nan")
+    step = (ctypes.c_double * 64)()
+    rolling = (30.0, 0.0, 0.0, 0.0, 30.0 / 0.46, 0.0)
+
+    def solve(pose=(0.0, 0.0, nan, 0.0, 0.0, 0.0), velocity=rolling, out=step):
+        pose, velocity = (ctypes.c_double * 6)(*pose), (ctypes.c_double * 6)(*velocity)
+        return c.mtb_wheels_step(handle, pose, velocity, out)
+
+    assert c.mtb_wheels_patch(handle, ctypes.c_uint64(0), step) == 1
+    assert message() == "no step was solved yet"
+    assert solve(pose=(nan, 0.0, nan, 0.0, 0.0, 0.0)) == 1
+    assert "z alone, or z and roll of both wheels" in message()
+    assert solve(velocity=(nan, *rolling[1:])) == 1
+    assert message().startswith("velocity[0] is NaN")
+    assert solve(velocity=6 * [0.0]) == 1
+    assert message().startswith("the left wheel does not roll")
+    assert solve(out=None) == 1
+    assert message() == "step is null"
+    # with the left flange on the head the right wheel comes to its end before it carries its force
+    assert solve(pose=(0.0, 0.0475, nan, nan, 0.0, 0.0)) == 4
+    assert message().startswith(
+        "no height and roll of the wheelset found at which each wheel carries 60000 N"
+    )
+    assert solve() == 0
+    assert c.mtb_wheels_patch(handle, ctypes.c_uint64(9), step) == 1
+    assert message() == "there is no patch 9: the last step has 2"
+    assert c.mtb_wheels_fields(handle, ctypes.c_uint64(0), ctypes.c_uint64(3), step, None, None, None) == 1
+    assert message().startswith("pressure has room for 3 numbers, there are ")
+    assert c.mtb_wheels_state_size(handle, ctypes.byref(n)) == 0
+    state = (ctypes.c_double * n.value)()
+    assert c.mtb_wheels_state(handle, n, state) == 0
+    assert c.mtb_wheels_resume(handle, n, state) == 0
+    state[1] = nan
+    assert c.mtb_wheels_resume(handle, n, state) == 1
+    assert message() == "state, depth: at most two overlaps > 0 [m] are needed"
+    assert c.mtb_contact_size(handle, ctypes.byref(n), ctypes.byref(n)) == 1
+    assert message() == f"handle {handle.value} is no contact, or one that was freed"
+    assert c.mtb_wheels_free(handle) == 0
+    assert solve() == 1
+    assert message() == f"handle {handle.value} is no wheels, or one that was freed"
 
 
 def test_wedging_is_a_status(c, tmp_path):

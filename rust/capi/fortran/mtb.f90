@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT OR Apache-2.0
-!> The C interface of prepared sliding contacts for Fortran 2003; include/mtb.h says what each does.
+!> The C interface of prepared sliding contacts and wheels on rails for Fortran 2003; include/mtb.h says what each does.
 module mtb
   use, intrinsic :: iso_c_binding
   implicit none
@@ -8,6 +8,20 @@ module mtb
     enumerator :: mtb_status_ok = 0, mtb_status_bad_argument = 1, mtb_status_bad_file = 2
     enumerator :: mtb_status_no_solution = 3, mtb_status_not_converged = 4, mtb_status_internal = 5
   end enum
+
+  !> Contact load of a step of wheels.
+  type, bind(c) :: mtb_wheel_step
+    real(c_double) :: force(3), moment(3), reference_point(3), pose(6), friction_power
+    integer(c_int64_t) :: patches, normal_solves, iterations
+  end type
+
+  !> A contact patch; directions(:, 1), (:, 2), (:, 3) are x, y and normal of its frame.
+  type, bind(c) :: mtb_wheel_patch
+    integer(c_int64_t) :: side, nx, ny
+    real(c_double) :: start(2), spacing(2), position(3), directions(3, 3)
+    real(c_double) :: contact_angle, rail_position, wheel_position, creepage(3), rolling_speed
+    real(c_double) :: normal_force, neglected, friction_power
+  end type
 
   interface
     integer(c_int) function mtb_contact_load_c(path, contact) bind(c, name="mtb_contact_load")
@@ -79,10 +93,78 @@ module mtb
       real(c_double), intent(in) :: state(n)
     end function
 
+    integer(c_int) function mtb_wheels_load_c(path, wheels) bind(c, name="mtb_wheels_load")
+      import :: c_int, c_char, c_int64_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int64_t), intent(out) :: wheels
+    end function
+
+    integer(c_int) function mtb_wheels_copy(wheels, copy) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), value :: wheels
+      integer(c_int64_t), intent(out) :: copy
+    end function
+
+    integer(c_int) function mtb_wheels_free(wheels) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), value :: wheels
+    end function
+
+    integer(c_int) function mtb_wheels_reference_point(wheels, point) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(out) :: point(3)
+    end function
+
+    integer(c_int) function mtb_wheels_step(wheels, pose, velocity, step) bind(c)
+      import :: c_int, c_int64_t, c_double, mtb_wheel_step
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(in) :: pose(6), velocity(6)
+      type(mtb_wheel_step), intent(out) :: step
+    end function
+
+    !> index counts from 0
+    integer(c_int) function mtb_wheels_patch(wheels, index, patch) bind(c)
+      import :: c_int, c_int64_t, mtb_wheel_patch
+      integer(c_int64_t), value :: wheels, index
+      type(mtb_wheel_patch), intent(out) :: patch
+    end function
+
+    integer(c_int) function mtb_wheels_fields(wheels, index, n, pressure, traction, slip_velocity, status) bind(c)
+      import :: c_int, c_int32_t, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels, index, n
+      real(c_double), intent(out) :: pressure(n), traction(n, 2), slip_velocity(n, 2)
+      integer(c_int32_t), intent(out) :: status(n)
+    end function
+
+    integer(c_int) function mtb_wheels_state_size(wheels, n) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), value :: wheels
+      integer(c_int64_t), intent(out) :: n
+    end function
+
+    integer(c_int) function mtb_wheels_state(wheels, n, state) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels, n
+      real(c_double), intent(out) :: state(n)
+    end function
+
+    integer(c_int) function mtb_wheels_resume(wheels, n, state) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels, n
+      real(c_double), intent(in) :: state(n)
+    end function
+
     type(c_ptr) function mtb_last_error_message_c() bind(c, name="mtb_last_error_message")
       import :: c_ptr
     end function
+
+    type(c_ptr) function mtb_version_c() bind(c, name="mtb_version")
+      import :: c_ptr
+    end function
   end interface
+
+  private :: text_at
 
 contains
 
@@ -93,20 +175,37 @@ contains
     status = mtb_contact_load_c(trim(path)//c_null_char, contact)
   end function
 
+  !> Reads wheels; `path` is trimmed.
+  integer(c_int) function mtb_wheels_load(path, wheels) result(status)
+    character(len=*), intent(in) :: path
+    integer(c_int64_t), intent(out) :: wheels
+    status = mtb_wheels_load_c(trim(path)//c_null_char, wheels)
+  end function
+
+  !> Version of the library, for example "0.1.0".
+  function mtb_version() result(version)
+    character(len=:), allocatable :: version
+    version = text_at(mtb_version_c())
+  end function
+
   !> Why the last call on this thread failed.
   function mtb_last_error_message() result(message)
     character(len=:), allocatable :: message
-    character(kind=c_char), pointer :: text(:)
-    type(c_ptr) :: address
+    message = text_at(mtb_last_error_message_c())
+  end function
+
+  function text_at(address) result(text)
+    type(c_ptr), intent(in) :: address
+    character(len=:), allocatable :: text
+    character(kind=c_char), pointer :: letters(:)
     integer :: length
-    address = mtb_last_error_message_c()
-    call c_f_pointer(address, text, [4096])
+    call c_f_pointer(address, letters, [4096])
     length = 0
     do while (length < 4096)
-      if (text(length + 1) == c_null_char) exit
+      if (letters(length + 1) == c_null_char) exit
       length = length + 1
     end do
-    allocate (character(len=length) :: message)
-    message = transfer(text(1:length), message)
+    allocate (character(len=length) :: text)
+    text = transfer(letters(1:length), text)
   end function
 end module

@@ -1,9 +1,10 @@
-//! The C interface of prepared sliding contacts.
+//! The C interface of prepared sliding contacts and of wheels on rails.
 //!
-//! **What.** Handles of contacts that Python prepared and wrote to a file: load, step, read fields, free. The
-//! header `include/mtb.h` is generated from this file.
+//! **What.** Handles of contacts and wheels that Python prepared and wrote to a file: load, step, read fields,
+//! free. The header `include/mtb.h` is generated from this crate.
 //!
-//! **Not here.** No mechanics: a function checks its pointers, calls [`mtb_contact::prepared`], copies out.
+//! **Not here.** No mechanics: a function checks its pointers, calls [`mtb_contact::prepared`] or
+//! [`mtb_wheelset`], copies out.
 //!
 //! **Conventions.** SI units; forces on the lower body. Every function returns an [`MtbStatus`] and leaves a
 //! message on the calling thread. Arrays are the caller's, of the length stated; matrices are
@@ -18,6 +19,7 @@
 )]
 
 mod registry;
+pub mod wheels;
 
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
@@ -28,7 +30,7 @@ use mtb_complementarity::linear::Status;
 use mtb_contact::prepared::{Prepared, Pull, Step};
 use mtb_operator::unmonitored;
 
-use registry::{Contact, Last, insert, remove};
+use registry::{CONTACTS, Contact, Last, Registry, Stepped, lock};
 
 /// How a call ended.
 #[repr(C)]
@@ -38,11 +40,12 @@ pub enum MtbStatus {
     Ok = 0,
     /// An argument cannot be: the message says which.
     BadArgument = 1,
-    /// The file cannot be read, or holds no prepared contact.
+    /// The file cannot be read, or does not hold what is to be loaded.
     BadFile = 2,
     /// No sliding state exists: the body wedges.
     NoSolution = 3,
-    /// The resultant of the load lies outside the contact, or no solution was found.
+    /// The resultant of the load lies outside the contact, no height carries the force of the wheels, or no
+    /// solution was found.
     NotConverged = 4,
     /// A fault of this library.
     Internal = 5,
@@ -85,7 +88,7 @@ fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
     let done = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
         Err(Failure(
             MtbStatus::Internal,
-            "internal fault; the contact forgets its last step".to_owned(),
+            "internal fault; the last step is forgotten".to_owned(),
         ))
     });
     let (status, message) = match done {
@@ -97,7 +100,7 @@ fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
 }
 
 /// Copies `values` to the caller's array of `length` numbers.
-fn copy_out(name: &str, values: &[f64], to: *mut f64, length: usize) -> Result<(), Failure> {
+fn copy_out<T: Copy>(name: &str, values: &[T], to: *mut T, length: usize) -> Result<(), Failure> {
     if length != values.len() {
         return Err(Failure::argument(format!(
             "{name} has room for {length} numbers, there are {}",
@@ -134,6 +137,36 @@ fn put<T>(name: &str, value: T, to: *mut T) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The path and what the file there holds.
+fn read<'a>(path: *const c_char) -> Result<(&'a str, Vec<u8>), Failure> {
+    if path.is_null() {
+        return Err(Failure::argument("path is null"));
+    }
+    // SAFETY: not null, and the caller vouches for the zero at its end during the call
+    let path = unsafe { CStr::from_ptr(path) }
+        .to_str()
+        .map_err(|_| Failure::argument("path is not UTF-8"))?;
+    let bytes = std::fs::read(path).map_err(|error| unreadable(path, &error))?;
+    Ok((path, bytes))
+}
+
+fn unreadable(path: &str, error: &dyn std::fmt::Display) -> Failure {
+    Failure(MtbStatus::BadFile, format!("{path}: {error}"))
+}
+
+/// Registers a thing and writes its handle through the caller's pointer.
+fn keep<T: Stepped>(
+    name: &str,
+    registry: &Registry<T>,
+    thing: T,
+    to: *mut u64,
+) -> Result<(), Failure> {
+    if to.is_null() {
+        return Err(Failure::argument(format!("{name} is null")));
+    }
+    put(name, registry.insert(thing), to)
+}
+
 /// Version of the library, for example "0.1.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn mtb_version() -> *const c_char {
@@ -155,18 +188,14 @@ pub extern "C" fn mtb_last_error_message() -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_load(path: *const c_char, contact: *mut u64) -> MtbStatus {
     call(|| {
-        if path.is_null() {
-            return Err(Failure::argument("path is null"));
-        }
-        // SAFETY: not null, and the caller vouches for the zero at its end
-        let path = unsafe { CStr::from_ptr(path) }
-            .to_str()
-            .map_err(|_| Failure::argument("path is not UTF-8"))?;
-        let unreadable =
-            |error: &dyn std::fmt::Display| Failure(MtbStatus::BadFile, format!("{path}: {error}"));
-        let bytes = std::fs::read(path).map_err(|error| unreadable(&error))?;
-        let prepared = Prepared::from_bytes(&bytes).map_err(|error| unreadable(&error))?;
-        put("contact", insert(Contact::new(Arc::new(prepared))), contact)
+        let (path, bytes) = read(path)?;
+        let prepared = Prepared::from_bytes(&bytes).map_err(|error| unreadable(path, &error))?;
+        keep(
+            "contact",
+            &CONTACTS,
+            Contact::new(Arc::new(prepared)),
+            contact,
+        )
     })
 }
 
@@ -177,15 +206,15 @@ pub unsafe extern "C" fn mtb_contact_load(path: *const c_char, contact: *mut u64
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_copy(contact: u64, copy: *mut u64) -> MtbStatus {
     call(|| {
-        let prepared = registry::contact(contact)?.lock().prepared().clone();
-        put("copy", insert(Contact::new(prepared)), copy)
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
+        keep("copy", &CONTACTS, Contact::new(prepared), copy)
     })
 }
 
 /// Gives a contact back.
 #[unsafe(no_mangle)]
 pub extern "C" fn mtb_contact_free(contact: u64) -> MtbStatus {
-    call(|| remove(contact))
+    call(|| CONTACTS.remove(contact))
 }
 
 /// Numbers of contact points and of motions found from balance.
@@ -199,7 +228,7 @@ pub unsafe extern "C" fn mtb_contact_size(
     motions: *mut u64,
 ) -> MtbStatus {
     call(|| {
-        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
         put("points", prepared.geometry.points() as u64, points)?;
         put("motions", prepared.motions.len() as u64, motions)
     })
@@ -220,7 +249,7 @@ pub unsafe extern "C" fn mtb_contact_points(
     areas: *mut f64,
 ) -> MtbStatus {
     call(|| {
-        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
         let (g, n) = (&prepared.geometry, n as usize);
         copy_out("areas", &g.area, areas, n)?;
         copy_out("points", &g.points, points, 3 * n)?;
@@ -235,7 +264,7 @@ pub unsafe extern "C" fn mtb_contact_points(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_reference_point(contact: u64, point: *mut f64) -> MtbStatus {
     call(|| {
-        let prepared = registry::contact(contact)?.lock().prepared().clone();
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
         copy_out("point", &prepared.reference_point, point, 3)
     })
 }
@@ -275,9 +304,9 @@ pub unsafe extern "C" fn mtb_contact_step(
                 Pull::Uniform(magnetic_pressure)
             },
         };
-        let handle = registry::contact(contact)?;
-        let mut kept = handle.lock();
-        let out = kept.contact().step(&step, &unmonitored)?;
+        let handle = CONTACTS.get(contact)?;
+        let mut kept = lock(&handle);
+        let out = kept.contact.step(&step, &unmonitored)?;
         if !effort.is_null() {
             let taken = MtbEffort {
                 sets: out.effort.sets as u64,
@@ -310,7 +339,7 @@ pub unsafe extern "C" fn mtb_contact_step(
         }
         copy_out("force", &out.force, force, 3)?;
         copy_out("moment", &out.moment, moment, 3)?;
-        kept.remember(Last {
+        kept.last = Some(Last {
             pressure: out.solution.pressure,
             gap: out.solution.gap,
         });
@@ -329,8 +358,8 @@ pub unsafe extern "C" fn mtb_contact_pressure(
     pressure: *mut f64,
 ) -> MtbStatus {
     call(|| {
-        let handle = registry::contact(contact)?;
-        let kept = handle.lock();
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
         let mean = kept.prepared().mean_pressure(&kept.last()?.pressure);
         copy_out("pressure", &mean, pressure, n as usize)
     })
@@ -343,8 +372,8 @@ pub unsafe extern "C" fn mtb_contact_pressure(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_gap(contact: u64, n: u64, gap: *mut f64) -> MtbStatus {
     call(|| {
-        let handle = registry::contact(contact)?;
-        let kept = handle.lock();
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
         copy_out("gap", &kept.last()?.gap, gap, n as usize)
     })
 }
@@ -356,8 +385,8 @@ pub unsafe extern "C" fn mtb_contact_gap(contact: u64, n: u64, gap: *mut f64) ->
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64) -> MtbStatus {
     call(|| {
-        let handle = registry::contact(contact)?;
-        let kept = handle.lock();
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
         copy_out("state", &kept.last()?.pressure, state, n as usize)
     })
 }
@@ -370,7 +399,7 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
 pub unsafe extern "C" fn mtb_contact_resume(contact: u64, n: u64, state: *const f64) -> MtbStatus {
     call(|| {
         let state = take("state", state, n as usize)?;
-        let handle = registry::contact(contact)?;
-        Ok(handle.lock().contact().resume(state, &[])?)
+        let handle = CONTACTS.get(contact)?;
+        Ok(lock(&handle).contact.resume(state, &[])?)
     })
 }

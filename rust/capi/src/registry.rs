@@ -1,23 +1,83 @@
-//! Contacts by number: a handle that was freed is an error, not a crash.
+//! Contacts and wheels by number: a handle that was freed is an error, not a crash.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use mtb_contact::prepared::{Prepared, PreparedContact};
+use mtb_wheelset::{PreparedWheels, WheelStep};
 
 use crate::Failure;
 
-static CONTACTS: LazyLock<Mutex<HashMap<u64, Arc<Contact>>>> = LazyLock::new(Mutex::default);
+/// What one thread at a time steps.
+pub(crate) trait Stepped: Send {
+    /// Forgets what a fault inside a step may have spoilt.
+    fn forget(&mut self);
+}
+
+/// Things of one kind by number.
+pub(crate) struct Registry<T> {
+    kept: Mutex<Option<HashMap<u64, Arc<Mutex<T>>>>>,
+    /// What a message calls a thing.
+    name: &'static str,
+}
+
+pub(crate) static CONTACTS: Registry<Contact> = Registry::new("contact");
+pub(crate) static WHEELS: Registry<Wheels> = Registry::new("wheels");
+/// Handles of all kinds are different numbers.
 static NEXT: AtomicU64 = AtomicU64::new(1);
 
-/// A contact that one thread at a time steps.
-pub(crate) struct Contact(Mutex<Kept>);
+impl<T: Stepped> Registry<T> {
+    const fn new(name: &'static str) -> Self {
+        Self {
+            kept: Mutex::new(None),
+            name,
+        }
+    }
+
+    fn with<R>(&self, work: impl FnOnce(&mut HashMap<u64, Arc<Mutex<T>>>) -> R) -> R {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        work(kept.get_or_insert_default())
+    }
+
+    pub(crate) fn insert(&self, thing: T) -> u64 {
+        let handle = NEXT.fetch_add(1, Ordering::Relaxed);
+        self.with(|kept| kept.insert(handle, Arc::new(Mutex::new(thing))));
+        handle
+    }
+
+    pub(crate) fn get(&self, handle: u64) -> Result<Arc<Mutex<T>>, Failure> {
+        self.with(|kept| kept.get(&handle).cloned())
+            .ok_or_else(|| self.unknown(handle))
+    }
+
+    pub(crate) fn remove(&self, handle: u64) -> Result<(), Failure> {
+        let removed = self.with(|kept| kept.remove(&handle));
+        removed.map(|_| ()).ok_or_else(|| self.unknown(handle))
+    }
+
+    fn unknown(&self, handle: u64) -> Failure {
+        Failure::argument(format!(
+            "handle {handle} is no {}, or one that was freed",
+            self.name
+        ))
+    }
+}
+
+/// The thing itself; after a fault inside a step without its memory.
+pub(crate) fn lock<T: Stepped>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
+    kept.lock().unwrap_or_else(|poisoned| {
+        let mut thing = poisoned.into_inner();
+        thing.forget();
+        kept.clear_poison();
+        thing
+    })
+}
 
 /// A prepared contact and the fields of its last step.
-pub(crate) struct Kept {
-    contact: PreparedContact,
-    last: Option<Last>,
+pub(crate) struct Contact {
+    pub(crate) contact: PreparedContact,
+    pub(crate) last: Option<Last>,
 }
 
 /// Fields of a solved step.
@@ -28,22 +88,6 @@ pub(crate) struct Last {
 
 impl Contact {
     pub(crate) fn new(prepared: Arc<Prepared>) -> Self {
-        Self(Mutex::new(Kept::new(prepared)))
-    }
-
-    /// The contact; after a fault inside a step, without the memory that it may have spoilt.
-    pub(crate) fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.0.lock().unwrap_or_else(|poisoned| {
-            let mut kept = poisoned.into_inner();
-            *kept = Kept::new(kept.prepared().clone());
-            self.0.clear_poison();
-            kept
-        })
-    }
-}
-
-impl Kept {
-    fn new(prepared: Arc<Prepared>) -> Self {
         Self {
             contact: PreparedContact::new(prepared),
             last: None,
@@ -54,45 +98,39 @@ impl Kept {
         self.contact.prepared()
     }
 
-    pub(crate) fn contact(&mut self) -> &mut PreparedContact {
-        &mut self.contact
-    }
-
-    pub(crate) fn remember(&mut self, last: Last) {
-        self.last = Some(last);
-    }
-
     pub(crate) fn last(&self) -> Result<&Last, Failure> {
-        self.last
-            .as_ref()
-            .ok_or_else(|| Failure::argument("no step was solved yet"))
+        self.last.as_ref().ok_or_else(no_step)
     }
 }
 
-fn contacts() -> MutexGuard<'static, HashMap<u64, Arc<Contact>>> {
-    CONTACTS.lock().unwrap_or_else(PoisonError::into_inner)
+impl Stepped for Contact {
+    fn forget(&mut self) {
+        *self = Self::new(self.prepared().clone());
+    }
 }
 
-pub(crate) fn insert(contact: Contact) -> u64 {
-    let handle = NEXT.fetch_add(1, Ordering::Relaxed);
-    contacts().insert(handle, Arc::new(contact));
-    handle
+/// Prepared wheels and their last step.
+pub(crate) struct Wheels {
+    pub(crate) wheels: PreparedWheels,
+    pub(crate) last: Option<WheelStep>,
 }
 
-pub(crate) fn contact(handle: u64) -> Result<Arc<Contact>, Failure> {
-    contacts()
-        .get(&handle)
-        .cloned()
-        .ok_or_else(|| unknown(handle))
+impl Wheels {
+    pub(crate) fn new(wheels: PreparedWheels) -> Self {
+        Self { wheels, last: None }
+    }
+
+    pub(crate) fn last(&self) -> Result<&WheelStep, Failure> {
+        self.last.as_ref().ok_or_else(no_step)
+    }
 }
 
-pub(crate) fn remove(handle: u64) -> Result<(), Failure> {
-    let removed = contacts().remove(&handle);
-    removed.map(|_| ()).ok_or_else(|| unknown(handle))
+impl Stepped for Wheels {
+    fn forget(&mut self) {
+        *self = Self::new(self.wheels.without_memory());
+    }
 }
 
-fn unknown(handle: u64) -> Failure {
-    Failure::argument(format!(
-        "handle {handle} is no contact, or one that was freed"
-    ))
+fn no_step() -> Failure {
+    Failure::argument("no step was solved yet")
 }

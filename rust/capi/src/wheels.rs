@@ -1,0 +1,309 @@
+//! Wheels on rails.
+
+use std::ffi::c_char;
+
+use mtb_operator::unmonitored;
+use mtb_wheelset::{PreparedWheels, Side, Velocity, WheelPatch, WheelState, Wheelset};
+
+use crate::registry::{WHEELS, Wheels, lock};
+use crate::{Failure, MtbStatus, call, copy_out, keep, put, read, take, unreadable};
+
+impl From<mtb_wheelset::Error> for Failure {
+    fn from(error: mtb_wheelset::Error) -> Self {
+        let status = if error.is_not_converged() {
+            MtbStatus::NotConverged
+        } else {
+            MtbStatus::BadArgument
+        };
+        Self(status, error.to_string())
+    }
+}
+
+/// Contact load of a step of wheels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MtbWheelStep {
+    /// Force of all patches on the rails [N].
+    pub force: [f64; 3],
+    /// Moment of it about the reference point [N m].
+    pub moment: [f64; 3],
+    /// The reference point, where the pose has put it [m].
+    pub reference_point: [f64; 3],
+    /// The pose, with what was found from balance: x, y, z [m], roll, pitch, yaw [rad].
+    pub pose: [f64; 6],
+    /// Heat of sliding [W].
+    pub friction_power: f64,
+    /// Number of patches; none where the wheels are lifted.
+    pub patches: u64,
+    /// Normal problems, of all patches and trials of the height.
+    pub normal_solves: u64,
+    /// Newton steps of the tangential problems.
+    pub iterations: u64,
+}
+
+/// A contact patch, in its own frame: x along the rail, y across, normal from the rail to the wheel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MtbWheelPatch {
+    /// 1 for the left wheel, -1 for the right one.
+    pub side: i64,
+    /// Points along x.
+    pub nx: u64,
+    /// Points along y.
+    pub ny: u64,
+    /// First point, x and y [m].
+    pub start: [f64; 2],
+    /// Distance of the points along x and y [m].
+    pub spacing: [f64; 2],
+    /// Origin of the frame, in the track [m].
+    pub position: [f64; 3],
+    /// Directions of x, y and normal in the track, three numbers each.
+    pub directions: [[f64; 3]; 3],
+    /// Slope of the contact plane [rad], > 0 where it rises to the field side (flange contact).
+    pub contact_angle: f64,
+    /// y of the origin in the rail profile's own frame [m].
+    pub rail_position: f64,
+    /// y of the origin in the wheel profile's own frame [m].
+    pub wheel_position: f64,
+    /// Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
+    pub creepage: [f64; 3],
+    /// Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
+    pub rolling_speed: f64,
+    /// Sum of pressure times area [N].
+    pub normal_force: f64,
+    /// Share of the estimated contact area inclined too much against the plane to be represented by it [-].
+    pub neglected: f64,
+    /// Heat of sliding [W].
+    pub friction_power: f64,
+}
+
+impl From<&WheelPatch> for MtbWheelPatch {
+    fn from(patch: &WheelPatch) -> Self {
+        Self {
+            side: if patch.side == Side::Left { 1 } else { -1 },
+            nx: patch.grid.nx as u64,
+            ny: patch.grid.ny as u64,
+            start: patch.place(0),
+            spacing: [patch.grid.dx, patch.grid.dy],
+            position: patch.position,
+            directions: [0, 1, 2].map(|j| patch.rotation.map(|row| row[j])),
+            contact_angle: patch.contact_angle,
+            rail_position: patch.rail_position,
+            wheel_position: patch.wheel_position,
+            creepage: patch.creepage,
+            rolling_speed: patch.rolling_speed,
+            normal_force: patch.normal_force,
+            neglected: patch.neglected,
+            friction_power: patch.friction_power(),
+        }
+    }
+}
+
+/// Reads wheels that Python's `PreparedWheels.save` wrote.
+///
+/// `path`: text in UTF-8, ended by a zero. `wheels`: gets the handle, which `mtb_wheels_free` gives back.
+///
+/// # Safety
+/// `path` must be such a text, `wheels` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_load(path: *const c_char, wheels: *mut u64) -> MtbStatus {
+    call(|| {
+        let (path, bytes) = read(path)?;
+        let prepared = Wheelset::from_bytes(&bytes)
+            .and_then(PreparedWheels::new)
+            .map_err(|error| unreadable(path, &error))?;
+        keep("wheels", &WHEELS, Wheels::new(prepared), wheels)
+    })
+}
+
+/// The same wheels without memory, for a second wheelset or thread.
+///
+/// # Safety
+/// `copy` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_copy(wheels: u64, copy: *mut u64) -> MtbStatus {
+    call(|| {
+        let other = lock(&*WHEELS.get(wheels)?).wheels.without_memory();
+        keep("copy", &WHEELS, Wheels::new(other), copy)
+    })
+}
+
+/// Gives wheels back.
+#[unsafe(no_mangle)]
+pub extern "C" fn mtb_wheels_free(wheels: u64) -> MtbStatus {
+    call(|| WHEELS.remove(wheels))
+}
+
+/// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
+///
+/// # Safety
+/// `point` must have room for 3 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_reference_point(wheels: u64, point: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let kept = lock(&handle);
+        copy_out("point", &kept.wheels.wheelset().reference_point, point, 3)
+    })
+}
+
+/// Solves the contacts of the wheels at one instant, from the memory of the last step.
+///
+/// `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]; z
+/// NaN: found so that the wheels carry their vertical force; z and roll NaN, both wheels: so that each carries
+/// it. A null pointer: z NaN, all else zero. `velocity` (6): of the reference point along x, y, z [m/s], then
+/// rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
+/// left, z up. Out: `step`.
+///
+/// # Safety
+/// The arrays must be of these lengths, `step` must point to such a structure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_step(
+    wheels: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    step: *mut MtbWheelStep,
+) -> MtbStatus {
+    call(|| {
+        let mut place = [0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0];
+        if !pose.is_null() {
+            place.copy_from_slice(take("pose", pose, 6)?);
+        }
+        let mut motion = [0.0; 6];
+        motion.copy_from_slice(take("velocity", velocity, 6)?);
+        if step.is_null() {
+            return Err(Failure::argument("step is null"));
+        }
+        let handle = WHEELS.get(wheels)?;
+        let mut kept = lock(&handle);
+        let out = kept
+            .wheels
+            .step(place, Velocity::Rigid(motion), &unmonitored)?;
+        let load = MtbWheelStep {
+            force: out.force,
+            moment: out.moment,
+            reference_point: out.reference_point,
+            pose: out.pose,
+            friction_power: out.friction_power,
+            patches: out.patches.len() as u64,
+            normal_solves: out.normal_solves as u64,
+            iterations: out.iterations as u64,
+        };
+        kept.last = Some(out);
+        put("step", load, step)
+    })
+}
+
+/// A patch of the last step that was solved, counted from 0, those of the left wheel first.
+///
+/// # Safety
+/// `patch` must point to such a structure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_patch(
+    wheels: u64,
+    index: u64,
+    patch: *mut MtbWheelPatch,
+) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let kept = lock(&handle);
+        put("patch", patch_at(&kept, index)?.into(), patch)
+    })
+}
+
+/// Fields of a patch of the last step that was solved, `n` = nx ny points, x fastest.
+///
+/// `pressure` (n) [Pa]; `traction` on the rail (2 n: along x, along y) [Pa]; `slip_velocity` of the wheel over
+/// the rail (2 n) [m/s]; `status` (n): 0 open, 1 stick, 2 slip. A null pointer leaves a field out.
+///
+/// # Safety
+/// The arrays must be of these lengths.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_fields(
+    wheels: u64,
+    index: u64,
+    n: u64,
+    pressure: *mut f64,
+    traction: *mut f64,
+    slip_velocity: *mut f64,
+    status: *mut i32,
+) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let kept = lock(&handle);
+        let patch = patch_at(&kept, index)?;
+        let n = n as usize;
+        for (name, values, to, length) in [
+            ("pressure", &patch.pressure, pressure, n),
+            ("traction", &patch.traction, traction, n.saturating_mul(2)),
+            (
+                "slip_velocity",
+                &patch.slip_velocity,
+                slip_velocity,
+                n.saturating_mul(2),
+            ),
+        ] {
+            if !to.is_null() {
+                copy_out(name, values, to, length)?;
+            }
+        }
+        if status.is_null() {
+            return Ok(());
+        }
+        let codes: Vec<i32> = patch.status.iter().map(|s| *s as i32).collect();
+        copy_out("status", &codes, status, n)
+    })
+}
+
+/// How many numbers the state after the last step that was solved has.
+///
+/// # Safety
+/// `n` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_state_size(wheels: u64, n: *mut u64) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let size = lock(&handle).wheels.state().to_numbers().len();
+        put("n", size as u64, n)
+    })
+}
+
+/// The state after the last step that was solved, `n` numbers for `mtb_wheels_resume`.
+///
+/// # Safety
+/// `state` must have room for `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_state(wheels: u64, n: u64, state: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let numbers = lock(&handle).wheels.state().to_numbers();
+        copy_out("state", &numbers, state, n as usize)
+    })
+}
+
+/// Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The
+/// memory decides how long a step takes, not what comes out.
+///
+/// # Safety
+/// `state` must hold `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_resume(wheels: u64, n: u64, state: *const f64) -> MtbStatus {
+    call(|| {
+        let state = WheelState::from_numbers(take("state", state, n as usize)?)?;
+        let handle = WHEELS.get(wheels)?;
+        Ok(lock(&handle).wheels.resume(state)?)
+    })
+}
+
+fn patch_at(wheels: &Wheels, index: u64) -> Result<&WheelPatch, Failure> {
+    let patches = &wheels.last()?.patches;
+    usize::try_from(index)
+        .ok()
+        .and_then(|k| patches.get(k))
+        .ok_or_else(|| {
+            Failure::argument(format!(
+                "there is no patch {index}: the last step has {}",
+                patches.len()
+            ))
+        })
+}
