@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 #: How often a grid is enlarged, by half each time, before the contact counts as endless.
 _ENLARGEMENTS = 6
 
+#: Cells along a side from which the gap can be continued beyond it.
+_CONTINUABLE = 3
+
 #: Relative error of a prescribed force, and residual, that rounding may leave.
 FORCE_TOLERANCE = 1e-6
 ROUNDING = 1e-8
@@ -302,6 +305,8 @@ def _is_plane(gap: Array) -> bool:
 
 def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | None:
     """Shape (ny, nx) of a grid inside which the contact ends, from a coarse copy; None if not found."""
+    if min(gap.shape) < _CONTINUABLE:
+        return None
     # a search: the dense method would cost minutes on the larger grids
     problem = replace(problem, method="auto")
     # by sampling, not by averaging: the sides of the grid stay where they are
@@ -325,11 +330,7 @@ def _continued(gap: Array, shape: tuple[int, int]) -> Array:
         gap = np.moveaxis(gap, axis, -1)
         n, wanted = gap.shape[-1], shape[axis]
         before = (wanted - n) // 2
-        fitted = max(3, n // 4)
-        if n < 3:
-            raise ValueError(
-                f"a grid of {n} cells cannot be continued: at least 3 along each side are needed"
-            )
+        fitted = max(_CONTINUABLE, n // 4)
         parts = [gap]
         for count, inner in (
             (before, gap[..., :fitted][..., ::-1]),
@@ -350,7 +351,12 @@ def _continued(gap: Array, shape: tuple[int, int]) -> Array:
 def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, int] | None) -> str:
     ny, nx = gap.shape
     size = f"{nx * spacing[0]:.4g} x {ny * spacing[1]:.4g} m"
-    if shape is None:
+    if min(ny, nx) < _CONTINUABLE:
+        advice = (
+            f"{nx} x {ny} cells cannot be continued, which takes {_CONTINUABLE} a side: "
+            "give the gap on a larger grid"
+        )
+    elif shape is None:
         advice = "no grid up to four times as large would do if the gap is continued by parabolas"
     else:
         advice = (

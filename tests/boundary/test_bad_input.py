@@ -191,6 +191,15 @@ def test_a_plane_of_one_row_is_a_punch() -> None:
         assert found.report.contact_area == pytest.approx(20e-6)
 
 
+@pytest.mark.parametrize("edge", ["auto", "error", "grow"])
+def test_a_row_that_bends_is_no_punch_and_says_what_would_do(edge: str) -> None:
+    bow = np.linspace(-1.0, 1.0, 20)[None, :] ** 2 * 1e-6
+    message = r'20 x 1 cells cannot be continued, .* on a larger grid; edge="sharp" says'
+    with pytest.raises(ValueError, match=message):
+        mtb.solve_normal(bow, 1e-4, lower=STEEL, upper=STEEL, force=1.0, edge=edge)
+    assert mtb.solve_normal(bow, 1e-4, lower=STEEL, upper=STEEL, force=1.0, edge="sharp").report.converged
+
+
 def test_unreadable_profiles_are_named(tmp_path: Path) -> None:
     path = tmp_path / "profile.prr"
     with pytest.raises(ValueError, match=r"profile.prr' cannot be read: No such file"):
