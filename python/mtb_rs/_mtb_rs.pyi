@@ -339,15 +339,6 @@ class PatchOperators:
         tolerance: float,
         start: _Array | None = None,
     ) -> dict[str, Any]: ...
-    def curve(
-        self,
-        pressure: _Array,
-        origin: tuple[float, float],
-        creepages: _Array,
-        speed: float,
-        friction: Friction,
-        tolerance: float,
-    ) -> dict[str, Any]: ...
 
 def solve_discs_dense(
     matrix: _Array,

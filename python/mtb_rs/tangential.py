@@ -21,6 +21,7 @@ from .friction import (
     FallingFriction,
     Friction,
     InterfaceLayer,
+    StaticKinetic,
     TabulatedFriction,
     native_law,
 )
@@ -114,6 +115,9 @@ class Shift:
         number("spin", self.spin, "rad")
         positive("duration", self.duration, "s")
 
+
+#: Distance over the one before up to which a creep curve is continued by its last two points.
+_FARTHEST = 3.0
 
 #: Shortest step, over a cell, by which the slip of steady rolling is measured.
 _SHORTEST_STEP = 0.1
@@ -567,6 +571,8 @@ def creep_curve(
 ) -> Array:
     """Forces of steady rolling over a list of creepages.
 
+    Along a line of creepages each solve starts from the last two, which halves the work where they lie close.
+
     Parameters
     ----------
     normal : NormalResult, Result or PressureField
@@ -600,9 +606,19 @@ def creep_curve(
     pressure = np.ascontiguousarray(field.pressure[cut])
     forces: Array = np.zeros((len(rows), 3))
     converged = np.zeros(len(rows), dtype=bool)
-    for k in range(len(rows)):
-        found = operators.curve(pressure, origin, rows[k : k + 1], float(speed), law, float(tolerance))
-        forces[k], converged[k] = found["forces"][0], found["converged"][0]
+    # where friction falls with slip there may be several states, and the start would choose among them
+    is_unique = isinstance(friction, (Coulomb, StaticKinetic))
+    size = math.sqrt(np.count_nonzero(pressure) * field.spacing[0] * field.spacing[1])
+    places = rows * np.array([1.0, 1.0, size])
+    last: list[Array] = []
+    for k, (xi, eta, phi) in enumerate(rows.tolist()):
+        drive = [(xi, False), (eta, False)]
+        start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
+        found = operators.solve(
+            pressure, origin, drive, phi, float(speed), law, None, float(tolerance), start
+        )
+        forces[k], converged[k] = (*found["force"], found["spin_moment"]), found["converged"]
+        last = [*last[-1:], found["traction"]] if converged[k] else []
         if progress is not None:
             progress((k + 1) / len(rows))
     failed = np.flatnonzero(~converged)
@@ -611,3 +627,13 @@ def creep_curve(
         cause = _likely_cause(Rolling(speed=speed), friction)
         raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
     return forces
+
+
+def _along(places: Array, last: list[Array]) -> Array | None:
+    """The traction at the third of three places from those at the two before; None where no line goes on."""
+    before, ahead = np.diff(places, axis=0)
+    square = float(before @ before)
+    share = float(ahead @ before) / square if square > 0.0 else 0.0
+    if not 0.0 < share < _FARTHEST or np.linalg.norm(ahead - share * before) > 0.1 * np.linalg.norm(ahead):
+        return None
+    return np.ascontiguousarray(last[1] + share * (last[1] - last[0]))

@@ -422,6 +422,21 @@ def test_contacts_that_touch_at_a_corner_are_one() -> None:
     assert count([[0, 1, 0, 1], [1, 0, 1, 0]]) == 1
 
 
+@pytest.mark.parametrize("layer", [None, mtb.InterfaceLayer(0.1e-3, 1e9)])
+def test_a_creep_curve_is_the_same_in_any_order(
+    circle: mtb.PressureField, layer: mtb.InterfaceLayer | None
+) -> None:
+    line = np.linspace(-3.0, 3.0, 25)[:, None] * np.array([1e-3, -0.5e-3, 0.2])
+    # a corner, a jump, a place twice, and a place alone
+    rows = np.concatenate(
+        [line, line[-1:] * np.array([1.0, 2.0, 1.0]), line[:3], line[2:3], [[1e-2, 0.0, 0.0]]]
+    )
+    forces = mtb.creep_curve(circle, rows, MU, layer=layer, tolerance=1e-9)
+    alone = np.concatenate([mtb.creep_curve(circle, row, MU, layer=layer, tolerance=1e-9) for row in rows])
+    size = np.abs(alone).max(axis=0)
+    np.testing.assert_allclose(forces / size, alone / size, rtol=0.0, atol=1e-7)
+
+
 def test_a_creep_curve_tells_how_far_it_is(circle: mtb.PressureField) -> None:
     done: list[float] = []
     mtb.creep_curve(circle, [[1e-4, 0, 0], [2e-4, 0, 0]], MU, progress=done.append)

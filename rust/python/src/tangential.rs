@@ -4,6 +4,7 @@ use mtb_complementarity::discs::{
     DenseDiscProblem, DiscOptions, DiscSolution, DiscState, Resultant,
     solve_discs_dense as solve_dense,
 };
+use mtb_contact::Error;
 use mtb_contact::fastsim::{self, Flexibilities, FoundationProblem, Order};
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
@@ -11,7 +12,6 @@ use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
     Bodies, Drive, Earlier, Motion, PatchOperators, TangentialProblem, TangentialSolution, solve,
 };
-use mtb_contact::{Error, tangential};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, Pair};
 use mtb_operator::Grid;
@@ -198,42 +198,6 @@ impl PyPatchOperators {
             solve(&self.0, &problem, monitor)
         })?;
         tangential_dict(py, solution, shape)
-    }
-
-    /// Forces and moments (Fx, Fy, Mz) for creepages (m, 3) in steady rolling, and whether each converged.
-    #[allow(clippy::too_many_arguments, reason = "one call per curve")]
-    fn curve<'py>(
-        &self,
-        py: Python<'py>,
-        pressure: PyReadonlyArray2<'py, f64>,
-        origin: (f64, f64),
-        creepages: PyReadonlyArray2<'py, f64>,
-        speed: f64,
-        friction: &PyFriction,
-        tolerance: f64,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let rows = rows_of_three(&creepages, "creepages")?;
-        let pressure = pressure.as_slice()?;
-        let (forces, converged) = enter(py, |monitor| {
-            let origin = [origin.0, origin.1];
-            let run = tangential::creep_curve(
-                &self.0,
-                pressure,
-                origin,
-                &rows,
-                speed,
-                &friction.0,
-                tolerance,
-                monitor,
-            )?;
-            Ok::<_, Error>(run)
-        })?;
-        let dict = PyDict::new(py);
-        let count = forces.len();
-        let flat: Vec<f64> = forces.into_iter().flatten().collect();
-        dict.set_item("forces", flat.into_pyarray(py).reshape([count, 3])?)?;
-        dict.set_item("converged", converged.into_pyarray(py))?;
-        Ok(dict)
     }
 }
 
