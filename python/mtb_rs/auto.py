@@ -45,7 +45,7 @@ AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
 LEAST_COARSENING, COARSENING = 1.2, 2.5
 
 #: Points by which the error estimated from n of them is raised, (1 + k / n): few may agree by chance.
-FEW_POINTS = 4.0
+FEW_POINTS = 8.0
 
 #: Operations of the finest solve that is tried where the spacing is free: some minutes.
 MOST_OPERATIONS = 2e12
