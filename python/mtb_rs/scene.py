@@ -28,7 +28,7 @@ from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, fits, friction_field
 from .material import Material
 from .result import Patch, Result
-from .solids import BodyLayout, body_contact, check_facets, on_grid
+from .solids import BodyLayout, body_contact, check_faces, on_grid
 from .solve import (
     ContactProblem,
     Side,
@@ -337,7 +337,7 @@ class Scene:
             raise type(error)(str(error), on_grid(error.result, contact.kept, contact.sheet)) from None
         if result.report.contact_area == 0.0:
             raise ValueError(self._why_apart(points, loads))
-        check_facets(bodies, contact, result.status > 0)  # type: ignore[arg-type]
+        check_faces(bodies, contact, result.status > 0)  # type: ignore[arg-type]
         return on_grid(result, contact.kept, contact.sheet)
 
     def _why_apart(self, points: SheetPoints, loads: dict[str, Any]) -> str:

@@ -42,6 +42,9 @@ COARSE = 1.5
 #: Edges that turn by more than this are edges of the body, not of its facets [rad].
 EDGE = np.radians(30.0)
 
+#: Slope of a face where it touches, in the mean, from which pressure along z is 2 % off.
+STEEP = 0.2
+
 #: Share of what the contact closes by which facets may be off.
 FACETS = 0.1
 
@@ -309,10 +312,10 @@ def _check_fineness(body: ElasticBody, spacing: tuple[float, float]) -> None:
         )
 
 
-def check_facets(
+def check_faces(
     bodies: Sequence[ElasticBody | HalfSpace | Rigid], contact: BodyContact, touching: NDArray[np.bool_]
 ) -> None:
-    """Warns where facets stand for a smooth face but are not small against what the contact closes.
+    """Warns where a face is steep as it touches, or its facets are not small against what the contact closes.
 
     Parameters
     ----------
@@ -322,19 +325,38 @@ def check_facets(
     points = contact.points.points[:, touching]
     closed = float(np.ptp(contact.points.gap[touching]))
     for body in bodies:
-        if not isinstance(body, ElasticBody) or closed == 0.0:
+        if not isinstance(body, ElasticBody):
             continue
         faces = body.faces[body.contact_faces].astype(np.int64)
         middles = body.mesh.nodes[faces[:, :3]].mean(axis=1)
         near = _beside(middles, points, 2.0 * np.array(contact.sheet.spacing))
+        slope = _slope(body, faces[near])
+        if slope > STEEP:
+            warnings.warn(
+                f"the contact face of {body.name} has a slope of {slope:.2g} where it touches: pressure and "
+                "gap are taken along z, friction along x and y, which is right for small slopes only",
+                stacklevel=4,
+            )
         sag = _sagitta(body, faces[near])
-        if sag > FACETS * closed:
+        if sag > FACETS * closed > 0.0:
             warnings.warn(
                 f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
                 f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
                 "smaller facets, elements of second order with their nodes on the surface, or gap",
                 stacklevel=4,
             )
+
+
+def _slope(body: ElasticBody, faces: NDArray[np.int64]) -> float:
+    """Slope of triangles in the mean, by their areas seen along z."""
+    corners = body.mesh.nodes[faces[:, :3]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    seen = np.abs(normal[:, 2])
+    level = seen > 1e-3 * np.linalg.norm(normal, axis=1)
+    if not level.any():
+        return 0.0
+    rise = (normal[level, :2] ** 2).sum(axis=1) / seen[level]
+    return float(np.sqrt(rise.sum() / seen[level].sum()))
 
 
 def _beside(places: Array, points: Array, reach: Array) -> NDArray[np.bool_]:

@@ -278,6 +278,20 @@ def test_meshes_too_coarse_for_their_contact_are_told():
         solve(straight, 5e-3)
 
 
+def test_a_steep_contact_is_told():
+    """Two cylinders' halves that fit into each other: their flanks rise by a half."""
+    x = np.linspace(-0.04, 0.04, 17)
+    flat = block_mesh(x, np.linspace(-0.02, 0.02, 5), 0.04)
+    up = mtb.ElasticBody(
+        cambered(flat, 0.08, 0.0, -1.0), steel, "contact", [mtb.Support("top", x=0, y=0, z=0)], "up"
+    )
+    below = cambered(flat.moved(np.diag([1.0, -1.0, -1.0])), 0.08, 0.0, -1.0)
+    down = mtb.ElasticBody(below, steel, "contact", [mtb.Support("bottom", x=0, y=0, z=0)], "down")
+    with pytest.warns(UserWarning, match=r"contact face of (up|down) has a slope of 0\.29 where it touches"):
+        result = mtb.Scene(up, down, spacing=5e-3, friction=0.0, magnetic_pressure=3e6).solve()
+    np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
+
+
 def low_nodes(mesh):
     return np.flatnonzero(mesh.nodes[:, 2] < 1e-3)
 
