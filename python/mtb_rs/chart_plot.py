@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -55,27 +57,32 @@ def draw(chart: Chart) -> Figure:
             label=series + ("" if growth is None else f"   time ~ n$^{{{growth:.1f}}}$"),
             zorder=3,
         )
-    for point in efficient:
+    counts = [(p.time, p.errors[chart.quantity], f"{p.unknowns}") for p in efficient]
+    for time, error, label in _together(counts):
         axes.annotate(
-            f"{point.unknowns}",
-            (point.time, 100.0 * point.errors[chart.quantity]),
+            label,
+            (time, 100.0 * error),
             xytext=(5, 5),
             textcoords="offset points",
             fontsize=7,
             color="0.35",
         )
-    for point in chart.drawn():
-        if point.note:
-            axes.annotate(
-                point.note.split(",")[0].removeprefix("tolerance "),
-                (point.time, 100.0 * point.errors[chart.quantity]),
-                xytext=(-5, -10),
-                textcoords="offset points",
-                ha="right",
-                fontsize=7,
-                fontweight="bold",
-                color="0.2",
-            )
+    asked = [
+        (p.time, p.errors[chart.quantity], p.note.split(",")[0].removeprefix("tolerance "))
+        for p in chart.drawn()
+        if p.note
+    ]
+    for time, error, label in _together(asked):
+        axes.annotate(
+            label,
+            (time, 100.0 * error),
+            xytext=(-5, -10),
+            textcoords="offset points",
+            ha="right",
+            fontsize=7,
+            fontweight="bold",
+            color="0.2",
+        )
     axes.set_xscale("log")
     axes.set_yscale("log")
     _limits(chart, axes)
@@ -140,6 +147,18 @@ def draw(chart: Chart) -> Figure:
     axes.set_title(f"against: {chart.reference}", loc="right", fontsize=8, color="0.35")
     axes.legend(fontsize=7.5, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
+
+
+def _together(labels: Sequence[tuple[float, float, str]]) -> list[tuple[float, float, str]]:
+    """Labels at (time, error), those that would cover one another as one at the first place."""
+    found: list[tuple[float, float, list[str]]] = []
+    for time, error, label in sorted(labels):
+        near = next((f for f in found if time < 2.5 * f[0] and 0.9 < error / f[1] < 1.1), None)
+        if near is None:
+            found.append((time, error, [label]))
+        elif label not in near[2]:
+            near[2].append(label)
+    return [(time, error, ", ".join(parts)) for time, error, parts in found]
 
 
 def _end(chart: Chart, axes: Axes, time: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,3 +140,13 @@ def test_labels_of_lines_keep_clear_of_marks_and_of_each_other() -> None:
     assert [labels()[f.label].get_ha() for f in lines] == ["right", "left"]
     high = labels(Figure("mark", 500.0, 0.5))
     assert [high[f.label].get_va() for f in lines] == ["bottom", "bottom"]
+
+
+def test_labels_of_points_that_lie_together_are_one() -> None:
+    near = [(0.15, 0.0226, "30 %"), (0.16, 0.0227, "10 %"), (0.22, 0.0226, "5 %"), (0.6, 0.0125, "2 %")]
+    points = tuple(replace(point("auto", t, e), note=f"tolerance {n}, half-space") for t, e, n in near)
+    points += (point("a", 1e-3, 0.5, 7), point("b", 1.1e-3, 0.499, 7))
+    axes = draw(Chart("t", points, "exact")).axes[0]
+    labels = [text.get_text() for text in axes.texts]
+    assert [label for label in labels if "%" in label] == ["30 %, 10 %, 5 %", "2 %"]
+    assert labels.count("7") == 1
