@@ -157,6 +157,9 @@ def is_box(where: Any) -> bool:
     for end in ends:
         if end is not None:
             number("an end of a box", end, "m")
+    for axis, (low, high) in zip("xyz", where, strict=True):
+        if low is not None and high is not None and low > high:
+            raise ValueError(f"a box runs from {axis} = {low:g} to {high:g} m: the lower end comes first")
     return True
 
 

@@ -134,6 +134,8 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.ElasticBody(mesh, STEEL, supports=[TOP, mtb.Support("front", z=mtb.Guide())])
     with refused("gives x = 1e-06 m at node", "where another gives 0 m"):
         mtb.ElasticBody(mesh, STEEL, supports=[TOP, mtb.Support("front", x=1e-6)])
+    with refused("a box runs from y = 0.01 to -0.01 m: the lower end comes first"):
+        mtb.Support(((0.0, 0.02), (0.01, -0.01), (None, None)), x=0)
     with refused("supports contain 'top'"):
         mtb.ElasticBody(mesh, STEEL, supports=["top"])  # type: ignore[list-item]
     with refused("the supports hold every node"):
