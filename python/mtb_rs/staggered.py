@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import _mtb_rs
+from .check import positive, whole
 from .geometry import SheetPoints
 from .result import Displacement, Result
 from .solve import ContactProblem, Side, Solution, sided_influence, to_global
@@ -52,9 +53,14 @@ def staggered(
         Earlier iterates combined to accelerate; 0: none, unless a predicted factor does not converge in
         `max_iterations`: then 5 are.
     """
+    factor = None if factor is None else positive("factor", factor)
+    max_iterations = whole("max_iterations", max_iterations)
+    displacement_tolerance = positive("displacement_tolerance", displacement_tolerance)
+    if anderson_depth != 0 or isinstance(anderson_depth, bool):
+        anderson_depth = whole("anderson_depth", anderson_depth)
     clock = time.perf_counter()
     fold = folded(problem)
-    whole = problem
+    given = problem
     if fold is not None:
         problem = fold.half
         assert half_space.compliance is not None
@@ -116,7 +122,7 @@ def staggered(
     if fold is not None:
         pressure, gap = pressure[fold.source], gap[fold.source]
         motion = np.append(motion, 0.0)[fold.motion_source]
-        friction = whole.friction_at(pressure)
+        friction = given.friction_at(pressure)
     solution = Solution(
         pressure=np.ascontiguousarray(pressure),
         gap=np.ascontiguousarray(gap),

@@ -172,6 +172,15 @@ def test_staggered_scheme_converges_to_the_doubly_counted_contact():
     tall = mtb.scenes.block_on_plane(height=0.5, spacing=2e-2)
     with pytest.raises(mtb.ConvergenceError, match=r"the body wedges\. The friction coefficient is 0.5"):
         tall.solve(model="elastic-upper", method="staggered")
+    for option, value, needed in (
+        ("factor", "a", "a finite number"),
+        ("factor", -1, "a positive number"),
+        ("max_iterations", 2.5, "a positive whole number"),
+        ("displacement_tolerance", 0, "a positive number"),
+        ("anderson_depth", -1, "a positive whole number"),
+    ):
+        with pytest.raises(ValueError, match=f"{option} is {value!r}: {needed} is needed"):
+            tall.solve(model="elastic-upper", method="staggered", **{option: value})
     with pytest.raises(ValueError, match="unknown option 'relaxation' of the staggered method"):
         scene.solve(model="elastic-upper", method="staggered", relaxation=2.0)
 
