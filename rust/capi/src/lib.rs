@@ -19,6 +19,8 @@
 )]
 
 mod registry;
+#[cfg(test)]
+mod tests;
 pub mod wheels;
 
 use std::cell::RefCell;
@@ -99,17 +101,23 @@ fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
     status
 }
 
-/// Copies `values` to the caller's array of `length` numbers.
-fn copy_out<T: Copy>(name: &str, values: &[T], to: *mut T, length: usize) -> Result<(), Failure> {
-    if length != values.len() {
+/// Whether the caller's array takes `count` entries. Looked at before anything is written, so that a call
+/// that fails leaves arrays as they were.
+fn check_room<T>(name: &str, count: usize, to: *const T, length: usize) -> Result<(), Failure> {
+    if length != count {
         return Err(Failure::argument(format!(
-            "{name} has room for {length} numbers, there are {}",
-            values.len()
+            "{name} has room for {length} numbers, there are {count}"
         )));
     }
     if to.is_null() {
         return Err(Failure::argument(format!("{name} is null")));
     }
+    Ok(())
+}
+
+/// Copies `values` to the caller's array of `length` numbers.
+fn copy_out<T: Copy>(name: &str, values: &[T], to: *mut T, length: usize) -> Result<(), Failure> {
+    check_room(name, values.len(), to, length)?;
     // SAFETY: not null, and the caller vouches for `length` writable numbers
     unsafe { std::slice::from_raw_parts_mut(to, length) }.copy_from_slice(values);
     Ok(())
@@ -251,6 +259,9 @@ pub unsafe extern "C" fn mtb_contact_points(
     call(|| {
         let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
         let (g, n) = (&prepared.geometry, n as usize);
+        check_room("areas", g.area.len(), areas, n)?;
+        check_room("points", g.points.len(), points, 3 * n)?;
+        check_room("normals", g.normal.len(), normals, 3 * n)?;
         copy_out("areas", &g.area, areas, n)?;
         copy_out("points", &g.points, points, 3 * n)?;
         copy_out("normals", &g.normal, normals, 3 * n)
@@ -304,6 +315,8 @@ pub unsafe extern "C" fn mtb_contact_step(
                 Pull::Uniform(magnetic_pressure)
             },
         };
+        check_room("force", 3, force, 3)?;
+        check_room("moment", 3, moment, 3)?;
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);
         let out = kept.contact.step(&step, &unmonitored)?;

@@ -192,6 +192,12 @@ fn bytes_come_back_and_changes_are_found() {
             "a change at {cut} went unnoticed"
         );
     }
+    // the signs of two numbers: a sum that only carries upwards takes them for the same
+    let mut changed = bytes.clone();
+    for at in [bytes.len() - 9, bytes.len() - 17] {
+        changed[at] ^= 0x80;
+    }
+    assert!(Prepared::from_bytes(&changed).is_err());
 }
 
 proptest! {

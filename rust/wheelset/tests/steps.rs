@@ -299,15 +299,9 @@ fn bytes_come_back_and_changes_are_found() {
     }
 }
 
-/// 64-bit FNV-1a over words, as the header of the file has it.
+/// With the checksum that the header of the file has.
 fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
-    let sum = bytes[24..]
-        .chunks(8)
-        .fold(0xcbf2_9ce4_8422_2325, |sum: u64, chunk| {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            (sum ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+    let sum = u64::from(crc32fast::hash(&bytes[24..]));
     bytes[16..24].copy_from_slice(&sum.to_le_bytes());
     bytes
 }

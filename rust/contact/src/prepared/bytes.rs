@@ -9,7 +9,7 @@ use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 impl Prepared {
     /// The contact as bytes, for a file.
