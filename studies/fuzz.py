@@ -12,7 +12,7 @@ inputs.
 
 The doors of the Rust crates have their own, quicker drivers:
 
-    PROPTEST_CASES=1000000 cargo test --release -p mtb-geometry -p mtb-contact -p mtb-wheelset -p mtb-capi any_
+    PROPTEST_CASES=1000000 cargo test --release --workspace any_
 """
 
 from __future__ import annotations
