@@ -2,14 +2,15 @@
 """Charts of speed against accuracy of the six standing scenes, with the sources' own figures.
 
 Run from the root of the project: ``python benches/charts.py [name ...] [--budget 120]``. Writes PNG, HTML
-and CSV into docs/charts. Times of the thesis were taken on an Intel Xeon E5-1620 v3 at 3.5 GHz with 32 GB,
-those of the paper on hardware it does not state, those of CONTACT and CalculiX as processor seconds on a
-2.5 GHz core.
+and CSV into docs/charts, and how all charts there grow into growth.csv; ``--growth`` writes that alone.
+Times of the thesis were taken on an Intel Xeon E5-1620 v3 at 3.5 GHz with 32 GB, those of the paper on
+hardware it does not state, those of CONTACT and CalculiX as processor seconds on a 2.5 GHz core.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 import time
 from collections.abc import Callable
@@ -227,6 +228,41 @@ CHARTS = {
     "rough": rough,
 }
 
+
+def read(path: Path) -> Chart:
+    """A chart as its CSV keeps it, for :meth:`Chart.growth`: without errors and sources' figures."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["unknowns"]]
+    points = [
+        ChartPoint(
+            row["series"],
+            float(row["spacing_m"]),
+            int(row["unknowns"]),
+            (float(row["processor_s"]),),
+            (float(row["clock_s"]),),
+            is_reference=row["note"] == "reference",
+        )
+        for row in rows
+    ]
+    return Chart(path.stem.removeprefix("scene_").replace("_", " "), tuple(points), "")
+
+
+def write_growth(folder: Path) -> None:
+    """Exponents of the time over the unknowns, of all charts in a folder."""
+    charts = [read(path) for path in sorted(folder.glob("scene_*.csv"))]
+    with (folder / "growth.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["scene", "series", "finest_unknowns", "exponent"])
+        for chart in charts:
+            for series in chart.series:
+                exponent = None if series.startswith("auto") else chart.growth(series)
+                if exponent is not None:
+                    finest = max(
+                        p.unknowns for p in chart.points if p.series == series and not p.is_reference
+                    )
+                    writer.writerow([chart.title, series, finest, f"{exponent:.2f}"])
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
@@ -234,11 +270,13 @@ if __name__ == "__main__":
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
     parser.add_argument("--budget", type=float, default=120.0, help="seconds for each chart")
+    parser.add_argument("--growth", action="store_true", help="draw nothing, only write growth.csv anew")
     arguments = parser.parse_args()
-    for chosen in arguments.names:
+    for chosen in [] if arguments.growth else arguments.names:
         chart = CHARTS[chosen](arguments.budget)
         chart.save(arguments.output, f"scene_{chosen}")
         sys.stderr.write("\n")
         print(f"{chosen}: against {chart.reference}, own error {chart.reference_error}")
         for series in chart.series:
             print(f"  {series}: growth {chart.growth(series)}")
+    write_growth(arguments.output)

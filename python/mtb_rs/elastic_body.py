@@ -268,12 +268,15 @@ class ElasticBody:
         path_or_mesh
             Closed surface (any file trimesh reads, or a trimesh object), which gmsh fills with
             tetrahedra; ready tetrahedra (any file meshio reads, or a meshio object); or a TetraMesh.
+        material : Material
         unit : "m", "mm", "um" or "in"
             Of the file's numbers; STL files do not say.
         contact, supports
             In metres. Whole triangles make the contact face: its edges must be edges of the surface.
         size : float [m]
             Size of the tetrahedra at the contact face, for closed surfaces; they grow away from it.
+        name : str
+            For reports and files.
         """
         from .mesh_files import read_mesh  # brings trimesh
 

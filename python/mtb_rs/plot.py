@@ -146,6 +146,7 @@ def plot(
 
     Parameters
     ----------
+    result : Result, NormalResult, TangentialResult, FoundationResult or StepResult
     quantity : str
         What the result has of "pressure", "traction" (its magnitude, with arrows where it turns),
         "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
@@ -239,6 +240,8 @@ def animate(
     history : results
         At least one, in order, all of one kind.
     path : str or Path
+    quantity : str
+        As for :func:`plot`.
     frames_per_second : float [1/s]
     **options
         As for :func:`plot`, `kind` and `y` included; not `ax`.

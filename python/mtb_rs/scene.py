@@ -106,6 +106,8 @@ class Scene:
         which has no top, does without.
     element_size : float [m]
         Of the finite elements of their upper body at the contact; None: that of the contact grid.
+    layout, name, inputs
+        Geometry, name and arguments of a ready scene; scenes of one's own do without.
     """
 
     upper: Material | Simple | ElasticBody
@@ -228,6 +230,12 @@ class Scene:
             The algorithm; the latter two are the thesis' and take its parameters as `options`.
         tolerance : float [-]
             Total relative error aimed at in `quantity`.
+        quantity : "pressure", "force" or "displacement"
+            What the tolerance is about.
+        **options
+            Of the incremental method: `estimated_steps`, `force_tolerance` [N], `distance_tolerance` [m],
+            `max_resolutions`, `max_releases`, `max_increments`. Of the staggered one: `factor` (f_FE),
+            `max_iterations`, `displacement_tolerance` [-], `anderson_depth`.
 
         Raises
         ------
@@ -751,7 +759,7 @@ class Scene:
         return {"scene": self.name, **self.inputs}
 
     def with_(self, **changes: Any) -> Scene:
-        """The same scene with some arguments changed."""
+        """The same scene with some arguments of :class:`Scene` changed."""
         inputs = {**self.inputs, **{name: value for name, value in changes.items() if name in self.inputs}}
         return replace(self, **changes, inputs=inputs)
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Ready scenes: what an engineer starts from. Every argument has a default."""
+"""Ready scenes: what an engineer starts from. Every argument has a default.
+
+Arguments that are not described are those of :class:`mtb_rs.Scene`.
+"""
 
 from __future__ import annotations
 

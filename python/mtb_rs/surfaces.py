@@ -171,6 +171,7 @@ def surface_gap(
 
     Parameters
     ----------
+    lower, upper : BodySurface
     x, y : (from, to) [m]
     spacing : float or (dx, dy) [m]
         Seen from above; whole numbers of cells come as close as they can.

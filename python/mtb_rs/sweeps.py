@@ -60,6 +60,7 @@ def sweep(
 
     Parameters
     ----------
+    scene : Scene
     parameters : Mapping
         For each argument (of :class:`Scene`, or of the ready scene) its values, or a mapping from labels to
         values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``. Labels

@@ -89,6 +89,8 @@ def view(
     ----------
     quantity : str
         As in :func:`mtb_rs.plot.plot`.
+    body : "lower" or "upper"
+        Whose displacement is drawn.
     limits : (low, high) [SI unit of the quantity]
         Ends of the colour scale. By default those of the values, or less where single peaks would
         flatten the rest: the largest value then stands over the bar.
@@ -337,6 +339,13 @@ def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
 
 def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
+
+    Parameters
+    ----------
+    result, quantity, **options
+        As of :func:`view`.
+    path : str or Path
+        Of the page.
 
     Raises
     ------

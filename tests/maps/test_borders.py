@@ -126,6 +126,17 @@ def test_falling_friction_with_memory_is_smooth_and_without_it_says_so() -> None
     assert np.isnan(caught.value.result).any()
 
 
+def test_friction_that_falls_at_once_has_no_state_without_a_memory() -> None:
+    hertz = mtb.hertz(10e3, semi_axes=(4e-3, 3e-3), lower=mtb.steel, upper=mtb.steel)
+    patch = hertz.on_grid((20, 20), (0.42e-3, 0.32e-3))
+    motion = mtb.Rolling(creepage=(1.9e-4, 0.0, 0.2), speed=10.0)
+    for half_slip, memory in ((1e-2, None), (1.2e-3, 10e-6)):
+        law = mtb.FallingFriction(static=0.35, kinetic=0.05, half_slip=half_slip, memory=memory)
+        assert mtb.solve_tangential(patch, motion, law).report.converged
+    with pytest.raises(mtb.ConvergenceError, match="may have no state without a memory"):
+        mtb.solve_tangential(patch, motion, mtb.FallingFriction(static=0.35, kinetic=0.05, half_slip=1.2e-3))
+
+
 def test_elements(monkeypatch: pytest.MonkeyPatch) -> None:
     elements = study("elements", monkeypatch)
     # a mesh as fine as the contact is smooth, a coarser one ripples

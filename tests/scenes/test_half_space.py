@@ -66,6 +66,16 @@ def test_like_materials_decouple_and_unlike_ones_do_not():
     assert np.abs(unlike.pressure - unlike.pressure[::-1]).max() < 1e-10 * unlike.pressure.max()
 
 
+def test_like_materials_couple_a_little_on_the_crown_of_a_rail():
+    plain = mtb.scenes.pole_shoe_on_rail(friction=0.0, spacing=6e-3).solve("half-space").pressure
+    rubbed = mtb.scenes.pole_shoe_on_rail(friction=0.3, spacing=6e-3).solve("half-space").pressure
+    apart = np.abs(rubbed - plain)
+    # as the theory page says
+    assert apart.mean() == pytest.approx(0.006 * plain.mean(), rel=0.1)
+    assert apart.max() < 0.015 * plain.max()
+    assert rubbed.max() == pytest.approx(1.008 * plain.max(), rel=5e-4)
+
+
 def test_turning_the_sliding_direction_turns_the_solution():
     along_x = mtb.scenes.paraboloid_on_plane(points=16, upper=rubber).solve()
     along_y = mtb.scenes.paraboloid_on_plane(points=16, upper=rubber, sliding_direction=(0, 1)).solve()
