@@ -186,6 +186,7 @@ def chart(rows: list[dict[str, object]], path: Path) -> None:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import NullFormatter
 
     names = list(dict.fromkeys(str(row["case"]) for row in rows))
     figure, axes = plt.subplots(1, len(names), figsize=(4.0 * len(names), 3.6), sharey=True)
@@ -199,7 +200,8 @@ def chart(rows: list[dict[str, object]], path: Path) -> None:
                 label=solver,
             )
         axis.axhline(GOAL, color="grey", linewidth=0.8, linestyle=":")
-        axis.set(title=case, xlabel="CPU time [s], one thread")
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set(title=case, xlabel="processor time [s], one thread", xlim=(0.03, 15.0))
         axis.grid(which="major", alpha=0.3)
     axes[0].set_ylabel("measured residual [-]")
     axes[0].legend()

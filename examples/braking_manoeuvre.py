@@ -8,8 +8,7 @@ coupling. Each load enters with its tangent from the start of the ride, which ma
 in the stiff contact; without it steps had to resolve the shoe on its contact, at 2 kHz. What the size of the
 step costs is measured.
 
-A functional mock-up unit (FMU) is not built: it needs a model description and a packing of the C interface
-with the contact's file for each scene, and would serve whom the C interface serves.
+Programs that import functional mock-up units take the contacts by ``PreparedContact.save_fmu``.
 
 Masses, dimensions, springs and tables are assumed, of plausible size; they are not those of a vehicle.
 
