@@ -266,15 +266,17 @@ class ElasticBody:
         Parameters
         ----------
         path_or_mesh
-            Closed surface (any file trimesh reads, or a trimesh object), which gmsh fills with
-            tetrahedra; ready tetrahedra (any file meshio reads, or a meshio object); or a TetraMesh.
+            Solid of CAD (STEP, IGES) or closed surface (any file trimesh reads, or a trimesh object), which
+            gmsh fills with tetrahedra; ready tetrahedra (any file meshio reads, or a meshio object); or a
+            TetraMesh.
         material : Material
         unit : "m", "mm", "um" or "in"
-            Of the file's numbers; STL files do not say.
+            Of the file's numbers; STL files do not say. STEP and IGES files do: "m" then.
         contact, supports
             In metres. Whole triangles make the contact face: its edges must be edges of the surface.
         size : float [m]
-            Size of the tetrahedra at the contact face, for closed surfaces; they grow away from it.
+            Size of the tetrahedra at the contact face, for solids and surfaces; they grow away from it.
+            Curved faces of solids become facets of 4 degrees or less, no larger than this.
         name : str
             For reports and files.
         """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Meshes from elsewhere: closed surfaces filled with tetrahedra by gmsh, ready meshes through meshio."""
+"""Meshes from elsewhere: solids of CAD and closed surfaces, filled by gmsh, ready meshes through meshio."""
 
 from __future__ import annotations
 
@@ -24,8 +24,14 @@ Index = NDArray[np.int64]
 #: Which points (n, 3) [m] are on the contact face of a body with these vertices (k, 3) [m].
 Near = Callable[[Array, Array], NDArray[np.bool_]]
 
-#: Files of closed surfaces; all others are taken for ready meshes.
+#: Files of closed surfaces and of solids; all others are taken for ready meshes.
 SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
+SOLID_FILES = (".step", ".stp", ".iges", ".igs")
+
+#: Triangles on a full turn of a curved face of a solid: 4 degrees each, less than `FEATURE_ANGLE`.
+TRIANGLES_A_TURN = 90
+#: Triangles from which on the size is taken for a mistake.
+MOST_TRIANGLES = 2_000_000
 
 #: Tetrahedra far from the contact are this many times as large as at it.
 FAR = 2.5
@@ -48,8 +54,9 @@ def read_mesh(
     source
         Path, trimesh object, meshio object or TetraMesh (taken as it is).
     unit : "m", "mm", "um" or "in"
+        Of the numbers; files of solids tell their own.
     size : float [m]
-        Size of the tetrahedra near the contact; for closed surfaces only.
+        Size of the tetrahedra near the contact; for closed surfaces and solids only.
     near : function of points (n, 3) and the surface's vertices (k, 3) [m]
         Which points are on the contact face.
     """
@@ -64,8 +71,11 @@ def read_mesh(
             raise ValueError(f"{path} is no file")
         if path.stat().st_size == 0:
             raise ValueError(f"{path} is empty: a mesh is needed")
-        if path.suffix.lower() in SURFACE_FILES:
-            surface = read_surface(path)
+        is_solid = path.suffix.lower() in SOLID_FILES
+        if is_solid and scale != 1.0:
+            raise ValueError(f'unit is {unit!r}: {path.suffix} files tell their own, "m" is needed')
+        if is_solid or path.suffix.lower() in SURFACE_FILES:
+            surface = read_solid(path, size) if is_solid else read_surface(path)
             try:
                 return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
             except ValueError as error:
@@ -92,6 +102,44 @@ def read_surface(path: Path) -> trimesh.Trimesh:
     if not len(surface.faces):
         raise ValueError(f"{path} holds no triangles: a closed surface is needed")
     return surface
+
+
+def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
+    """The surface [m] of the one solid of a CAD file, in triangles of at most `size` [m], by gmsh."""
+    if size is not None:
+        positive("size", size, "m")
+    with _gmsh(f"reading {path.suffix} files") as gmsh:
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        try:
+            gmsh.model.occ.importShapes(str(path))
+            gmsh.model.occ.synchronize()
+        except Exception as error:  # its own class, of any cause
+            raise ValueError(f"{path} cannot be read: no {path.suffix} file of a solid ({error})") from None
+        solids = gmsh.model.getEntities(3)
+        if len(solids) != 1:
+            raise ValueError(f"{path} holds {len(solids)} solids: one is needed")
+        low, high = np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
+        extent = float((high - low).max())
+        longest = extent / 15.0 if size is None else min(size, extent)
+        area = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
+        triangles = 4.0 / np.sqrt(3.0) * area / longest**2
+        if triangles > MOST_TRIANGLES:
+            raise ValueError(
+                f"{path}: size is {longest:g} m: the solid, {extent:g} m large, would have {triangles:.0e} "
+                f"triangles: at most {MOST_TRIANGLES:g} are made"
+            )
+        gmsh.option.setNumber("Mesh.MeshSizeMax", longest)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", TRIANGLES_A_TURN)
+        try:
+            gmsh.model.mesh.generate(2)
+        except Exception as error:
+            raise ValueError(f"{path}: gmsh cannot mesh the faces of the solid: {error}") from None
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        corners = gmsh.model.mesh.getElementsByType(2)[1]
+    used, triangles = np.unique(corners, return_inverse=True)
+    order = np.argsort(tags)
+    rows = order[np.searchsorted(tags[order], used)]
+    return trimesh.Trimesh(coordinates.reshape(-1, 3)[rows], triangles.reshape(-1, 3), process=False)
 
 
 def _read_by_meshio(path: Path) -> Any:
@@ -205,12 +253,6 @@ def filled(
     size = extent / 15.0 if size is None else positive("size", size, "m")
     if size > extent:
         raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:
-        raise ValueError(
-            f"filling a closed surface with tetrahedra needs gmsh (pip install 'mtb-rs[mesh]'): {error}"
-        ) from None
     if near is not None and not near(surface.vertices, surface.vertices).any():
         raise ValueError(
             "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
@@ -221,14 +263,11 @@ def filled(
         check_unknowns(_expected(surface, is_contact, size))
     except ValueError as error:
         raise ValueError(f"size is {size:g} m: {error}") from None
-    with _broken_pipes_as_they_were():
-        gmsh.initialize(interruptible=False)
-    try:
-        nodes, cells = _gmsh_tetrahedra(gmsh, surface, is_contact, size)
-    except Exception as error:
-        raise ValueError(f"gmsh cannot mesh the surface: {error}") from None
-    finally:
-        gmsh.finalize()
+    with _gmsh("filling a closed surface with tetrahedra") as gmsh:
+        try:
+            nodes, cells = _gmsh_tetrahedra(gmsh, surface, is_contact, size)
+        except Exception as error:
+            raise ValueError(f"gmsh cannot mesh the surface: {error}") from None
     return quadratic(upright(TetraMesh(nodes, cells)))
 
 
@@ -241,6 +280,23 @@ def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, si
     near = area * size * 0.5 / GROWTH * (1.0 - FAR**-2)
     volume = abs(float(surface.volume))
     return float(min(volume, near + volume / FAR**3) / regular)
+
+
+@contextlib.contextmanager
+def _gmsh(purpose: str) -> Iterator[Any]:
+    """gmsh, silent and on one thread: the same mesh every time."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise ValueError(f"{purpose} needs gmsh (pip install 'mtb-rs[mesh]'): {error}") from None
+    with _broken_pipes_as_they_were():
+        gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        yield gmsh
+    finally:
+        gmsh.finalize()
 
 
 @contextlib.contextmanager
@@ -265,8 +321,6 @@ def _broken_pipes_as_they_were() -> Iterator[None]:
 def _gmsh_tetrahedra(
     gmsh: Any, surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float
 ) -> tuple[Array, Index]:
-    gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh every time
     tag = gmsh.model.addDiscreteEntity(2)
     # in sizes of the contact mesh: gmsh's tolerances are absolute
     numbers = np.arange(1, len(surface.vertices) + 1)
