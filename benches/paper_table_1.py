@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Table 1 of [Vollebregt2012]: the normal problem of a wheel on a rail, by force and by penetration.
+"""Table 1 of [Vollebregt2012]: the normal problem of a wheel on a rail, by force and by approach.
 
     python benches/paper_table_1.py [--out docs/charts]
 
@@ -45,9 +45,9 @@ TOLERANCE = 1e-8
 #: [Vollebregt2012, Table 1]: spacing [mm] and what is prescribed; cells in contact, seconds of versions
 #: 11.1 and 12.1.
 PAPER = {
-    ("0.1", "penetration"): (3150, 4.3, 0.3),
-    ("0.05", "penetration"): (12900, 81.0, 1.7),
-    ("0.025", "penetration"): (50800, 1958.0, 17.3),
+    ("0.1", "approach"): (3150, 4.3, 0.3),
+    ("0.05", "approach"): (12900, 81.0, 1.7),
+    ("0.025", "approach"): (50800, 1958.0, 17.3),
     ("0.1", "force"): (3150, 12.8, 0.6),
     ("0.05", "force"): (12900, 245.0, 3.9),
     ("0.025", "force"): (50800, 5104.0, 35.5),
@@ -79,7 +79,7 @@ def contact_runs() -> dict[tuple[str, str], dict[str, str]]:
     """CONTACT's runs on the given gaps."""
     with (DATA / "table1_like.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    kinds = {"module3 N=1 (same gap)": "force", "module3 N=0 (same gap)": "penetration"}
+    kinds = {"module3 N=1 (same gap)": "force", "module3 N=0 (same gap)": "approach"}
     return {(row["dx_mm"], kinds[row["case"]]): row for row in rows if row["case"] in kinds}
 
 
@@ -101,7 +101,7 @@ def main() -> None:
         for spacing in ("0.1", "0.05", "0.025"):
             gap = field(spacing)
             approach = None
-            for prescribed in ("force", "penetration"):
+            for prescribed in ("force", "approach"):
                 load = {"force": NORMAL_FORCE} if approach is None else {"approach": approach}
                 found, seconds = timed(gap, spacing, TOLERANCE, load)
                 default, default_seconds = timed(gap, spacing, None, load)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Facets: a facetted sphere over a plane, facet size against penetration.
+"""Facets: a facetted sphere over a plane, facet size against the approach of the bodies.
 
-A chord of length c on a radius R is c^2 / (8 R) off. Facets known to be too coarse for the penetration are
+A chord of length c on a radius R is c^2 / (8 R) off. Facets known to be too coarse for the approach are
 refused; what passes is compared with the exact gap.
 """
 
@@ -13,8 +13,8 @@ import mtb_rs as mtb
 RADIUS = 0.5
 
 
-def gap_error(cells: int, penetration: float) -> float:
-    """Largest error of the gap over the contact, in penetrations."""
+def gap_error(cells: int, approach: float) -> float:
+    """Largest error of the gap over the contact, over the approach."""
     reach = 0.02
     line = np.linspace(-reach, reach, cells + 1)
     x, y = np.meshgrid(line, line)
@@ -29,24 +29,24 @@ def gap_error(cells: int, penetration: float) -> float:
     vertices = np.stack([x.ravel(), y.ravel(), z.ravel()])
     upper = mtb.BodySurface.mesh(vertices, triangles, closed=False)
     span = (-0.7 * reach, 0.7 * reach)
-    found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, 5e-4, penetration=penetration)
+    found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, 5e-4, approach=approach)
     points = found.sheet.cells
     px, py = points.points[:2]
     exact = RADIUS - np.sqrt(RADIUS**2 - px**2 - py**2)
-    near = exact < penetration
-    return float(np.abs(points.gap - exact)[near].max(initial=0.0)) / penetration
+    near = exact < approach
+    return float(np.abs(points.gap - exact)[near].max(initial=0.0)) / approach
 
 
 if __name__ == "__main__":
     counts = [4, 8, 16, 32, 64]
-    penetrations = [1e-7, 1e-6, 1e-5, 1e-4]
-    codes = np.zeros((len(penetrations), len(counts)), dtype=int)
+    approaches = [1e-7, 1e-6, 1e-5, 1e-4]
+    codes = np.zeros((len(approaches), len(counts)), dtype=int)
     texts = np.full(codes.shape, "", dtype=object)
     rows = []
     for (j, i), _ in np.ndenumerate(codes):
         said, error = "", np.nan
         try:
-            error = gap_error(counts[i], penetrations[j])
+            error = gap_error(counts[i], approaches[j])
             codes[j, i] = GOOD if error < 0.1 else WRONG
             texts[j, i] = f"{100 * error:.2g} %"
         except ValueError as refusal:
@@ -55,14 +55,14 @@ if __name__ == "__main__":
         rows.append(
             {
                 "facet_m": chord,
-                "penetration_m": penetrations[j],
-                "sagitta_over_penetration": chord**2 / (8 * RADIUS) / penetrations[j],
+                "approach_m": approaches[j],
+                "sagitta_over_approach": chord**2 / (8 * RADIUS) / approaches[j],
                 "verdict": int(codes[j, i]),
                 "error": error,
                 "said": said,
             }
         )
     figure, (ax,) = panels(1, width=6.0)
-    draw_verdicts(ax, [0.04 / c for c in counts], penetrations, codes, texts=texts)
-    ax.set(title="error of the gap over the penetration", xlabel="facet [m]", ylabel="penetration [m]")
+    draw_verdicts(ax, [0.04 / c for c in counts], approaches, codes, texts=texts)
+    ax.set(title="error of the gap over the approach", xlabel="facet [m]", ylabel="approach [m]")
     write("facets", figure, rows)

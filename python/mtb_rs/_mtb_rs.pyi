@@ -266,7 +266,7 @@ def surface_gap(
     y: tuple[float, float],
     spacing: tuple[float, float],
     reach: float,
-    penetration: float | None,
+    approach: float | None,
 ) -> dict[str, Any]: ...
 def half_space(
     shear_modulus: float,

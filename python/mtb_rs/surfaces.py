@@ -165,7 +165,7 @@ def surface_gap(
     spacing: float | Sequence[float],
     *,
     reach: float = 5e-3,
-    penetration: float | None = None,
+    approach: float | None = None,
 ) -> SurfaceGap:
     """Sheet over the rectangle `x` by `y` seen from above, and the gap between two bodies there.
 
@@ -177,8 +177,8 @@ def surface_gap(
         Seen from above; whole numbers of cells come as close as they can.
     reach : float [m]
         Distance up to which the upper body is looked for.
-    penetration : float [m], optional
-        Expected penetration. Facets whose error is more than a tenth of it, where contact is expected,
+    approach : float [m], optional
+        Expected approach. Facets whose error is more than a tenth of it, where contact is expected,
         are refused with a ValueError.
     """
     fields = _mtb_rs.surface_gap(
@@ -188,7 +188,7 @@ def surface_gap(
         y=y,
         spacing=spacing_pair(spacing),
         reach=reach,
-        penetration=penetration,
+        approach=approach,
     )
     return SurfaceGap(
         sheet=contact_sheet(fields, ("contact",)),

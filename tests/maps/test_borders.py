@@ -165,7 +165,7 @@ def test_quadratic_elements_do_not_lock_and_linear_ones_do(monkeypatch: pytest.M
     assert share[False, 0.499] < 0.2 * share[True, 0.499]
 
 
-def test_facets_too_coarse_for_the_penetration_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_facets_too_coarse_for_the_approach_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     facets = study("facets", monkeypatch)
     assert facets.gap_error(16, 1e-5) < 1e-4
     with pytest.raises(ValueError, match="facet"):

@@ -123,7 +123,7 @@ def test_wedging_is_named_and_never_returned_as_an_answer():
         )
         margins.append(result.report.wedging_margin)
     assert margins[1] == pytest.approx(2.0 * margins[0], rel=1e-6)
-    # the prototype's 12 x 12 hexahedra gave mu_sym = .256 for this slenderness
+    # 12 x 12 hexahedra gave mu_sym = .256 for this slenderness
     assert 0.2 / margins[1] == pytest.approx(0.256, rel=0.06)
 
 

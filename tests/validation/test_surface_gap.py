@@ -46,10 +46,10 @@ def test_mesh_from_file_converges_to_the_ball(tmp_path: Path) -> None:
 def test_coarse_facets_are_refused(tmp_path: Path) -> None:
     plane = BodySurface.plane()
     ball = BodySurface.from_file(ball_file(tmp_path, 2), unit="mm")
-    with pytest.raises(ValueError, match="not small against the penetration"):
-        surface_gap(plane, ball, *PATCH, 1e-3, reach=0.02, penetration=1e-6)
+    with pytest.raises(ValueError, match="not small against the approach"):
+        surface_gap(plane, ball, *PATCH, 1e-3, reach=0.02, approach=1e-6)
     fine = BodySurface.from_file(ball_file(tmp_path, 5), unit="mm")
-    surface_gap(plane, fine, *PATCH, 1e-3, reach=0.02, penetration=1e-6)
+    surface_gap(plane, fine, *PATCH, 1e-3, reach=0.02, approach=1e-6)
 
 
 def test_points_beside_the_upper_body() -> None:
@@ -128,5 +128,5 @@ def test_bad_sheets_are_named() -> None:
         surface_gap(plane, ball, (0.0, 1.0), (0.0, 0.0), 1e-3)
     with pytest.raises(ValueError, match="reach is -1"):
         surface_gap(plane, ball, *PATCH, 1e-3, reach=-1.0)
-    with pytest.raises(ValueError, match="penetration is 0"):
-        surface_gap(plane, ball, *PATCH, 1e-3, penetration=0.0)
+    with pytest.raises(ValueError, match="approach is 0"):
+        surface_gap(plane, ball, *PATCH, 1e-3, approach=0.0)

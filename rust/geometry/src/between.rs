@@ -8,7 +8,7 @@ use crate::{ContactSheet, Error, Found, SheetGrid, SheetPoints, Surface};
 
 /// More points than this are taken for a mistake in the spacing.
 const MOST_POINTS: f64 = 2e7;
-/// Share of the penetration that the facets may be off.
+/// Share of the approach that the facets may be off.
 const SMALL: f64 = 0.1;
 
 /// Two bodies, placed in the common frame.
@@ -44,12 +44,12 @@ impl SurfacePair<'_> {
     /// Lays cells over the rectangle `x` by `y` [m] seen from above and measures the gap.
     ///
     /// The points lie vertically above the grid on the lower body; areas are those of its surface.
-    /// With `penetration` [m] the facets must be good enough for contact that deep.
+    /// With `approach` [m] the facets must be good enough for contact that deep.
     ///
     /// # Errors
     /// Bad ranges or spacing, a lower body that does not cover the rectangle, bodies that are nowhere
     /// within reach, [`Error::FacetsTooCoarse`] where contact is expected (gaps up to twice the
-    /// penetration above the least one).
+    /// approach above the least one).
     ///
     /// # Example
     /// ```
@@ -65,7 +65,7 @@ impl SurfacePair<'_> {
         x: [f64; 2],
         y: [f64; 2],
         spacing: [f64; 2],
-        penetration: Option<f64>,
+        approach: Option<f64>,
     ) -> Result<SurfaceGap, Error> {
         positive("reach", self.reach)?;
         let mut counts = [0; 2];
@@ -117,18 +117,18 @@ impl SurfacePair<'_> {
                 ),
             });
         }
-        if let Some(penetration) = penetration {
-            let penetration = positive("penetration", penetration)?;
+        if let Some(approach) = approach {
+            let approach = positive("approach", approach)?;
             let worst = cells
                 .iter()
-                .filter(|c| c.point.gap <= least + 2.0 * penetration)
+                .filter(|c| c.point.gap <= least + 2.0 * approach)
                 .max_by(|a, b| a.facet_error.total_cmp(&b.facet_error));
             if let Some(worst) = worst
-                && worst.facet_error > SMALL * penetration
+                && worst.facet_error > SMALL * approach
             {
                 return Err(Error::FacetsTooCoarse {
                     error: worst.facet_error,
-                    penetration,
+                    approach,
                     x: worst.point.position[0],
                     y: worst.point.position[1],
                 });

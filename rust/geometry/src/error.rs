@@ -122,13 +122,13 @@ pub enum Error {
     },
     /// Facets too coarse for the contact.
     #[error(
-        "the facets leave an error of {error} m in the gap near ({x}, {y}) m, not small against the penetration of {penetration} m: refine the mesh there or use an analytic surface"
+        "the facets leave an error of {error} m in the gap near ({x}, {y}) m, not small against the approach of {approach} m: refine the mesh there or use an analytic surface"
     )]
     FacetsTooCoarse {
         /// Estimated error [m].
         error: f64,
-        /// Expected penetration [m].
-        penetration: f64,
+        /// Expected approach [m].
+        approach: f64,
         /// Place [m].
         x: f64,
         /// Place [m].

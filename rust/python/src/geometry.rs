@@ -342,7 +342,7 @@ impl PyBodySurface {
 
 /// Sheet and gap between two surfaces, as a dictionary.
 #[pyfunction]
-#[pyo3(signature = (lower, upper, *, x, y, spacing, reach, penetration))]
+#[pyo3(signature = (lower, upper, *, x, y, spacing, reach, approach))]
 #[allow(clippy::too_many_arguments)] // reason: keyword-only
 pub(crate) fn surface_gap<'py>(
     py: Python<'py>,
@@ -352,14 +352,14 @@ pub(crate) fn surface_gap<'py>(
     y: [f64; 2],
     spacing: [f64; 2],
     reach: f64,
-    penetration: Option<f64>,
+    approach: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let pair = SurfacePair {
         lower: lower.0.as_ref(),
         upper: upper.0.as_ref(),
         reach,
     };
-    let gap = enter(py, |_| pair.sheet(x, y, spacing, penetration))?;
+    let gap = enter(py, |_| pair.sheet(x, y, spacing, approach))?;
     let fields = sheet(py, gap.sheet)?;
     fields.set_item("facet_error", gap.facet_errors.into_pyarray(py))?;
     fields.set_item("nearest", gap.nearest.into_pyarray(py))?;
