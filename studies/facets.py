@@ -28,13 +28,14 @@ def gap_error(cells: int, approach: float) -> float:
     )
     vertices = np.stack([x.ravel(), y.ravel(), z.ravel()])
     upper = mtb.BodySurface.mesh(vertices, triangles, closed=False)
-    span = (-0.7 * reach, 0.7 * reach)
-    found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, 5e-4, approach=approach)
+    half = min(0.7 * reach, 1.5 * float(np.sqrt(2.0 * RADIUS * approach)))
+    span = (-half, half)
+    found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, half / 20.0, approach=approach)
     points = found.sheet.cells
     px, py = points.points[:2]
     exact = RADIUS - np.sqrt(RADIUS**2 - px**2 - py**2)
     near = exact < approach
-    return float(np.abs(points.gap - exact)[near].max(initial=0.0)) / approach
+    return float(np.abs(points.gap - exact)[near].max()) / approach
 
 
 if __name__ == "__main__":
