@@ -66,6 +66,9 @@ def packed(
         archive.writestr("modelDescription.xml", _description(name, identifier, starts))
         archive.writestr(f"binaries/{platform}/{IDENTIFIER}{source.suffix}", compiled)
         archive.writestr("resources/contact.mtbc", contact)
+        # importing programs need not set what stays as the description has it
+        first = [f"{k} {starts[name]!r}\n" for k, (name, _) in enumerate(INPUTS) if name in starts]
+        archive.writestr("resources/starts.txt", "".join(first))
     return unit.getvalue()
 
 

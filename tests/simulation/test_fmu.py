@@ -110,7 +110,9 @@ def test_outputs_of_the_initialisation_and_states(slave, contact):
     shoe.enterInitializationMode()
     shoe.setReal([reference["velocity.x"]], [10.0])
     before = shoe.getReal([reference[name] for name in OUTPUTS[:3]])
-    first = own.step(velocity=10.0).force
+    # pitch stays where the description has it
+    level = [np.nan, np.nan, np.nan, np.nan, 0.0, np.nan]
+    first = own.step(level, 10.0, magnetic_pressure=3e6).force
     np.testing.assert_allclose(before, first, rtol=1e-9, atol=1e-9 * abs(first[2]))
     shoe.exitInitializationMode()
     state = shoe.getFMUstate()
@@ -124,6 +126,45 @@ def test_outputs_of_the_initialisation_and_states(slave, contact):
     again = shoe.getReal([reference[name] for name in OUTPUTS[:3]])
     np.testing.assert_allclose(again, first, rtol=1e-9, atol=1e-9 * abs(first[2]))
     shoe.freeFMUstate(state)
+
+
+def test_inputs_start_as_the_description_says(slave, contact):
+    shoe, reference, _ = slave
+    load = [reference[name] for name in LOAD]
+    inputs = [reference[name] for name in ("velocity.x", "pose.pitch", "magnetic_pressure")]
+    level = [np.nan, np.nan, np.nan, np.nan, 0.0, np.nan]
+    step = contact.copy().step(level, 20.0, magnetic_pressure=3e6)
+    for velocity in (50.0, 10.0):
+        shoe.setupExperiment()
+        shoe.enterInitializationMode()
+        assert shoe.getReal(inputs) == [20.0, 0.0, 3e6]
+        shoe.exitInitializationMode()
+        told = shoe.getReal(load)
+        np.testing.assert_allclose(told[:3], step.force, rtol=1e-9, atol=1e-9 * abs(step.force[2]))
+        shoe.setReal(inputs[:1], [velocity])
+        shoe.doStep(0.0, 0.1)
+        shoe.reset()
+
+
+def test_a_state_knows_whether_the_unit_is_initialised(slave):
+    shoe, reference, _ = slave
+    force, velocity = [reference["force.x"]], [reference["velocity.x"]]
+    shoe.setupExperiment()
+    shoe.enterInitializationMode()
+    early = shoe.getFMUstate()
+    shoe.exitInitializationMode()
+    solved = shoe.getReal(force)
+    shoe.setReal(velocity, [50.0])
+    late = shoe.getFMUstate()
+    shoe.setFMUstate(early)
+    shoe.setReal(velocity, [50.0])
+    # outputs follow the inputs until the initialisation ends, and steps afterwards
+    faster = shoe.getReal(force)
+    assert faster[0] < 0.7 * solved[0]
+    shoe.setFMUstate(late)
+    assert shoe.getReal(force) == solved
+    for state in (early, late):
+        shoe.freeFMUstate(state)
 
 
 def test_what_goes_wrong_is_logged(slave):

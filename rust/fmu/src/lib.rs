@@ -6,8 +6,8 @@
 //!
 //! **Not here.** No mechanics: a step reads the inputs, calls [`mtb_contact::prepared`] and keeps the outputs.
 //!
-//! **Conventions.** SI units; forces on the lower body. An input that is never set is left to balance (pose)
-//! or to the scene (magnetic pressure). Messages go to the logger of the importing program.
+//! **Conventions.** SI units; forces on the lower body. Inputs start as the description says, from
+//! `resources/starts.txt`; what is no input there is left to balance (pose) or to the scene (magnetic pressure). Messages go to the logger of the importing program.
 //!
 //! Unsafe code is allowed in this crate for two things: names that a loader finds, and the pointers of the
 //! importing program, which are checked against null here and must otherwise be as the standard says.
@@ -65,6 +65,8 @@ struct Log {
 struct Unit {
     log: Log,
     contact: PreparedContact,
+    /// Inputs as the description has them.
+    starts: Values,
     values: Values,
     /// Pressures of the last step, from which the next one starts.
     last: Option<Vec<f64>>,
@@ -76,6 +78,7 @@ struct Unit {
 struct Kept {
     values: Values,
     last: Option<Vec<f64>>,
+    is_initialising: bool,
     time: f64,
 }
 
@@ -220,10 +223,12 @@ fn text(from: *const c_char) -> String {
         .into_owned()
 }
 
-/// The contact in the folder of resources that a `file:` address names.
-fn resource(address: &str) -> Result<Prepared, Failure> {
+/// The contact, and the first inputs, in the folder of resources that a `file:` address names.
+fn resource(address: &str) -> Result<(Prepared, Values), Failure> {
     let bad = |why: &dyn std::fmt::Display| {
-        Failure::error(format!("contact.mtbc in resources {address:?}: {why}"))
+        Failure::error(format!(
+            "contact.mtbc and starts.txt in resources {address:?}: {why}"
+        ))
     };
     let path = address
         .strip_prefix("file://")
@@ -237,9 +242,13 @@ fn resource(address: &str) -> Result<Prepared, Failure> {
     } else {
         path.strip_prefix("localhost").unwrap_or(&path)
     };
-    let bytes =
-        std::fs::read(PathBuf::from(path).join("contact.mtbc")).map_err(|error| bad(&error))?;
-    Prepared::from_bytes(&bytes).map_err(|error| bad(&error))
+    let folder = PathBuf::from(path);
+    let bytes = std::fs::read(folder.join("contact.mtbc")).map_err(|error| bad(&error))?;
+    let prepared = Prepared::from_bytes(&bytes).map_err(|error| bad(&error))?;
+    let starts = std::fs::read_to_string(folder.join("starts.txt")).map_err(|error| bad(&error))?;
+    let starts = Values::starting(&starts)
+        .ok_or_else(|| bad(&"lines of a value reference and a number are needed"))?;
+    Ok((prepared, starts))
 }
 
 /// `fmi2GetTypesPlatform`.
@@ -292,11 +301,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
     })
     .unwrap_or_else(|_| Err(Failure::error("internal fault")));
     match made {
-        Ok(prepared) => {
+        Ok((prepared, starts)) => {
             let unit = Unit {
                 log,
                 contact: PreparedContact::new(Arc::new(prepared)),
-                values: Values::default(),
+                values: starts.clone(),
+                starts,
                 last: None,
                 is_initialising: true,
                 time: 0.0,
@@ -371,7 +381,9 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(unit: *mut c_void) -> c_int
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(unit: *mut c_void) -> c_int {
     call(unit.cast(), |unit| {
-        unit.solve()?;
+        // the standard discards steps, not initialisations
+        unit.solve()
+            .map_err(|Failure(_, message)| Failure::error(message))?;
         unit.is_initialising = false;
         Ok(())
     })
@@ -394,7 +406,7 @@ pub unsafe extern "C" fn fmi2Terminate(unit: *mut c_void) -> c_int {
 pub unsafe extern "C" fn fmi2Reset(unit: *mut c_void) -> c_int {
     call(unit.cast(), |unit| {
         unit.forget();
-        unit.values = Values::default();
+        unit.values = unit.starts.clone();
         unit.is_initialising = true;
         unit.time = 0.0;
         Ok(())
@@ -505,6 +517,7 @@ pub unsafe extern "C" fn fmi2GetFMUstate(unit: *mut c_void, state: *mut *mut c_v
         let kept = Kept {
             values: unit.values.clone(),
             last: unit.last.clone(),
+            is_initialising: unit.is_initialising,
             time: unit.time,
         };
         // SAFETY: null, or a state of this function that is written anew
@@ -529,6 +542,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(unit: *mut c_void, state: *mut c_void) 
         };
         unit.forget();
         unit.values = kept.values.clone();
+        unit.is_initialising = kept.is_initialising;
         unit.time = kept.time;
         if let Some(pressure) = &kept.last {
             unit.contact

@@ -18,6 +18,17 @@ impl Default for Values {
 }
 
 impl Values {
+    /// Inputs by lines of value reference and number; `None` where one is none.
+    pub(crate) fn starting(lines: &str) -> Option<Self> {
+        let mut values = Self::default();
+        for line in lines.lines() {
+            let (reference, value) = line.split_once(' ')?;
+            let reference = reference.parse().ok().filter(|r| INPUTS.contains(r))?;
+            values.set(reference, value.parse().ok()?);
+        }
+        Some(values)
+    }
+
     pub(crate) fn get(&self, reference: usize) -> Option<f64> {
         self.0.get(reference).copied()
     }
