@@ -264,6 +264,10 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     state[1] = nan
     assert c.mtb_wheels_resume(handle, n, state) == 1
     assert message() == "state, depth: at most two overlaps > 0 [m] are needed"
+    # the counts inside would lead far beyond the array
+    state[0] = 1e8
+    assert c.mtb_wheels_resume(handle, ctypes.c_uint64(2**64 - 1), state) == 1
+    assert message() == f"state cannot hold {2**64 - 1} numbers"
     assert c.mtb_contact_size(handle, ctypes.byref(n), ctypes.byref(n)) == 1
     assert message() == f"handle {handle.value} is no contact, or one that was freed"
     assert c.mtb_wheels_free(handle) == 0

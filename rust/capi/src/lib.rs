@@ -131,6 +131,12 @@ fn take<'a>(name: &str, from: *const f64, length: usize) -> Result<&'a [f64], Fa
     if from.is_null() {
         return Err(Failure::argument(format!("{name} is null")));
     }
+    // a negative length, read without its sign
+    if length > isize::MAX as usize / size_of::<f64>() {
+        return Err(Failure::argument(format!(
+            "{name} cannot hold {length} numbers"
+        )));
+    }
     // SAFETY: not null, and the caller vouches for `length` readable numbers during the call
     Ok(unsafe { std::slice::from_raw_parts(from, length) })
 }
