@@ -287,47 +287,36 @@ pub(super) fn height_and_slope(profile: &Profile, y: f64) -> [f64; 2] {
     station.map_or([f64::NAN; 2], |s| [s.height, s.slope.clamp(-STEEP, STEEP)])
 }
 
-/// Runs of stations that overlap, parted between lowest points that lie on different planes.
+/// Stations that overlap, parted between lowest points that lie on different planes.
 fn parts(clearance: &[f64], angle: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut found = Vec::new();
-    let mut start = 0;
-    while start < clearance.len() {
-        if clearance[start] >= 0.0 {
-            start += 1;
-            continue;
-        }
-        let stop = (start..clearance.len())
-            .find(|&k| clearance[k] >= 0.0)
-            .unwrap_or(clearance.len());
-        let at = |k: usize| {
-            if (start..stop).contains(&k) {
-                clearance[k]
-            } else {
-                f64::INFINITY
+    let n = clearance.len();
+    let at = |k: usize| clearance.get(k).copied().unwrap_or(f64::INFINITY);
+    let is_lowest = |k: usize| {
+        clearance[k] < 0.0 && clearance[k] <= at(k.wrapping_sub(1)) && clearance[k] < at(k + 1)
+    };
+    let mut cuts = vec![0];
+    let mut kept: Option<usize> = None;
+    for low in (0..n).filter(|&k| is_lowest(k)) {
+        match kept {
+            Some(before) if (angle[low] - angle[before]).abs() > MOST_INCLINED => {
+                // the highest place between them, the first of equals
+                let cut = (before..=low)
+                    .rev()
+                    .max_by(|&a, &b| clearance[a].total_cmp(&clearance[b]))
+                    .unwrap_or(low);
+                cuts.push(cut);
+                kept = Some(low);
             }
-        };
-        let is_lowest =
-            |k: usize| clearance[k] <= at(k.wrapping_sub(1)) && clearance[k] < at(k + 1);
-        let mut begin = start;
-        let mut kept: Option<usize> = None;
-        for low in (start..stop).filter(|&k| is_lowest(k)) {
-            match kept {
-                Some(before) if (angle[low] - angle[before]).abs() > MOST_INCLINED => {
-                    // the highest place between them, the first of equals
-                    let cut = (before..=low)
-                        .rev()
-                        .max_by(|&a, &b| clearance[a].total_cmp(&clearance[b]))
-                        .unwrap_or(low);
-                    found.push(begin..cut);
-                    begin = cut;
-                    kept = Some(low);
-                }
-                Some(before) if clearance[low] >= clearance[before] => {}
-                _ => kept = Some(low),
-            }
+            Some(before) if clearance[low] >= clearance[before] => {}
+            _ => kept = Some(low),
         }
-        found.push(begin..stop);
-        start = stop;
     }
-    found
+    cuts.push(n);
+    let overlapping = |ends: &[usize]| {
+        let is_in = |k: &usize| clearance[*k] < 0.0;
+        let first = (ends[0]..ends[1]).find(is_in)?;
+        let last = (ends[0]..ends[1]).rfind(is_in)?;
+        Some(first..last + 1)
+    };
+    cuts.windows(2).filter_map(overlapping).collect()
 }

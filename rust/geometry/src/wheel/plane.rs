@@ -84,7 +84,8 @@ pub(super) fn over(
         .iter()
         .map(|s| (s - slope[lowest]).abs() <= MOST_INCLINED)
         .collect();
-    let near = || (0..n).filter(|&k| is_near[k]);
+    // places on one plane may have some between them that stay apart
+    let near = || (0..n).filter(|&k| is_near[k] && overlap[k] > 0.0);
     let total: f64 = near().map(|k| weight[k]).sum();
     let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
         near().map(|k| weight[k] * value(k)).sum::<f64>() / total
