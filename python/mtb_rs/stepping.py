@@ -358,7 +358,7 @@ class PreparedContact:
             If the file holds no prepared contact, or not all of one.
         """
         try:
-            return cls(_mtb_rs.PreparedContact.from_bytes(Path(path).read_bytes()))
+            return cls(_mtb_rs.PreparedContact.from_bytes(path_of("path", path).read_bytes()))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 

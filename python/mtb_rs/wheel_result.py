@@ -62,6 +62,11 @@ class WheelPatch:
     normal_force : float [N]
     neglected : float [-]
         Share of the estimated contact area inclined too much against the plane to be represented by it.
+    friction_power : float [W]
+        Heat of sliding, >= 0: what the tractions work on the rigid slip and, between unlike bodies, on the
+        slip that the pressure causes. In steady rolling the elastic energy stays, so all of it turns into
+        heat; between like bodies it is what an energy balance of the wheelset asks for. On cells, traction
+        times `slip_velocity` is less, by an error of the first order in their size.
     """
 
     side: str
@@ -80,6 +85,7 @@ class WheelPatch:
     rolling_speed: float
     normal_force: float
     neglected: float
+    friction_power: float
 
     @property
     def points(self) -> Array:
@@ -92,19 +98,6 @@ class WheelPatch:
     def area(self) -> float:
         """Of each cell [m2]."""
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
-
-    @property
-    def friction_power(self) -> float:
-        """Heat of sliding [W], >= 0: what the tractions work on the rigid slip.
-
-        In steady rolling the elastic energy stays, so all of it turns into heat, as in an energy balance of
-        the wheelset. On cells, traction times `slip_velocity` is less, by an error of the first order in
-        their size.
-        """
-        x, y = np.meshgrid(self.x, self.y)
-        xi, eta, phi = abs(self.rolling_speed) * self.creepage
-        along, across = self.traction
-        return float((along * (xi - phi * y) + across * (eta + phi * x)).sum() * self.area)
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
         """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
@@ -184,7 +177,7 @@ class WheelStep:
     patches : tuple of WheelPatch
         None where a wheel is lifted.
     friction_power : float [W]
-        Heat of sliding, >= 0: what the tractions work on the rigid slip.
+        Heat of sliding of all patches, >= 0.
     friction_work : float or None [J]
         `friction_power` times `dt`.
     state : WheelState

@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Sequence
-from pathlib import Path
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SIDES = ("left", "right", "both")
+#: Farthest grid line of a state, in spacings.
+FARTHEST = 10**15
 #: A state as the core has it: overlaps, and side, first cell and field of each patch.
 CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
 
@@ -38,7 +40,8 @@ class PreparedWheels:
     Made by :meth:`mtb_rs.Scene.prepare` from a wheel on a rail, or read by :meth:`load`; the scene's
     wheelset stands shifted by its `lateral` to the left. The track frame: x along the rails, the
     direction of travel, y to the left, z up; its origin lies on the top of the rails in the middle of the
-    track. Patches of one wheel are solved apart from each other if their planes differ.
+    track. Patches of one wheel are solved apart from each other if their planes differ by more than 20
+    degrees.
 
     Rolling is taken as steady: right where a patch rolls over its own length in less time than forces take
     to change. Each `step` starts from the memory of the last one, which changes how long it takes, not what
@@ -132,7 +135,7 @@ class PreparedWheels:
             If the file holds no prepared wheels, or not all of them.
         """
         try:
-            return cls(_mtb_rs.PreparedWheels.from_bytes(Path(path).read_bytes()))
+            return cls(_mtb_rs.PreparedWheels.from_bytes(path_of("path", path).read_bytes()))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
@@ -221,13 +224,19 @@ def _velocity(velocity: Any) -> Array:
 def _core_state(state: Any) -> CoreState:
     if not isinstance(state, WheelState):
         raise ValueError(f"state is {state!r}: a WheelState, the `state` of a step, is needed")
-    if not all(np.isfinite(depth) and depth > 0.0 for depth in state.depth):
-        raise ValueError(f"state.depth is {state.depth!r}: overlaps > 0 [m] are needed")
+    if not isinstance(state.depth, (tuple, list)) or not all(
+        isinstance(depth, Real) and np.isfinite(depth) and depth > 0.0 for depth in state.depth
+    ):
+        raise ValueError(f"state.depth is {state.depth!r}: a tuple of overlaps > 0 [m] is needed")
+    if not isinstance(state.ratio, (tuple, list)):
+        raise ValueError(f"state.ratio is {state.ratio!r}: a tuple with an entry per patch is needed")
     for k, entry in enumerate(state.ratio):
-        side, first, ratio = entry if isinstance(entry, tuple) and len(entry) == 3 else (None, (), None)
+        side, first, ratio = entry if isinstance(entry, (tuple, list)) and len(entry) == 3 else (None,) * 3
         if (
             side not in ("left", "right")
+            or not isinstance(first, (tuple, list))
             or len(first) != 2
+            or not all(isinstance(line, Integral) and abs(line) <= FARTHEST for line in first)
             or not isinstance(ratio, np.ndarray)
             or ratio.dtype != np.float64
             or ratio.ndim != 3

@@ -255,6 +255,48 @@ def test_tread_and_flange_carry_together():
     assert flange.creepage[0] < tread.creepage[0]
 
 
+def hollow(depth=1.5e-4):
+    """A cone worn hollow where it rolls: two places on nearly one plane touch, 11 mm apart."""
+    y = np.linspace(-0.05, 0.05, 2001)
+    return mtb.Profile.from_points(y, 0.025 * y + depth * np.exp(-(((y + 4e-3) / 4e-3) ** 2)))
+
+
+def test_places_on_one_plane_are_solved_together():
+    still = scene(wheel=hollow(), rail=round_head(), rail_inclination=0.0)
+    contact = still.prepare(friction=mtb.Coulomb(0.3))
+    solved = still.solve()
+    step = contact.step(velocity=V)
+    # both press the bodies apart at both
+    assert -step.pose[2] == pytest.approx(solved.approach, rel=1e-3)
+    (patch,) = step.patches
+    loaded = (patch.pressure > 0.0).any(axis=1)
+    assert np.abs(np.diff(loaded.astype(int))).sum() == 4
+    forces = [-contact.step([0.0, 0.0, -z, 0.0, 0.0, 0.0], V).force[2] for z in np.arange(3e-5, 2e-4, 1e-5)]
+    assert (np.diff(forces, n=2) > 0.0).all()
+
+
+def test_heat_of_unlike_bodies_is_that_of_their_slip():
+    heats = []
+    for spacing in (1e-3, 5e-4):
+        unlike = scene(spacing=spacing, upper=mtb.Material(2e9, 0.3)).prepare(friction=mtb.Coulomb(0.3))
+        for velocity in (V, [V, 0.0, 0.0, 0.0, 0.999 * V / 0.46, 0.0]):
+            step = unlike.step(velocity=velocity)
+            (patch,) = step.patches
+            by_cells = (patch.traction * patch.slip_velocity).sum() * patch.area
+            heats.append((by_cells, step.friction_power))
+    assert all(0.0 < by_cells < heat for by_cells, heat in heats)
+    coarse, fine = ([heat / by_cells - 1.0 for by_cells, heat in heats[k : k + 2]] for k in (0, 2))
+    assert all(b < 0.7 * a for a, b in zip(coarse, fine, strict=True))
+
+
+def test_a_start_from_other_wheels_changes_nothing():
+    contact = wheels(side="left").copy()
+    step = contact.step(velocity=V)
+    for depth in (1e-9, 5e-3, 1.0):
+        again = contact.step(velocity=V, state=WheelState((depth,), step.state.ratio))
+        np.testing.assert_allclose(again.force, step.force, rtol=1e-6, atol=0.1)
+
+
 def test_memory_changes_nothing_but_time():
     contact = wheels().copy()
     poses = [np.array([0.0, 1e-3 * np.sin(k / 3), np.nan, 0.0, 0.0, 1e-3 * np.cos(k / 3)]) for k in range(6)]
@@ -416,6 +458,11 @@ def cut(contact):
     return WheelState(state.depth, ((side, first, ratio[:1]),))
 
 
+def at(column):
+    """A state whose field begins at a column."""
+    return WheelState((1e-4,), (("left", (column, 0), np.zeros((2, 1, 1))),))
+
+
 BAD = [
     (lambda c: c.step(), "velocity is missing"),
     (lambda c: c.step([0.0] * 5, V), "pose is"),
@@ -429,6 +476,11 @@ BAD = [
     (lambda c: c.step(velocity=[1e300] + 5 * [0.0]), r"velocity\[0\] is"),
     (lambda c: c.step(velocity=V, state=5), "state is 5: a WheelState"),
     (lambda c: c.step(velocity=V, state=WheelState((np.nan,), ())), "state.depth is"),
+    (lambda c: c.step(velocity=V, state=WheelState(None, ())), "state.depth is None"),
+    (lambda c: c.step(velocity=V, state=WheelState((), None)), "state.ratio is None"),
+    (lambda c: c.step(velocity=V, state=at(2**70)), r"state.ratio\[0\] is not"),
+    (lambda c: c.step(velocity=V, state=at("a")), r"state.ratio\[0\] is not"),
+    (lambda c: mtb.PreparedWheels.load(None), "path is None"),
     (lambda c: c.step(velocity=V, state=WheelState((), (("left", (0, 0)),))), r"state.ratio\[0\] is not"),
     (lambda c: c.step(velocity=V, state=cut(c)), r"state.ratio\[0\] is not"),
     (lambda c: c.step(velocity=V, dt=0.0), "dt is 0"),

@@ -94,7 +94,7 @@ impl From<&WheelPatch> for MtbWheelPatch {
             rolling_speed: patch.rolling_speed,
             normal_force: patch.normal_force,
             neglected: patch.neglected,
-            friction_power: patch.friction_power(),
+            friction_power: patch.friction_power,
         }
     }
 }

@@ -302,5 +302,6 @@ fn patch_out(py: Python<'_>, patch: WheelPatch) -> PyResult<Bound<'_, PyDict>> {
     out.set_item("rolling_speed", patch.rolling_speed)?;
     out.set_item("normal_force", patch.normal_force)?;
     out.set_item("neglected", patch.neglected)?;
+    out.set_item("friction_power", patch.friction_power)?;
     Ok(out)
 }

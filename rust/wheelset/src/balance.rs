@@ -109,16 +109,37 @@ pub(crate) fn in_balance(
     solves: &mut usize,
     monitor: Monitor<'_>,
 ) -> Result<(Vec<Trial>, Vec<f64>), Error> {
+    let n = if place[3].is_nan() { 2 } else { 1 };
+    if known.len() == n {
+        match balance_from(ready, place, known, solves, monitor) {
+            // where a flange ran, or other wheels, may be no start for this pose
+            Err(Error::Geometry(_) | Error::Balance { .. } | Error::Normal { .. }) => {}
+            done => return done,
+        }
+    }
+    balance_from(
+        ready,
+        place,
+        &vec![ready.wheelset.approach; n],
+        solves,
+        monitor,
+    )
+}
+
+/// The same, from the overlap `depth` on.
+fn balance_from(
+    ready: &Ready,
+    place: &mut [f64; 6],
+    depth: &[f64],
+    solves: &mut usize,
+    monitor: Monitor<'_>,
+) -> Result<(Vec<Trial>, Vec<f64>), Error> {
     let wheelset = &ready.wheelset;
     let sides = wheelset.sides.each();
     let is_each = place[3].is_nan();
-    let n = if is_each { 2 } else { 1 };
+    let n = depth.len();
     let wanted = wheelset.force * if is_each { 1.0 } else { sides.len() as f64 };
-    let depth = if known.len() == n {
-        DVector::from_row_slice(known)
-    } else {
-        DVector::from_element(n, wheelset.approach)
-    };
+    let depth = DVector::from_row_slice(depth);
     let given = *place;
     let posed = |x: &DVector<f64>| {
         let mut place = given;

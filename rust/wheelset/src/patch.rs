@@ -47,6 +47,13 @@ pub struct WheelPatch {
     pub creepage: [f64; 3],
     /// Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
     pub rolling_speed: f64,
+    /// Heat of sliding [W], >= 0: what the tractions work on the rigid slip and, between unlike bodies, on the
+    /// slip that the pressure causes.
+    ///
+    /// In steady rolling the elastic energy stays, so all of it turns into heat; between like bodies it is what
+    /// an energy balance of the wheelset asks for. On cells, traction times slip velocity is less, by an error of
+    /// the first order in their size.
+    pub friction_power: f64,
     /// Sum of pressure times area [N].
     pub normal_force: f64,
     /// Share of the estimated contact area inclined too much against the plane to be represented by it [-].
@@ -78,21 +85,5 @@ impl WheelPatch {
         let (force, moment) = (turn * force, turn * moment);
         let arm = Vector3::from(self.position) - Vector3::from(point);
         [force.into(), (moment + arm.cross(&force)).into()]
-    }
-
-    /// Heat of sliding [W], >= 0: what the tractions work on the rigid slip.
-    ///
-    /// In steady rolling the elastic energy stays, so all of it turns into heat, as in an energy balance of the
-    /// wheelset. On cells, traction times slip velocity is less, by an error of the first order in their size.
-    pub fn friction_power(&self) -> f64 {
-        let n = self.pressure.len();
-        let [xi, eta, phi] = self.creepage.map(|c| self.rolling_speed.abs() * c);
-        let sum: f64 = (0..n)
-            .map(|k| {
-                let [x, y] = self.place(k);
-                self.traction[k] * (xi - phi * y) + self.traction[n + k] * (eta + phi * x)
-            })
-            .sum();
-        sum * self.grid.cell_area()
     }
 }

@@ -45,7 +45,7 @@ pub struct WheelStep {
     pub pose: [f64; 6],
     /// The patches, those of the left wheel first; none where a wheel is lifted.
     pub patches: Vec<WheelPatch>,
-    /// Heat of sliding [W], >= 0: what the tractions work on the rigid slip.
+    /// Heat of sliding of all patches [W], >= 0.
     pub friction_power: f64,
     /// For the next step.
     pub state: WheelState,
@@ -202,7 +202,7 @@ impl PreparedWheels {
                     out.force[c] += force[c];
                     out.moment[c] += moment[c];
                 }
-                out.friction_power += rolled.patch.friction_power();
+                out.friction_power += rolled.patch.friction_power;
                 out.iterations += rolled.iterations;
                 out.state.patches.push(rolled.ratio);
                 out.patches.push(rolled.patch);

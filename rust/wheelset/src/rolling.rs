@@ -132,6 +132,7 @@ pub(crate) fn rolling(
     let mut status = vec![PointStatus::Open; n];
     let mut ratio = vec![0.0; 2 * n];
     let mut iterations = 0;
+    let mut friction_power = 0.0;
     if let Some(cut) = Cut::of(pressure, plane.nx, sense < 0.0) {
         let operators = ready.operators.at_least(
             cut.size,
@@ -176,7 +177,20 @@ pub(crate) fn rolling(
             });
         }
         iterations = solution.iterations + solution.coarse_iterations;
+        let by_pressure = operators.slip_by_pressure(&part);
         for (here, there) in cut.points(grid.nx) {
+            let [x, y] = [
+                (x + (here % grid.nx) as i64) as f64 * dx,
+                (y + (here / grid.nx) as i64) as f64 * dy,
+            ];
+            let rigid = [
+                sense * creepage[0] - creepage[2] * y,
+                sense * creepage[1] + creepage[2] * x,
+            ];
+            for c in 0..2 {
+                let at = c * cells + here;
+                friction_power += solution.traction[at] * (rigid[c] + by_pressure[at]);
+            }
             status[there] = match solution.state[here] {
                 DiscState::Excluded => PointStatus::Open,
                 DiscState::Inside => PointStatus::Stick,
@@ -194,6 +208,7 @@ pub(crate) fn rolling(
             }
         }
     }
+    friction_power *= speed * dx * dy;
     let kept = PatchRatio {
         side,
         first: plane.first,
@@ -237,6 +252,7 @@ pub(crate) fn rolling(
         status,
         creepage,
         rolling_speed: sense * speed,
+        friction_power,
         neglected: plane.neglected,
     };
     Ok(Rolled {

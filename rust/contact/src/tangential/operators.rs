@@ -214,6 +214,19 @@ impl PatchOperators {
         self.levels[0].grid
     }
 
+    /// What the pressure (n) [Pa] of unlike bodies adds to the slip (2n), relative in rolling, [m] in a shift;
+    /// nothing between like ones.
+    pub fn slip_by_pressure(&self, pressure: &[f64]) -> Vec<f64> {
+        let n = self.grid().points();
+        let mut slip = vec![0.0; 2 * n];
+        if let Some([along, across]) = &self.pressure_now {
+            let (first, second) = slip.split_at_mut(n);
+            self.transform().apply_add(along, 1.0, pressure, first);
+            self.transform().apply_add(across, 1.0, pressure, second);
+        }
+        slip
+    }
+
     pub(super) fn transform(&self) -> &Transform {
         &self.levels[0].transform
     }
