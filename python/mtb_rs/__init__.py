@@ -19,7 +19,7 @@ from .creepforce import (
 )
 from .creepforce_table import CreepForceTable
 from .elastic_body import ElasticBody
-from .errors import CaseError, ConvergenceError, ResultantError
+from .errors import CaseError, ConvergenceError, PictureWarning, ResultantError, ViewError
 from .friction import Coulomb, FallingFriction, InterfaceLayer, StaticKinetic, TabulatedFriction
 from .geometry import PoleShoe, Profile, wheel_on_rail_gap
 from .hertzian import Hertz, hertz
@@ -88,6 +88,7 @@ __all__ = [
     "KalkerCoefficients",
     "Material",
     "NormalResult",
+    "PictureWarning",
     "PoleShoe",
     "PreparedContact",
     "PreparedWheels",
@@ -112,6 +113,7 @@ __all__ = [
     "TangentialState",
     "TetraMesh",
     "VelocityTable",
+    "ViewError",
     "WheelPatch",
     "WheelState",
     "WheelStep",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Errors of the package. Bad input is a plain :class:`ValueError`."""
+"""Errors and warnings of the package. Bad input is a plain :class:`ValueError`."""
 
 from __future__ import annotations
 
@@ -29,3 +29,11 @@ class ConvergenceError(RuntimeError):
 
 class ResultantError(ConvergenceError, ValueError):
     """The load cannot be carried by any pressure: its resultant lies outside the contact."""
+
+
+class ViewError(RuntimeError):
+    """A 3-D picture that cannot be made on this machine; the message says what is missing."""
+
+
+class PictureWarning(UserWarning):
+    """A file that was left out, and what to install to have it."""

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from .check import path_of
+from .errors import PictureWarning
 from .grids import flat, patches
 from .plot import drawable
 from .result import Pictured, Result
@@ -50,10 +51,6 @@ TOTALS = (
     "tilts",
     "creepage",
 )
-
-
-class PictureWarning(UserWarning):
-    """A file that was left out, and what to install to have it."""
 
 
 def save(result: Pictured, directory: str | Path) -> list[Path]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .check import number
+from .errors import ViewError
 from .grids import corners, flat, patches, quads
 from .result import Array, Pictured, Result, Surface
 
@@ -32,10 +33,6 @@ _PROBE = (
 )
 
 _BODY_COLOURS = {"lower": "#CDD2DA", "upper": "#8FA7BF"}
-
-
-class ViewError(RuntimeError):
-    """A 3-D picture that cannot be made on this machine; the message says what is missing."""
 
 
 @cache

@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import mtb_rs as mtb
-from mtb_rs import view
-from mtb_rs.export import PictureWarning, plain, save
+from mtb_rs import PictureWarning, view
+from mtb_rs.export import plain, save
 from mtb_rs.grids import borders, corners, quads
 from mtb_rs.plot import animate, drawable
 from mtb_rs.result import Pictured, Result
@@ -353,7 +353,7 @@ def test_missing_driver_names_the_packages(monkeypatch: pytest.MonkeyPatch, pole
     crashed = subprocess.CompletedProcess([], -11)
     monkeypatch.setattr(view.subprocess, "run", lambda *_, **__: crashed)
     ask_anew(monkeypatch)
-    with pytest.raises(view.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
+    with pytest.raises(mtb.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
         pole_shoe_result.plot("pressure", "3d")
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import view
-from mtb_rs.export import PictureWarning
+from mtb_rs import PictureWarning, view
 
 pyvista = pytest.importorskip("pyvista")
 WRITTEN = ("lower.vtp", "left_pole.vtu", "right_pole.vtu")
