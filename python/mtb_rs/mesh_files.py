@@ -199,7 +199,7 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
     Raises
     ------
     ValueError
-        Naming the first triangle or edge that is wrong.
+        Naming the first triangle or edge that is wrong, or pieces beside each other.
     """
     if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         raise ValueError(
@@ -230,9 +230,25 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
             f"the surface is not closed: {len(bad_edges)} edges do not have two triangles, the first near "
             f"{np.round(place, 6).tolist()} m"
         )
+    _check_pieces(surface)
     if not surface.is_winding_consistent or surface.volume < 0.0:
         surface.fix_normals()
     return surface
+
+
+def _check_pieces(surface: trimesh.Trimesh) -> None:
+    """Pieces of a closed surface beside each other are several bodies; those within one are its holes."""
+    count = len(surface.faces)
+    labels = trimesh.graph.connected_component_labels(surface.face_adjacency, count)  # type: ignore[no-untyped-call]
+    corners = [surface.triangles[labels == k].reshape(-1, 3) for k in range(labels.max() + 1)]
+    low, high = surface.bounds
+    # the outer one has the bounds of the whole
+    if not any((c.min(axis=0) == low).all() and (c.max(axis=0) == high).all() for c in corners):
+        middles = [np.round(c.mean(axis=0), 6).tolist() for c in corners[:2]]
+        raise ValueError(
+            f"the surface has {len(corners)} separate pieces, the first two around {middles[0]} and "
+            f"{middles[1]} m: one body is needed, parts united"
+        )
 
 
 def filled(

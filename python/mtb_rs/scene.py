@@ -345,7 +345,7 @@ class Scene:
             raise type(error)(str(error), on_grid(error.result, contact.kept, contact.sheet)) from None
         if result.report.contact_area == 0.0:
             raise ValueError(self._why_apart(points, loads))
-        check_faces(bodies, contact, result.status > 0)  # type: ignore[arg-type]
+        check_faces(bodies, contact, result.status > 0, result.gap)  # type: ignore[arg-type]
         return on_grid(result, contact.kept, contact.sheet)
 
     def _why_apart(self, points: SheetPoints, loads: dict[str, Any]) -> str:

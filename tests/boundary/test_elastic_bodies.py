@@ -98,6 +98,9 @@ def test_bad_surfaces_are_named(tmp_path: Path) -> None:
     thin = np.concatenate([box.faces, [[0, 0, 1]]])
     with refused("triangle", "degenerate"):
         mtb.ElasticBody.from_mesh(trimesh.Trimesh(box.vertices, thin, process=False), STEEL)
+    beside = trimesh.util.concatenate([box, box.copy().apply_translation((0.1, 0.0, 0.0))])
+    with refused("2 separate pieces", r"\[0.0, 0.0, 0.0\] and \[0.1, 0.0, 0.0\] m: one body is needed"):
+        mtb.ElasticBody.from_mesh(beside, STEEL)
     with refused("size is 1 m", "0.04"):
         mtb.ElasticBody.from_mesh(box, STEEL, size=1.0)
     with refused("unit is 'ft'", "'mm'"):

@@ -221,7 +221,9 @@ def test_a_curved_face_keeps_all_of_its_pull():
     x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
     mesh = cambered(block_mesh(x, y, 0.04), 0.3, 0.0, 1.0)
     body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("top", x=0, y=0, z=mtb.Guide())])
-    result = mtb.Scene(body, mtb.Rigid(), spacing=5e-3, friction=0.0, magnetic_pressure=3e6).solve()
+    # it touches along one row of points
+    with pytest.warns(UserWarning, match=r"where the bodies close by \S+ m: the edge is known to a"):
+        result = mtb.Scene(body, mtb.Rigid(), spacing=5e-3, friction=0.0, magnetic_pressure=3e6).solve()
     assert result.area.sum() == pytest.approx(0.08 * 0.04, rel=1e-9)
     assert result.normal_force == pytest.approx(3e6 * 0.08 * 0.04, rel=1e-9)
 
@@ -290,6 +292,49 @@ def test_a_steep_contact_is_told():
     with pytest.warns(UserWarning, match=r"contact face of (up|down) has a slope of 0\.29 where it touches"):
         result = mtb.Scene(up, down, spacing=5e-3, friction=0.0, magnetic_pressure=3e6).solve()
     np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
+
+
+def test_a_chamfer_within_the_contact_face_is_told():
+    """Its edge is inside of cells: the contact of the flat part would end before it."""
+    x = np.linspace(-0.04, 0.04, 17)
+    flat = block_mesh(x, np.linspace(-0.02, 0.02, 5), 0.04)
+    held = [mtb.Support("top", x=0, y=0, z=mtb.Guide(-2e4))]
+
+    def solve(slope, end=0.04):
+        rise = slope * np.maximum(0.0, flat.nodes[:, 0] - 0.02)
+        nodes = flat.nodes + np.outer(rise * (1.0 - flat.nodes[:, 2] / 0.04), [0.0, 0.0, 1.0])
+        face = flat.node_sets["contact"]
+        mesh = mtb.TetraMesh(nodes, flat.cells, {**flat.node_sets, "contact": face[nodes[face, 0] <= end]})
+        body = mtb.ElasticBody(mesh, steel, "contact", held)
+        return mtb.Scene(body, steel, spacing=7e-3, friction=0.2).solve()
+
+    with pytest.warns(UserWarning, match=r"gap opens by 0\.00\d+ m within the cells .* near x = 0\.0"):
+        early = solve(0.1)
+    assert early.points[0][early.status > 0].max() < 0.02
+    # a face that ends where the chamfer begins, and one as good as flat, are met
+    assert solve(0.1, 0.02 + 1e-9).area.sum() == pytest.approx(0.06 * 0.04, rel=1e-9)
+    solve(1e-5)
+
+
+def test_a_flat_face_at_an_angle_has_no_facets():
+    """What rounding makes of a plane is no curve."""
+    x = np.linspace(-0.02, 0.02, 9)
+    flat = block_mesh(x, x, 0.04)
+    turn = trimesh.transformations.rotation_matrix(0.1, [0, 1, 0])[:3, :3]
+    mesh = flat.moved(turn)
+    mesh = mtb.TetraMesh(
+        mesh.nodes, mesh.cells, {**mesh.node_sets, "back": np.flatnonzero(flat.nodes[:, 2] > 0.04 - 1e-9)}
+    )
+    body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("back", x=0, y=0, z=mtb.Guide(-5e3))])
+    with pytest.warns(UserWarning, match="the gap opens by") as told:
+        mtb.Scene(body, steel, spacing=5e-3, friction=0.2).solve()
+    assert len(told) == 1
+    # and one that looks along x is no contact face
+    side = mtb.ElasticBody(
+        flat.moved(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0])[:3, :3]), steel, "contact"
+    )
+    with pytest.raises(ValueError, match="it must look along z"):
+        mtb.Scene(side, steel, spacing=5e-3, friction=0.2, force=1e3).solve()
 
 
 def low_nodes(mesh):
