@@ -26,6 +26,9 @@ Index = NDArray[np.int64]
 #: Bodies larger than this are suspected to be in millimetres [m].
 SUSPICIOUS_SIZE = 10.0
 
+#: Poisson's ratio over which tetrahedra of four nodes lock: a quarter too stiff at 0.49, sevenfold at 0.4999.
+LOCKING = 0.45
+
 #: Share by which the area of a contact face may miss that of the function that gives it.
 BORDER = 0.03
 
@@ -237,6 +240,13 @@ class ElasticBody:
         if size > SUSPICIOUS_SIZE:
             warnings.warn(
                 f'{self.name} is {size:g} m large: is its mesh in millimetres? Then say unit="mm"',
+                stacklevel=3,
+            )
+        ratio = self.material.poisson_ratio
+        if ratio > LOCKING and not self.mesh.is_quadratic:
+            warnings.warn(
+                f"{self.name} has tetrahedra of four nodes and poisson_ratio = {ratio:g}: above {LOCKING:g} "
+                "they lock, which makes it far too stiff; tetrahedra of ten nodes are needed",
                 stacklevel=3,
             )
         self._check_values()

@@ -294,6 +294,25 @@ def test_a_steep_contact_is_told():
     np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
 
 
+def test_elements_that_lock_are_told():
+    x = np.linspace(-0.02, 0.02, 9)
+    fine = block_mesh(x, x, 0.02)
+    coarse = mtb.TetraMesh(*corners_only(fine))
+    held = [mtb.Support("top", x=0, y=0, z=mtb.Guide(-5e3))]
+
+    def sinks(mesh, ratio):
+        body = mtb.ElasticBody(mesh, mtb.Material(5e6, ratio), "bottom", held, "pad")
+        result = mtb.Scene(body, mtb.Rigid(), spacing=5e-3, friction=0.3).solve()
+        return -result.states()["pad"].displacement[2, body.nodes_at("top", "top")].mean()
+
+    assert sinks(coarse, 0.3) == pytest.approx(sinks(fine, 0.3), rel=0.1)
+    with pytest.warns(
+        UserWarning, match=r"pad has tetrahedra of four nodes and poisson_ratio = 0\.4999: above 0"
+    ):
+        locked = sinks(coarse, 0.4999)
+    assert locked < 0.5 * sinks(fine, 0.4999)
+
+
 def test_a_chamfer_within_the_contact_face_is_told():
     """Its edge is inside of cells: the contact of the flat part would end before it."""
     x = np.linspace(-0.04, 0.04, 17)
