@@ -7,8 +7,12 @@ VTK ends the process when it finds no GL driver, so a first picture is tried in 
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -352,7 +356,8 @@ def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", *
     plotter = view(result, quantity, off_screen=True, **options)
     target = Path(path)
     try:
-        plotter.trame.export_html(target)
+        with _signals_as_they_were():
+            plotter.trame.export_html(target)
     except (ImportError, AttributeError) as error:
         raise ViewError(
             "the HTML page needs trame-pyvista and nest-asyncio2: pip install 'mtb-rs[html]'"
@@ -360,6 +365,23 @@ def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", *
     finally:
         plotter.close()
     return target
+
+
+@contextmanager
+def _signals_as_they_were() -> Iterator[None]:
+    """The server that writes a page takes Ctrl-C for itself and keeps it: give it back."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # handlers can be set in the main thread only
+        return
+    kept = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    wakes = signal.set_wakeup_fd(-1)
+    try:
+        yield
+    finally:
+        for which, handler in kept.items():
+            if handler is not None:
+                signal.signal(which, handler)
+        signal.set_wakeup_fd(wakes)
 
 
 def _bar(title: str) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import io
 import json
 import pickle
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -182,7 +183,10 @@ def test_elastic_bodies_carry_their_displacement() -> None:
 def test_html_page_stands_alone_or_names_the_package(pole_shoe_result: Result, tmp_path: Path) -> None:
     pytest.importorskip("trame_pyvista")
     pytest.importorskip("nest_asyncio2")
+    ends = signal.getsignal(signal.SIGINT)
     page = view.write_html(pole_shoe_result, tmp_path / "shoe.html").read_text(encoding="utf-8")
+    # Ctrl-C still ends what comes after
+    assert signal.getsignal(signal.SIGINT) is ends
     assert len(page) > 300_000
     assert "<script" in page
     assert 'src="http' not in page
