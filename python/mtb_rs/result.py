@@ -219,7 +219,7 @@ class Result(Pictured):
         lines += [f"left out: {words}" for words in self.left_out()]
         if report.error_estimates:
             lines.append(f"estimated total error: {self.errors_in_words()}")
-        if report.wedging_margin:
+        if (report.wedging_margin or 0.0) >= 0.005:
             lines.append(f"friction is {report.wedging_margin:.2f} of the wedging limit")
         return "\n".join(lines)
 

@@ -252,6 +252,7 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     assert message().startswith(
         "no height and roll of the wheelset found at which each wheel carries 60000 N"
     )
+    assert "further on, the contact reaches the end of the wheel profile at y = 0.06 m" in message()
     assert solve() == 0
     assert c.mtb_wheels_patch(handle, ctypes.c_uint64(9), step) == 1
     assert message() == "there is no patch 9: the last step has 2"

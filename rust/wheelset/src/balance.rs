@@ -186,6 +186,7 @@ fn balance_from(
         row /= depth[k];
     }
     let mut trials: Vec<Trial> = Vec::new();
+    let mut end = None;
     // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
     let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
         let place = posed(x);
@@ -193,6 +194,9 @@ fn balance_from(
             .iter()
             .map(|side| trial(ready, *side, &place, solves, monitor))
             .collect();
+        if let Err(Error::Geometry(why)) = &tried {
+            end = Some(why.to_string());
+        }
         trials = tried?;
         let forces = trials.iter().map(|trial| trial.force);
         let forces = if is_each {
@@ -220,6 +224,7 @@ fn balance_from(
             is_each,
             wanted,
             reached: trials.iter().map(|trial| trial.force).collect(),
+            end,
         });
     };
     *place = posed(&found);

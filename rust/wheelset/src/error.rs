@@ -101,11 +101,12 @@ pub enum Error {
     },
     /// No height carries the force.
     #[error(
-        "no height{} of the wheelset found at which {} {} N: the last carries {}",
+        "no height{} of the wheelset found at which {} {} N: the last carries {}{}",
         if *.is_each { " and roll" } else { "" },
         if *.is_each { "each wheel carries" } else { "its wheels carry" },
         Short(*.wanted),
-        carried(.reached)
+        carried(.reached),
+        .end.as_ref().map(|end| format!("; further on, {end}")).unwrap_or_default()
     )]
     Balance {
         /// Whether each wheel is to carry the force by itself.
@@ -114,6 +115,8 @@ pub enum Error {
         wanted: f64,
         /// Forces of the last trial [N].
         reached: Vec<f64>,
+        /// What ended the last trial that could not be made, if one could not.
+        end: Option<String>,
     },
     /// A result is not finite.
     #[error("the numbers given are too large: {name} is {value}")]
