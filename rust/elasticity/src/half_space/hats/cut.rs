@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::super::body::{index, is_coupled};
 use super::super::influence::{influence, point_load};
-use super::{HatHalfSpace, dot};
+use super::{HatHalfSpace, add_product, dot};
 use crate::Error;
 use crate::tetra::Sampling;
 
@@ -292,13 +292,7 @@ impl Compliance for CutHats {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        let block = self.block(observed, loaded);
-        for (u, row) in displacement
-            .iter_mut()
-            .zip(block.chunks_exact(self.points()))
-        {
-            *u += scale * dot(row, traction);
-        }
+        add_product(self.block(observed, loaded), scale, traction, displacement);
     }
 
     fn add_influence(

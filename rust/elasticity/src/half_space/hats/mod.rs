@@ -226,6 +226,16 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Adds `scale` times the product of a block, kept row by row, with `traction`.
+fn add_product(block: &[f64], scale: f64, traction: &[f64], displacement: &mut [f64]) {
+    for (u, row) in displacement
+        .iter_mut()
+        .zip(block.chunks_exact(traction.len()))
+    {
+        *u += scale * dot(row, traction);
+    }
+}
+
 impl Compliance for HatHalfSpace {
     fn points(&self) -> usize {
         self.starts[self.patches.len()]
@@ -239,13 +249,7 @@ impl Compliance for HatHalfSpace {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        let block = self.block(observed, loaded);
-        for (u, row) in displacement
-            .iter_mut()
-            .zip(block.chunks_exact(self.points()))
-        {
-            *u += scale * dot(row, traction);
-        }
+        add_product(self.block(observed, loaded), scale, traction, displacement);
     }
 
     fn add_influence(
