@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType
 
@@ -158,7 +159,12 @@ def test_quadratic_elements_do_not_lock_and_linear_ones_do(monkeypatch: pytest.M
     for quadratic in (True, False):
         for ratio in (0.3, 0.499):
             mesh = elements.block_mesh(line, line, 0.1, quadratic=quadratic)
-            own, weight = elements.compliance(elements.body(mesh, ratio, held), 6)
+            told = (
+                pytest.warns(UserWarning, match="lock") if ratio > 0.45 and not quadratic else nullcontext()
+            )
+            with told:
+                body = elements.body(mesh, ratio, held)
+            own, weight = elements.compliance(body, 6)
             load = np.sign(np.arange(weight.size) % 7 - 3.0)
             share[quadratic, ratio] = float((weight * load) @ own @ load)
     assert share[True, 0.499] > 0.4 * share[True, 0.3]
