@@ -412,12 +412,15 @@ def test_ctrl_c_stops_a_step():
     # takes seconds if nobody stops it
     fine = scene(spacing=2.5e-5).prepare(friction=mtb.Coulomb(0.3))
     timer = threading.Timer(0.2, signal.raise_signal, (signal.SIGINT,))
+    # a shell starts what runs in its background without Ctrl-C
+    kept = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
             fine.step(velocity=[V, 0.02, 0.0, 0.0, V / 0.46, 0.0])
     finally:
         timer.cancel()
+        signal.signal(signal.SIGINT, kept)
     # inside: a step that was solved leaves its state
     assert fine._core.state == ([], [])
 
