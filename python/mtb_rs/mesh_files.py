@@ -122,10 +122,10 @@ def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
         extent = float((high - low).max())
         longest = extent / 15.0 if size is None else min(size, extent)
         area = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
-        triangles = 4.0 / np.sqrt(3.0) * area / longest**2
-        if triangles > MOST_TRIANGLES:
+        count = 4.0 / np.sqrt(3.0) * area / longest**2
+        if count > MOST_TRIANGLES:
             raise ValueError(
-                f"{path}: size is {longest:g} m: the solid, {extent:g} m large, would have {triangles:.0e} "
+                f"{path}: size is {longest:g} m: the solid, {extent:g} m large, would have {count:.0e} "
                 f"triangles: at most {MOST_TRIANGLES:g} are made"
             )
         gmsh.option.setNumber("Mesh.MeshSizeMax", longest)
@@ -134,12 +134,8 @@ def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
             gmsh.model.mesh.generate(2)
         except Exception as error:
             raise ValueError(f"{path}: gmsh cannot mesh the faces of the solid: {error}") from None
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        corners = gmsh.model.mesh.getElementsByType(2)[1]
-    used, triangles = np.unique(corners, return_inverse=True)
-    order = np.argsort(tags)
-    rows = order[np.searchsorted(tags[order], used)]
-    return trimesh.Trimesh(coordinates.reshape(-1, 3)[rows], triangles.reshape(-1, 3), process=False)
+        vertices, triangles = _elements(gmsh, 2, 3)
+    return trimesh.Trimesh(vertices, triangles, process=False)
 
 
 def _read_by_meshio(path: Path) -> Any:
@@ -269,12 +265,12 @@ def filled(
     size = extent / 15.0 if size is None else positive("size", size, "m")
     if size > extent:
         raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
-    if near is not None and not near(surface.vertices, surface.vertices).any():
+    is_contact = None if near is None else near(surface.vertices, surface.vertices)
+    if is_contact is not None and not is_contact.any():
         raise ValueError(
             "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
             "the edges of the contact must be edges of the surface (split its triangles along them)"
         )
-    is_contact = None if near is None else near(surface.vertices, surface.vertices)
     try:
         check_unknowns(_expected(surface, is_contact, size))
     except ValueError as error:
@@ -366,14 +362,19 @@ def _gmsh_tetrahedra(
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)
     gmsh.option.setNumber("Mesh.Optimize", 1)
     gmsh.model.mesh.generate(3)
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    _, corner_tags = gmsh.model.mesh.getElementsByType(4)
-    if corner_tags.size == 0:
+    nodes, cells = _elements(gmsh, 4, 4)
+    if not cells.size:
         raise ValueError("no tetrahedron was made")
-    used, cells = np.unique(corner_tags, return_inverse=True)
+    return nodes * size, cells
+
+
+def _elements(gmsh: Any, kind: int, corners: int) -> tuple[Array, Index]:
+    """Nodes (n, 3) and elements (m, corners) of one of gmsh's kinds, nodes of others left out."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    used, cells = np.unique(gmsh.model.mesh.getElementsByType(kind)[1], return_inverse=True)
     order = np.argsort(tags)
     rows = order[np.searchsorted(tags[order], used)]
-    return coordinates.reshape(-1, 3)[rows] * size, cells.reshape(-1, 4).astype(np.int64)
+    return coordinates.reshape(-1, 3)[rows], cells.reshape(-1, corners).astype(np.int64)
 
 
 def quadratic(mesh: TetraMesh) -> TetraMesh:

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::super::body::{index, is_coupled};
 use super::super::influence::{influence, point_load};
-use super::{HatHalfSpace, add_product, dot};
+use super::{HatHalfSpace, add_product, add_scaled, dot};
 use crate::Error;
 use crate::tetra::Sampling;
 
@@ -302,9 +302,6 @@ impl Compliance for CutHats {
         scale: f64,
         matrix: &mut [f64],
     ) {
-        let block = self.block(observed, loaded);
-        for (a, b) in matrix.iter_mut().zip(block) {
-            *a += scale * b;
-        }
+        add_scaled(self.block(observed, loaded), scale, matrix);
     }
 }

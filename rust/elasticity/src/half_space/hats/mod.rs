@@ -226,6 +226,13 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Adds `scale` times a block to `matrix`.
+fn add_scaled(block: &[f64], scale: f64, matrix: &mut [f64]) {
+    for (a, b) in matrix.iter_mut().zip(block) {
+        *a += scale * b;
+    }
+}
+
 /// Adds `scale` times the product of a block, kept row by row, with `traction`.
 fn add_product(block: &[f64], scale: f64, traction: &[f64], displacement: &mut [f64]) {
     for (u, row) in displacement
@@ -259,10 +266,7 @@ impl Compliance for HatHalfSpace {
         scale: f64,
         matrix: &mut [f64],
     ) {
-        let block = self.block(observed, loaded);
-        for (a, b) in matrix.iter_mut().zip(block) {
-            *a += scale * b;
-        }
+        add_scaled(self.block(observed, loaded), scale, matrix);
     }
 }
 
