@@ -16,7 +16,7 @@ ALLOWED = {
     "contact": {"operator", "complementarity"},
     "wheelset": {"geometry", "operator", "complementarity", "elasticity", "contact"},
     "capi": {"operator", "complementarity", "contact", "wheelset"},
-    "fmu": {"operator", "complementarity", "contact"},
+    "fmu": {"operator", "contact"},
     "python": {"geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
 }
 #: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]

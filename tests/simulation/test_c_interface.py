@@ -1,7 +1,6 @@
 """The C interface: programs in C and Fortran, compiled here, give the numbers of Python."""
 
 import ctypes
-import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -14,16 +13,6 @@ import mtb_rs as mtb
 ROOT = Path(__file__).parents[2]
 CAPI = ROOT / "rust" / "capi"
 LINK = ["-lmtb_capi", "-lm", "-lpthread", "-ldl"]
-
-
-@pytest.fixture(scope="session")
-def library():
-    """Folder of the compiled library."""
-    if shutil.which("cargo") is None:
-        pytest.skip("cargo is not installed: the C interface cannot be built")
-    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "mtb-capi"]
-    subprocess.run(build, cwd=ROOT, check=True)
-    return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
 
 
 @pytest.fixture(scope="session")

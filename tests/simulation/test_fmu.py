@@ -1,8 +1,5 @@
 """Functional mock-up units: FMPy, an importer of the standard, gets the numbers of Python."""
 
-import os
-import shutil
-import subprocess
 import zipfile
 from pathlib import Path
 
@@ -20,14 +17,10 @@ OUTPUTS = [*LOAD, "friction_power", "peak_pressure"]
 
 
 @pytest.fixture(scope="session")
-def library():
-    if shutil.which("cargo") is None:
-        pytest.skip("cargo is not installed: the library of the units cannot be built")
-    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "mtb-fmu"]
-    subprocess.run(build, cwd=ROOT, check=True)
-    folder = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
+def library(library):
+    """The one that goes into units."""
     names = ("libmtb_fmu.so", "libmtb_fmu.dylib", "mtb_fmu.dll")
-    return next(folder / name for name in names if (folder / name).is_file())
+    return next(library / name for name in names if (library / name).is_file())
 
 
 @pytest.fixture(scope="session")

@@ -335,26 +335,12 @@ pub unsafe extern "C" fn mtb_contact_step(
             };
             put("effort", taken, effort)?;
         }
-        match out.solution.status {
-            Status::Solved => {}
-            Status::NoSolution => {
-                return Err(Failure(
-                    MtbStatus::NoSolution,
-                    "no sliding equilibrium: the body wedges".to_owned(),
-                ));
-            }
-            Status::Unreachable => {
-                return Err(Failure(
-                    MtbStatus::NotConverged,
-                    "the resultant of the load lies outside what the contact can carry".to_owned(),
-                ));
-            }
-            Status::IterationLimit => {
-                return Err(Failure(
-                    MtbStatus::NotConverged,
-                    format!("not converged (residual {:.1e})", out.solution.residual),
-                ));
-            }
+        if let Some(why) = out.unsolved() {
+            let status = match out.solution.status {
+                Status::NoSolution => MtbStatus::NoSolution,
+                _ => MtbStatus::NotConverged,
+            };
+            return Err(Failure(status, why));
         }
         copy_out("force", &out.force, force, 3)?;
         copy_out("moment", &out.moment, moment, 3)?;

@@ -25,7 +25,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use mtb_complementarity::linear::Status;
 use mtb_contact::prepared::{Prepared, PreparedContact, Pull, Step};
 use mtb_operator::unmonitored;
 use percent_encoding::percent_decode_str;
@@ -133,27 +132,16 @@ impl Unit {
             .contact
             .step(&step, &unmonitored)
             .map_err(|error| Failure::error(error.to_string()))?;
-        let why = match out.solution.status {
-            Status::Solved => {
-                let mean = self
-                    .contact
-                    .prepared()
-                    .mean_pressure(&out.solution.pressure);
-                let peak = mean.iter().copied().fold(0.0, f64::max);
-                self.values
-                    .keep(out.force, out.moment, out.friction_power, peak);
-                self.last = Some(out.solution.pressure);
-                return Ok(());
-            }
-            Status::NoSolution => "no sliding equilibrium: the body wedges".to_owned(),
-            Status::Unreachable => {
-                "the resultant of the load lies outside what the contact can carry".to_owned()
-            }
-            Status::IterationLimit => {
-                format!("not converged (residual {:.1e})", out.solution.residual)
-            }
-        };
-        Err(Failure(DISCARD, why))
+        if let Some(why) = out.unsolved() {
+            return Err(Failure(DISCARD, why));
+        }
+        let prepared = self.contact.prepared();
+        let mean = prepared.mean_pressure(&out.solution.pressure);
+        let peak = mean.iter().copied().fold(0.0, f64::max);
+        self.values
+            .keep(out.force, out.moment, out.friction_power, peak);
+        self.last = Some(out.solution.pressure);
+        Ok(())
     }
 
     /// Forgets all steps.

@@ -5,6 +5,7 @@ mod table;
 
 use std::sync::Arc;
 
+use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
@@ -415,6 +416,21 @@ fn outcome(
 }
 
 impl Outcome {
+    /// Why this is no solution, if it is none.
+    pub fn unsolved(&self) -> Option<String> {
+        match self.solution.status {
+            Status::Solved => None,
+            Status::NoSolution => Some("no sliding equilibrium: the body wedges".to_owned()),
+            Status::Unreachable => {
+                Some("the resultant of the load lies outside what the contact can carry".to_owned())
+            }
+            Status::IterationLimit => Some(format!(
+                "not converged (residual {:.1e})",
+                self.solution.residual
+            )),
+        }
+    }
+
     /// Whether all numbers are finite.
     fn check(&self) -> Result<(), Error> {
         for (name, values) in [
