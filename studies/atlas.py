@@ -26,12 +26,18 @@ VERDICTS = ("converges to the reference", "fails, and says so", "wrong without a
 COLOURS = ("#56B4E9", "#E69F00", "#000000")
 
 
-def panels(count: int, width: float = 4.4, height: float = 4.0) -> tuple[Figure, list[Axes]]:
-    """A row of `count` plots."""
-    figure, axes = plt.subplots(
-        1, count, figsize=(width * count, height), layout="constrained", squeeze=False
-    )
-    return figure, list(axes[0])
+plt.style.use("mtb_rs.pictures")
+
+
+def panels(count: int, columns: int = 2, height: float = 3.3) -> tuple[Figure, list[Axes]]:
+    """`count` plots, `columns` a row, each `height` inches high; all rows as wide as a page."""
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    width = plt.rcParams["figure.figsize"][0]
+    figure, axes = plt.subplots(rows, columns, figsize=(width, height * rows), squeeze=False)
+    for unused in axes.flat[count:]:
+        unused.set_axis_off()
+    return figure, list(axes.flat[:count])
 
 
 def draw_verdicts(
@@ -58,19 +64,19 @@ def draw_verdicts(
     if texts is not None:
         for (j, i), text in np.ndenumerate(texts):
             ink = "white" if colours[int(codes[j, i])] == "#000000" else "black"
-            axes.text(i, j, text, ha="center", va="center", fontsize=6.5, color=ink)
-    axes.set_xticks(range(len(x)), [f"{v:.3g}" for v in x], fontsize=8)
-    axes.set_yticks(range(len(y)), [f"{v:.3g}" for v in y], fontsize=8)
+            axes.text(i, j, text, ha="center", va="center", fontsize=8, color=ink)
+    axes.grid(visible=False)
+    axes.set_xticks(range(len(x)), [f"{v:.3g}" for v in x])
+    axes.set_yticks(range(len(y)), [f"{v:.3g}" for v in y])
     handles = [Patch(color=c, label=n) for c, n in zip(colours, names, strict=True)]
-    axes.figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(names), fontsize=8, frameon=False
-    )
+    if not axes.figure.legends:
+        axes.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 3))
 
 
 def write(name: str, figure: Figure, rows: Sequence[dict[str, Any]]) -> None:
     """Picture and table of a map."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    figure.savefig(FOLDER / f"{name}.png", dpi=120)
+    figure.savefig(FOLDER / f"{name}.png")
     with (FOLDER / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
         writer.writeheader()

@@ -70,12 +70,17 @@ def examine(ratio: float, cells: int, frictions: Sequence[float]) -> list[dict[s
 
 
 if __name__ == "__main__":
-    names = ("both", "active sets only", "no sliding equilibrium (said)", "neither")
+    names = (
+        "both converge",
+        "only active sets converge",
+        "no sliding equilibrium (said)",
+        "only Gauss-Seidel converges",
+    )
     colours = ("#56B4E9", "#E69F00", "#BBBBBB", "#000000")
     slenderness = [0.5, 1.0, 2.0, 3.5, 5.0]
     frictions = [0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5]
     rows = []
-    figure, axes = panels(2, width=5.4)
+    figure, axes = panels(2, height=3.8)
     for ax, cells in zip(axes, (6, 10), strict=True):
         codes = np.zeros((len(frictions), len(slenderness)), dtype=int)
         texts = np.full(codes.shape, "", dtype=object)
@@ -87,15 +92,14 @@ if __name__ == "__main__":
                 iterations, sweeps = row["active_set_iterations"], row["gauss_seidel_sweeps"]
                 solved = iterations != "none", sweeps != "none"
                 codes[j, i] = {(True, True): 0, (True, False): 1, (False, False): 2, (False, True): 3}[solved]
-                texts[j, i] = f"{iterations} | {sweeps}".replace("none", "-")
+                texts[j, i] = f"{iterations}" if iterations != "none" else ""
             rows += found
         draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
         places = np.interp(np.log(limits), np.log(frictions), np.arange(len(frictions)))
-        ax.plot(range(len(slenderness)), places, "o-", color="#D55E00", lw=1.5, ms=3, alpha=0.7)
+        ax.plot(range(len(slenderness)), places, "-", color="#D55E00", lw=2.5, alpha=0.6)
         ax.set(
-            title=f"{rows[-1]['points']} points; sets | sweeps; line: positive definite below",
+            title=f"{rows[-1]['points']} contact points",
             xlabel="height / width",
             ylabel="friction coefficient",
         )
-        ax.title.set_fontsize(9)
     write("complementarity", figure, rows)

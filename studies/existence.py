@@ -10,7 +10,12 @@ from atlas import draw_verdicts, panels, write
 
 import mtb_rs as mtb
 
-names = ("slides", "slides, beyond mu_sym", "slides, unstable (said)", "wedges (said)")
+names = (
+    "slides",
+    "slides, beyond mu_sym",
+    "slides, unstable, and the library says so",
+    "wedges, and the library says so",
+)
 colours = ("#56B4E9", "#009E73", "#CC79A7", "#E69F00")
 slenderness = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0]
 frictions = [0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8]
@@ -41,17 +46,17 @@ for i, ratio in enumerate(slenderness):
                 "said": said,
             }
         )
-figure, (ax,) = panels(1, width=8.0, height=5.6)
+figure, (ax,) = panels(1, height=5.2)
 draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
 for values, style, label in (
-    (limits, "o-", "mu_sym"),
-    (1.6 / np.array(slenderness), "s--", "beam, 1.6 b / h"),
+    (limits, "-", "mu_sym, computed"),
+    (1.6 / np.array(slenderness), "--", "beam theory, 1.6 b / h"),
 ):
     places = np.interp(np.log(values), np.log(frictions), np.arange(len(frictions)))
-    ax.plot(range(len(slenderness)), places, style, color="#D55E00", lw=1.8, ms=4, label=label)
-ax.legend(fontsize=8)
+    ax.plot(range(len(slenderness)), places, style, color="black", lw=2, alpha=0.55, label=label)
+ax.legend(frameon=True)
 ax.set(
-    title="sliding equilibrium; numbers: force over the frictionless one",
+    title="clamped block; numbers: normal force over that without friction",
     xlabel="height / width",
     ylabel="friction coefficient",
 )

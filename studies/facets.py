@@ -63,7 +63,11 @@ if __name__ == "__main__":
                 "said": said,
             }
         )
-    figure, (ax,) = panels(1, width=6.0)
-    draw_verdicts(ax, [0.04 / c for c in counts], approaches, codes, texts=texts)
-    ax.set(title="error of the gap over the approach", xlabel="facet [m]", ylabel="approach [m]")
+    figure, (ax,) = panels(1, height=3.6)
+    draw_verdicts(ax, [40.0 / c for c in counts], [1e6 * a for a in approaches], codes, texts=texts)
+    ax.set(
+        title="a sphere of triangles on a plane; numbers: error of the gap over the approach",
+        xlabel="width of a facet [mm]",
+        ylabel="approach [µm]",
+    )
     write("facets", figure, rows)

@@ -59,7 +59,7 @@ cases = (
     ("steady, layer, n = 20", steady, 20, layer, 0.35),
     ("FASTSIM, n = 40", fastsim, 40, None, 0.35),
 )
-figure, axes = panels(len(cases), width=3.3)
+figure, axes = panels(len(cases), height=2.7)
 rows = []
 for ax, (title, run, n, between, limit) in zip(axes, cases, strict=True):
     kept = memories if run is not fastsim else [None]
@@ -71,9 +71,9 @@ for ax, (title, run, n, between, limit) in zip(axes, cases, strict=True):
             try:
                 jump, said = run(n, law, between), ""
                 codes[j, i] = 0 if jump < limit else 2
-                texts[j, i] = f"{jump:.2g}"
+                texts[j, i] = f"{100 * jump:.1f}"
             except mtb.ConvergenceError as refusal:
-                codes[j, i], jump, said, texts[j, i] = 1, np.nan, str(refusal)[:200], "none"
+                codes[j, i], jump, said, texts[j, i] = 1, np.nan, str(refusal)[:200], ""
             rows.append(
                 {
                     "case": title,
@@ -87,5 +87,4 @@ for ax, (title, run, n, between, limit) in zip(axes, cases, strict=True):
     draw_verdicts(ax, half_slips, range(len(kept)), codes, names=names, colours=colours, texts=texts)
     ax.set_yticks(range(len(kept)), ["none" if m is None else f"{1e6 * m:g} µm" for m in kept])
     ax.set(title=title, xlabel="half slip [m/s]", ylabel="memory")
-    ax.title.set_fontsize(9)
 write("falling_friction", figure, rows)

@@ -15,10 +15,11 @@ import mtb_rs as mtb
 sides = [16, 32, 64, 128, 256]
 loads = [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0]
 rows = []
-figure, axes = panels(2, width=5.4)
+figure, axes = panels(2, height=3.8)
 for ax, hurst in zip(axes, (0.3, 0.8), strict=True):
     codes = np.zeros((len(loads), len(sides)), dtype=int)
     texts = np.full(codes.shape, "", dtype=object)
+    shares = np.zeros(len(loads))
     for i, n in enumerate(sides):
         step, slope = 1e-6, 0.1
         heights = mtb.roughness(n, step, hurst=hurst, rms_slope=slope, seed=n)
@@ -49,7 +50,8 @@ for ax, hurst in zip(axes, (0.3, 0.8), strict=True):
                 )
             if not said:
                 codes[j, i] = GOOD if wrong < 1e-6 else WRONG
-            texts[j, i] = f"{found.report.iterations} ({100 * fraction:.2g} %)"
+            texts[j, i] = f"{found.report.iterations}"
+            shares[j] = fraction
             rows.append(
                 {
                     "hurst": hurst,
@@ -64,9 +66,8 @@ for ax, hurst in zip(axes, (0.3, 0.8), strict=True):
                 }
             )
     draw_verdicts(ax, sides, loads, codes, texts=texts)
-    ax.set(
-        title=f"Hurst {hurst:g}: iterations (contact)",
-        xlabel="cells a side",
-        ylabel="mean pressure / (E* slope / 2)",
-    )
+    percents = [f"{float(f'{100 * share:.2g}'):g} %" for share in shares]
+    ax.set_yticks(range(len(loads)), [f"{p:g}  ({c})" for p, c in zip(loads, percents, strict=True)])
+    ax.set(title=f"Hurst exponent {hurst:g}", xlabel="cells a side")
+axes[0].set_ylabel("mean pressure / (E* slope / 2)  (share in contact)")
 write("fft", figure, rows)

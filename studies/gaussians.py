@@ -79,7 +79,7 @@ for j, n in enumerate(sides):
                 "verdict": names[codes[j, i]],
             }
         )
-figure, (ax,) = panels(1, width=7.0)
+figure, (ax,) = panels(1, height=4.0)
 draw_verdicts(ax, widths, sides, codes, names=names, colours=colours, texts=texts)
 ax.set(
     title="pressure error inside 0.9 a, and condition number",

@@ -286,7 +286,7 @@ def examine(member: Member) -> Finding:
 
 def draw(findings: list[Finding]) -> Figure:
     """Estimate against truth."""
-    figure, (axes,) = panels(1, 6.4, 5.2)
+    figure, (axes,) = panels(1, height=5.6)
     limits = np.array([2e-3, 5.0])
     axes.fill_between(
         limits, limits[0], 2.0 * limits, color="#DDEEF7", lw=0, label="within twice the estimate"

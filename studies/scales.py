@@ -46,7 +46,7 @@ if __name__ == "__main__":
 
     warnings.simplefilter("ignore")  # bodies of kilometres are suspected to be in millimetres
     rows = []
-    figure, axes = panels(2, width=5.4)
+    figure, axes = panels(2, height=3.6)
     for ax, scene in zip(axes, (paraboloid, block), strict=True):
         base = scene(0.1, 2e11)
         digits = np.zeros((len(moduli), len(lengths)))
@@ -62,11 +62,11 @@ if __name__ == "__main__":
                     "deviation": apart,
                 }
             )
-        picture = ax.imshow(digits, origin="lower", cmap="cividis_r", vmin=-16, vmax=-8, aspect="auto")
+        picture = ax.imshow(digits, origin="lower", cmap="Blues", vmin=-17, vmax=-5, aspect="auto")
         for (j, i), value in np.ndenumerate(digits):
-            ax.text(i, j, f"{value:.0f}", ha="center", va="center", fontsize=8, color="0.5")
+            ax.text(i, j, f"{value:.0f}", ha="center", va="center", fontsize=8.5, color="black")
         ax.set_xticks(range(len(lengths)), [f"{v:g}" for v in lengths])
         ax.set_yticks(range(len(moduli)), [f"{v:g}" for v in moduli])
         ax.set(title=scene.__name__, xlabel="length [m]", ylabel="Young's modulus [Pa]")
-        figure.colorbar(picture, ax=ax, label="log10 of the deviation")
+        ax.grid(visible=False)
     write("scales", figure, rows)

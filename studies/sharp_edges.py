@@ -29,7 +29,7 @@ def solved(shape: str, n: int) -> tuple[GridField, float]:
 
 
 rows = []
-figure, (ax,) = panels(1, width=6.5, height=4.6)
+figure, (ax,) = panels(1, height=4.4)
 series: dict[str, list[float]] = {}
 for shape in ("punch", "sphere"):
     best, approach = solved(shape, fine)
@@ -44,7 +44,7 @@ for shape in ("punch", "sphere"):
         series.setdefault(f"{shape}, approach", []).append(abs(own - approach) / approach)
 marks = iter("osD^v")
 for colour, (name, errors) in zip(
-    ("#0072B2", "#56B4E9", "#999999", "#D55E00", "#E69F00"), series.items(), strict=True
+    ("#0072B2", "#56B4E9", "#000000", "#D55E00", "#E69F00"), series.items(), strict=True
 ):
     rate = -np.polyfit(np.log(sides), np.log(errors), 1)[0]
     ax.loglog(
@@ -55,6 +55,5 @@ for colour, (name, errors) in zip(
         for n, e in zip(sides, errors, strict=True)
     ]
 ax.set(xlabel="cells a side", ylabel="error [%]", title=f"against {fine} x {fine} cells")
-ax.grid(which="major", alpha=0.4)
-ax.legend(fontsize=8)
+ax.legend()
 write("sharp_edges", figure, rows)

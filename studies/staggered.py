@@ -15,7 +15,7 @@ import mtb_rs as mtb
 factors = [1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 6.0]
 frictions = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5]
 heights = [0.05, 0.1, 0.25]
-figure, axes = panels(len(heights))
+figure, axes = panels(len(heights), columns=3, height=3.9)
 rows = []
 for ax, height in zip(axes, heights, strict=True):
     codes = np.full((len(factors) + 1, len(frictions)), TOLD)
@@ -60,6 +60,7 @@ for ax, height in zip(axes, heights, strict=True):
     draw_verdicts(ax, frictions, [0.0, *factors], codes, texts=texts)
     ax.set_yticks(range(len(factors) + 1), ["A", *(f"{f:g}" for f in factors)])
     places = 1.0 + np.interp(np.log(limits), np.log(factors), np.arange(len(factors)))
-    ax.plot(range(len(frictions)), places, "o-", color="#D55E00", lw=1.8, ms=4)
-    ax.set(title=f"height {height:g} m; line: predicted limit", xlabel="friction coefficient", ylabel="f_FE")
+    ax.plot(range(len(frictions)), places, "-", color="#D55E00", lw=2.5, alpha=0.6)
+    ax.set(title=f"block {1e3 * height:g} mm high", xlabel="friction coefficient")
+axes[0].set_ylabel("relaxation factor f_FE; A: Anderson")
 write("staggered", figure, rows)
