@@ -20,7 +20,7 @@ result.plot("pressure").savefig(output / "1_pressure.png")
 result.plot("pressure", y=(7.5e-3, 13.8e-3, 20e-3)).savefig(output / "2_cuts.png")
 result.plot("vertical_displacement", body="upper").savefig(output / "3_vertical_displacement.png")
 result.plot("status").savefig(output / "4_status.png")
-missing = missing_for_view()  # the 3-D view needs pyvista and a GL driver
+missing = missing_for_view()  # the 3-D view needs pyvista (extra `viz`) and a GL driver
 if missing is None:
     result.plot("pressure", "3d").screenshot(output / "5_bodies.png")
 

@@ -1,13 +1,22 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A result that needs no solve: two poles of a shoe on a curved rail; a cache of a module's own."""
+"""A result that needs no solve: two poles of a shoe on a curved rail; a cache of a module's own; environments
+with some extras only."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+import tomllib
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
 
 import numpy as np
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
+import mtb_rs
 from mtb_rs.geometry import Profile
 from mtb_rs.report import Report
 from mtb_rs.result import Displacement, Patch, Result, Surface
@@ -127,3 +136,62 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     patch.setenv("MTB_RS_CACHE", str(tmp_path_factory.mktemp("cache")))
     yield
     patch.undo()
+
+
+@cache
+def brought_by(*extras: str) -> frozenset[str]:
+    """Names of the distributions that `pip install "mtb-rs[EXTRAS]"` brings."""
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    unknown = set(extras) - set(project["optional-dependencies"])
+    assert not unknown, f"there are no such extras: {unknown}"
+    found: set[tuple[str, str]] = set()
+
+    def add(line: str, extra: str = "") -> None:
+        requirement = Requirement(line)
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": extra}):
+            return
+        name = canonicalize_name(requirement.name)
+        for wanted in ("", *requirement.extras):
+            if (name, wanted) in found:
+                continue
+            found.add((name, wanted))
+            if name == project["name"]:
+                lines = project["optional-dependencies"][wanted] if wanted else project["dependencies"]
+            else:
+                try:
+                    lines = requires(name) or []
+                except PackageNotFoundError:  # of another platform, or not installed here at all
+                    lines = []
+            for line in lines:
+                add(line, wanted)
+
+    add(f"{project['name']}[{','.join(extras)}]")
+    return frozenset(name for name, _ in found)
+
+
+@cache
+def modules() -> dict[str, set[str]]:
+    """Modules that are installed, and the distributions that have them."""
+    names = packages_distributions()
+    return {module: {canonicalize_name(name) for name in owners} for module, owners in names.items()}
+
+
+@pytest.fixture(scope="session")
+def with_extras() -> Callable[..., dict[str, str]]:
+    """Function of names of extras: variables for a Python that sees what an installation with these has."""
+
+    def environment(*extras: str) -> dict[str, str]:
+        seen = brought_by(*sorted(extras))
+        hidden = [module for module, owners in modules().items() if not owners & seen]
+        package = Path(mtb_rs.__file__).parents[1]
+        before = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        path = [Path(__file__).parent / "install", package, *before]
+        return {
+            **os.environ,
+            "HIDDEN_MODULES": " ".join(sorted(hidden)),
+            "PYTHONPATH": os.pathsep.join(map(str, path)),
+            "MPLBACKEND": "Agg",
+        }
+
+    return environment

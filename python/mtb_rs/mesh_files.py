@@ -44,6 +44,21 @@ GROWTH = 0.2
 FEATURE_ANGLE = np.radians(8.0)
 
 
+class MissingExtra(ValueError):
+    """A library is not installed, or lacks one of its own."""
+
+
+@contextlib.contextmanager
+def extra_mesh(purpose: str) -> Iterator[None]:
+    """Says where the libraries come from that `purpose` needs: gmsh, meshio, and what trimesh calls."""
+    try:
+        yield
+    except (ImportError, OSError) as error:  # OSError: the graphics libraries that gmsh loads
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        raise MissingExtra(f"{purpose} needs the extra mesh (pip install 'mtb-rs[mesh]'): {error}") from None
+
+
 def read_mesh(
     source: Any, unit: str = "m", *, size: float | None = None, near: Near | None = None
 ) -> TetraMesh:
@@ -89,12 +104,11 @@ def read_mesh(
 def read_surface(path: Path) -> trimesh.Trimesh:
     """The one triangulated surface of a file, as trimesh reads it."""
     try:
-        # degenerate and doubled triangles stay: they are for us to name
-        surface = trimesh.load_mesh(path, process=False)
-    except ImportError as error:
-        raise ValueError(
-            f"{path} cannot be read: trimesh needs {error.name or error} for {path.suffix} files"
-        ) from None
+        with extra_mesh(f"reading {path.suffix} files"):
+            # degenerate and doubled triangles stay: they are for us to name
+            surface = trimesh.load_mesh(path, process=False)
+    except MissingExtra:
+        raise
     except Exception as error:  # its readers raise whatever they stumble over
         raise ValueError(f"{path} cannot be read: no {path.suffix} file of one surface ({error})") from None
     if not isinstance(surface, trimesh.Trimesh):
@@ -139,10 +153,8 @@ def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
 
 
 def _read_by_meshio(path: Path) -> Any:
-    try:
+    with extra_mesh(f"reading {path}"):
         import meshio
-    except ImportError:
-        raise ValueError(f"{path} cannot be read: it needs meshio (pip install 'mtb-rs[mesh]')") from None
     try:
         # it prints what it then raises
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -260,7 +272,8 @@ def filled(
     near : function of points (n, 3) and the surface's vertices (k, 3) [m]
         Which points are on the contact face; by default all of the surface is meshed at `size`.
     """
-    surface = check_surface(np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=np.int64))
+    with extra_mesh("checking a closed surface"):
+        surface = check_surface(np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=np.int64))
     extent = float(np.ptp(surface.vertices, axis=0).max())
     size = extent / 15.0 if size is None else positive("size", size, "m")
     if size > extent:
@@ -297,10 +310,8 @@ def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, si
 @contextlib.contextmanager
 def _gmsh(purpose: str) -> Iterator[Any]:
     """gmsh, silent and on one thread: the same mesh every time."""
-    try:
+    with extra_mesh(purpose):
         import gmsh
-    except (ImportError, OSError) as error:
-        raise ValueError(f"{purpose} needs gmsh (pip install 'mtb-rs[mesh]'): {error}") from None
     with _broken_pipes_as_they_were():
         gmsh.initialize(interruptible=False)
     try:

@@ -115,6 +115,8 @@ class BodySurface:
         """
         import trimesh
 
+        from .mesh_files import MissingExtra, extra_mesh
+
         scale = metres(unit)
         path = path_of("path", path)
         if not path.is_file():
@@ -122,8 +124,11 @@ class BodySurface:
         if path.stat().st_size == 0:
             raise ValueError(f"mesh file {str(path)!r} is empty")
         try:
-            loaded = trimesh.load_mesh(path)
+            with extra_mesh(f"reading {path.suffix} files"):
+                loaded = trimesh.load_mesh(path)
             vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
+        except MissingExtra:
+            raise
         except Exception as error:  # trimesh's readers raise whatever they stumble over
             raise ValueError(f"mesh file {str(path)!r} cannot be read: {error}") from None
         try:

@@ -378,5 +378,5 @@ def test_a_node_of_a_file_that_is_no_number_is_named() -> None:
 def test_a_mesh_that_needs_a_package_names_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "meshio", None)
     (tmp_path / "block.vtu").write_text("<VTKFile>", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"it needs meshio .pip install 'mtb-rs.mesh.'"):
+    with pytest.raises(ValueError, match=r"needs the extra mesh .pip install 'mtb-rs.mesh.'"):
         mtb.ElasticBody.from_mesh(tmp_path / "block.vtu", mtb.steel, contact="bottom")

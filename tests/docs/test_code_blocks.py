@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The code of README and pages runs as it stands, and the gallery holds every example."""
+"""The code of README and pages runs as it stands, with the extras that each page names and no others, and the
+gallery holds every example."""
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
 import sys
-import warnings
-from collections.abc import Iterator
+from collections.abc import Callable
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
 import pytest
-from matplotlib import pyplot
 
 from mtb_rs.view import missing_for_view
 
@@ -32,25 +34,27 @@ GALLERY = _gallery()
 PAGES = [ROOT / "README.md", ROOT / "rust" / "capi" / "README.md", *GALLERY.pages()]
 
 
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open() -> Iterator[None]:
-    """What the pages' code draws by pyplot is closed with it: other tests count open figures."""
-    yield
-    pyplot.close("all")
+def extras_named(text: str) -> set[str]:
+    """Extras that a page names: those it installs, and those it says that something needs."""
+    installed = re.findall(r"pip install [^\n`]*\[([\w,]+)\]", text)
+    needed = re.findall(r"extra `(\w+)`", text)
+    return {*needed, *(name for names in installed for name in names.split(","))}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_runs(page: Path, tmp_path: Path, with_extras: Callable[..., dict[str, str]]) -> None:
     text = page.read_text(encoding="utf-8")
     if '"3d"' in text and page.name != "README.md" and missing_for_view():
         pytest.skip(f"{page.name} draws in space: {missing_for_view()}")
     if "from_mesh(" in text:
         pytest.importorskip("gmsh", reason="pip install 'mtb-rs[mesh]'", exc_type=ImportError)
-    monkeypatch.setenv("MPLBACKEND", "Agg")
-    monkeypatch.setattr(sys, "argv", [str(page)])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # without a GL driver save() says so
-        GALLERY.run_page(page, tmp_path)
+    code = "import sys, pathlib, gallery; gallery.run_page(*map(pathlib.Path, sys.argv[1:]))"
+    environment = with_extras(*extras_named(text))
+    environment["PYTHONPATH"] += f"{os.pathsep}{DOCS}"
+    # without a GL driver save() warns
+    command = [sys.executable, "-W", "ignore", "-c", code, str(page), str(tmp_path)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_page_with_code_is_run() -> None:

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-import runpy
+import pickle
+import re
+import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -119,15 +122,49 @@ CHECKS = {
 ARGUMENTS = {"braking_manoeuvre": ["--short"]}
 NEEDS = {"braking_manoeuvre": "exudyn"}
 
+#: Runs a script, and keeps of its names what can be kept.
+RUN = """
+import pickle, runpy, sys
+script, kept, *sys.argv[1:] = sys.argv[1:]
+sys.argv[0] = script
+found = {}
+for name, value in runpy.run_path(script, run_name="__main__").items():
+    try:
+        found[name] = pickle.dumps(value)
+    except Exception:
+        pass
+with open(kept, "wb") as file:
+    pickle.dump(found, file)
+"""
+
+
+class Names(dict[str, Any]):
+    """Names of a script that ran elsewhere."""
+
+    def __getitem__(self, name: str) -> Any:
+        return pickle.loads(super().__getitem__(name))
+
 
 @pytest.mark.parametrize("script", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
-def test_script(script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_script(
+    script: Path,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+    with_extras: Callable[..., dict[str, str]],
+) -> None:
+    """It runs with the extras that it names, and no others."""
     if script.stem in NEEDS:
         pytest.importorskip(NEEDS[script.stem], reason="the extra mbs is missing", exc_type=ImportError)
+    named = re.findall(r"extra `(\w+)`", script.read_text(encoding="utf-8"))
+    kept = tmp_path_factory.mktemp("names") / "names.pickle"
+    command = [sys.executable, "-W", "error", "-c", RUN, str(script), str(kept)]
+    command += ARGUMENTS.get(script.stem, [])
+    environment = with_extras(*named)
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [str(script), *ARGUMENTS.get(script.stem, [])])
-    names = runpy.run_path(str(script), run_name="__main__")
-    CHECKS[script.stem](names)
+    CHECKS[script.stem](Names(pickle.loads(kept.read_bytes())))
 
 
 @pytest.mark.parametrize("case", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
