@@ -5,7 +5,8 @@ Poles of 100 x 30 x 70 mm of quadratic tetrahedra, 3 mm at the contact: one, and
 share nothing; then one contact problem at 400 and at 1600 points, and the friction sweep of the thesis' Table
 4.1. Counts do not depend on the machine. Processor seconds are of all threads together; beside the rate of
 the condensation stands that of a dense product measured just before.
-Writes docs/charts/condensation.csv, condensation_solves.csv and condensation.png.
+Writes docs/charts/condensation.csv, condensation_solves.csv and condensation.png; `--draw` only draws the
+table again that is there.
 """
 
 from __future__ import annotations
@@ -20,11 +21,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import records
 
 import mtb_rs as mtb
 from mtb_rs import cache
@@ -115,6 +114,9 @@ def _solve_all(scenes: list[mtb.Scene]) -> None:
 
 def main() -> None:
     """Runs every case in a process of its own; writes the table and the chart."""
+    if sys.argv[1:] == ["--draw"]:
+        draw(records.read(OUT / "condensation.csv"))
+        return
     if len(sys.argv) > 1:
         row = condense(int(sys.argv[1]))
         writer = csv.DictWriter(sys.stdout, row)
@@ -137,22 +139,24 @@ def main() -> None:
     for row in others:
         row.setdefault("times_the_thesis", "")
         print(row)
-    OUT.mkdir(parents=True, exist_ok=True)
-    for name, table in (("condensation", rows), ("condensation_solves", others)):
-        with (OUT / f"{name}.csv").open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, table[0])
-            writer.writeheader()
-            writer.writerows(table)
-    figure, axes = plt.subplots(figsize=(7, 2.6), layout="constrained")
+    records.write(OUT / "condensation.csv", rows)
+    records.write(OUT / "condensation_solves.csv", others)
+    draw(records.read(OUT / "condensation.csv"))
+
+
+def draw(rows: list[dict[str, str]]) -> None:
+    """Where the time of a condensation goes."""
+    figure, axes = plt.subplots(figsize=(7.4, 2.4))
     left = np.zeros(len(rows))
     for stage in STAGES:
-        seconds = np.array([float(str(row[f"{stage}_s"])) for row in rows])
-        axes.barh([str(row["case"]) for row in rows], seconds, left=left, label=stage)
+        seconds = np.array([float(row[f"{stage}_s"]) for row in rows])
+        axes.barh([row["case"] for row in rows], seconds, left=left, label=stage)
         left += seconds
     axes.set(xlabel="elapsed time of a condensation [s]")
+    axes.grid(visible=False, axis="y")
     axes.invert_yaxis()
-    axes.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, fontsize=8)
-    figure.savefig(OUT / "condensation.png", dpi=150)
+    figure.legend(ncols=6, loc="outside upper center", columnspacing=1.0, handlelength=1.2)
+    figure.savefig(OUT / "condensation.png")
 
 
 if __name__ == "__main__":

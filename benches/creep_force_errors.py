@@ -7,14 +7,11 @@ states under 10 % for FASTSIM but for large spin, where more than 20 % occur in 
 """
 
 import argparse
-import csv
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import records
 
 import mtb_rs as mtb
 from mtb_rs import reference
@@ -48,7 +45,7 @@ for ratio in ratios:
         "FASTSIM parabolic": mtb.fastsim_curve(patch, rows, law, semi_axes=(a, b))[:, :2],
         "FASTSIM elliptic": mtb.fastsim_curve(patch, rows, law, bound="elliptic", semi_axes=(a, b))[:, :2],
         "FASTSIM2 parabolic": mtb.fastsim_curve(patch, rows, law, order=2, semi_axes=(a, b))[:, :2],
-        "Polach": mtb.polach(patch, rows, law, semi_axes=(a, b)),
+        "Polach": mtb.polach(patch, rows, law, semi_axes=(a, b))[:, :2],
         "table": table.interpolate((a, b), load, 82e9, friction, rows)[:, :2],
     }
     spin = np.abs(rows[:, 2]) * np.sqrt(a * b)
@@ -58,26 +55,23 @@ for ratio in ratios:
         for kind, chosen in (("all", large | ~large), ("small spin", ~large), ("large spin", large)):
             errors.setdefault((name, kind), []).extend(error[chosen])
 
-arguments.output.mkdir(parents=True, exist_ok=True)
-with open(arguments.output / "creep_force_errors.csv", "w", newline="", encoding="utf-8") as file:
-    writer = csv.writer(file)
-    writer.writerow(
-        ["method", "creepages", "cases", "within_10_percent", "beyond_20_percent", "median", "p95"]
-    )
-    for (name, kind), values in errors.items():
-        e = np.array(values)
-        row = [np.mean(e < 0.1), np.mean(e > 0.2), np.median(e), np.quantile(e, 0.95)]
-        writer.writerow([name, kind, len(e), *(f"{value:.4f}" for value in row)])
-        print(f"{name:20s} {kind:10s} {len(e):4d}: " + "  ".join(f"{100 * value:5.1f} %" for value in row))
-figure, axis = plt.subplots(figsize=(7.5, 4.6), constrained_layout=True)
-for name in methods:
-    for kind, style in (("small spin", "-"), ("large spin", "--")):
+table = []
+for (name, kind), values in errors.items():
+    e = np.array(values)
+    shares = [np.mean(e < 0.1), np.mean(e > 0.2), np.median(e), np.quantile(e, 0.95)]
+    columns = ("within_10_percent", "beyond_20_percent", "median", "p95")
+    row = {"method": name, "creepages": kind, "cases": len(e)}
+    table.append(row | {c: f"{value:.4f}" for c, value in zip(columns, shares, strict=True)})
+    print(f"{name:20s} {kind:10s} {len(e):4d}: " + "  ".join(f"{100 * value:5.1f} %" for value in shares))
+records.write(arguments.output / "creep_force_errors.csv", table)
+figure, axes = plt.subplots(1, 2, figsize=(7.4, 4.4), sharey=True)
+for axis, kind in zip(axes, ("small spin", "large spin"), strict=True):
+    for name in methods:
         e = np.sort(errors[name, kind])
-        color = f"C{methods.index(name)}"
-        axis.semilogx(100 * e, np.arange(1, e.size + 1) / e.size, style, color=color, label=f"{name}, {kind}")
-axis.axvline(10, color="k", lw=0.5)
-axis.axvline(20, color="k", lw=0.5)
-axis.set(xlabel="error of the force vector [%]", ylabel="share of the cases", xlim=(0.01, 200))
-axis.legend(fontsize=7)
-axis.grid(alpha=0.3)
-figure.savefig(arguments.output / "creep_force_errors.png", dpi=130)
+        axis.semilogx(100 * e, 100 * np.arange(1, e.size + 1) / e.size, label=name)
+    axis.axvline(10, color="#777777", lw=1, ls=":")
+    axis.set(title=f"{kind}, {e.size} cases", xlabel="error of the force vector [%]", xlim=(0.03, 200))
+    axis.set_xticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
+axes[0].set_ylabel("cases with a smaller error [%]")
+figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+figure.savefig(arguments.output / "creep_force_errors.png")

@@ -14,7 +14,6 @@ range of its own tolerances; what counts is the first run whose measured error i
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import time
 from collections.abc import Callable
@@ -24,7 +23,9 @@ from pathlib import Path
 for _name in ("OMP_NUM_THREADS", "RAYON_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[_name] = "1"
 
+import matplotlib.pyplot as plt
 import numpy as np
+import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
@@ -180,33 +181,28 @@ def summary(rows: list[dict[str, object]]) -> None:
         print(f"{case}: mtb_rs {mine:.4f} s, {', '.join(others) or 'no other got there'}")
 
 
-def chart(rows: list[dict[str, object]], path: Path) -> None:
+def chart(rows: list[dict[str, str]], path: Path) -> None:
     """Time against error."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    from matplotlib.ticker import NullFormatter
-
-    names = list(dict.fromkeys(str(row["case"]) for row in rows))
-    figure, axes = plt.subplots(1, len(names), figsize=(4.0 * len(names), 3.6), sharey=True)
-    for axis, case in zip(axes, names, strict=True):
+    names = list(dict.fromkeys(row["case"] for row in rows))
+    figure, axes = plt.subplots(2, -(-len(names) // 2), figsize=(7.4, 6.0), sharex=True, sharey=True)
+    for axis, case in zip(axes.flat, names, strict=True):
         for solver, marker in zip(SOLVERS, "osv", strict=True):
             mine = [row for row in rows if row["case"] == case and row["solver"] == solver]
             axis.loglog(
-                [float(str(r["seconds"])) for r in mine],
-                [float(str(r["error"])) for r in mine],
+                [float(r["seconds"]) for r in mine],
+                [float(r["error"]) for r in mine],
                 marker=marker,
                 label=solver,
             )
-        axis.axhline(GOAL, color="grey", linewidth=0.8, linestyle=":")
-        axis.xaxis.set_minor_formatter(NullFormatter())
-        axis.set(title=case, xlabel="processor time [s], one thread", xlim=(0.03, 15.0))
-        axis.grid(which="major", alpha=0.3)
-    axes[0].set_ylabel("measured residual [-]")
-    axes[0].legend()
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
+        axis.axhline(GOAL, color="#777777", linewidth=1.0, linestyle=":")
+        axis.set(title=case, xlim=(0.03, 15.0))
+        axis.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
+    for axis in axes[-1]:
+        axis.set_xlabel("processor time [s], one thread")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("measured residual [-]")
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(path)
 
 
 def main() -> None:
@@ -214,15 +210,14 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=512, help="cells per side")
     parser.add_argument("--repeats", type=int, default=3, help="runs, of which the fastest counts")
     parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
+    parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
     arguments = parser.parse_args()
-    rows = run(arguments.points, arguments.repeats)
-    summary(rows)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    with (arguments.out / "normal_peers.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    chart(rows, arguments.out / "normal_peers.png")
+    table = arguments.out / "normal_peers.csv"
+    if not arguments.draw:
+        rows = run(arguments.points, arguments.repeats)
+        summary(rows)
+        records.write(table, rows)
+    chart(records.read(table), table.with_suffix(".png"))
 
 
 if __name__ == "__main__":

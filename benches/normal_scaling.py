@@ -13,7 +13,6 @@ beforehand), by SciPy's pocketfft and by the package's own transform; the faster
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import time
 from collections.abc import Callable
@@ -24,11 +23,14 @@ _parser.add_argument("--largest", type=int, default=2048, help="cells per side o
 _parser.add_argument("--threads", type=int, default=1)
 _parser.add_argument("--repeats", type=int, default=3, help="runs, of which the fastest counts")
 _parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
+_parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
 ARGUMENTS = _parser.parse_args()
 for _name in ("OMP_NUM_THREADS", "RAYON_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[_name] = str(ARGUMENTS.threads)
 
+import matplotlib.pyplot as plt
 import numpy as np
+import records
 import scipy.fft
 from numpy.typing import NDArray
 
@@ -85,7 +87,8 @@ def bare_convolution(n: int) -> tuple[float, str]:
     return (own, "mtb_rs") if own < other else (other, "pocketfft")
 
 
-def main() -> None:
+def run() -> list[dict[str, object]]:
+    """Every case on every grid."""
     sizes = [n for n in (32, 64, 128, 256, 512, 1024, 2048, 4096) if n <= ARGUMENTS.largest]
     rows: list[dict[str, object]] = []
     for n in sizes:
@@ -122,35 +125,36 @@ def main() -> None:
                 f"{report.preconditionings:5.1f} preconditionings, {seconds:8.4f} s, "
                 f"{seconds / (10.0 * bare):5.2f} times ten bare convolutions ({transform})"
             )
-    ARGUMENTS.out.mkdir(parents=True, exist_ok=True)
-    stem = f"normal_scaling_{ARGUMENTS.threads}"
-    with (ARGUMENTS.out / f"{stem}.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    chart(rows, ARGUMENTS.out / f"{stem}.png")
+    return rows
 
 
-def chart(rows: list[dict[str, object]], path: Path) -> None:
+def chart(rows: list[dict[str, str]], path: Path) -> None:
     """Counts and relative time over the size."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(1, 3, figsize=(12.0, 3.6))
-    for name in dict.fromkeys(str(row["case"]) for row in rows):
+    panels = (
+        ("convolutions", "convolutions"),
+        ("preconditionings", "preconditionings"),
+        ("ratio_to_ten", "time / that of ten convolutions"),
+    )
+    figure, axes = plt.subplots(1, 3, figsize=(7.4, 3.4))
+    for name, marker in zip(dict.fromkeys(row["case"] for row in rows), "osD^v*", strict=False):
         mine = [row for row in rows if row["case"] == name]
-        sizes = [int(str(row["points"])) for row in mine]
-        for axis, key in zip(axes, ("convolutions", "preconditionings", "ratio_to_ten"), strict=True):
-            axis.semilogx(sizes, [float(str(row[key])) for row in mine], marker="o", label=name, base=2)
-    axes[0].set(title="convolutions", xlabel="cells per side", ylim=(0, None))
-    axes[1].set(title="preconditionings", xlabel="cells per side", ylim=(0, None))
-    axes[2].set(title="time / ten bare convolutions", xlabel="cells per side", ylim=(0, None))
-    axes[0].legend()
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
+        for axis, (key, _) in zip(axes, panels, strict=True):
+            axis.plot(
+                [int(row["points"]) for row in mine],
+                [float(row[key]) for row in mine],
+                marker=marker,
+                label=name,
+            )
+    for axis, (_, title) in zip(axes, panels, strict=True):
+        axis.set(title=title, xlabel="cells a side", ylim=(0, None), xscale="log")
+        axis.set_xticks([32, 128, 512, 2048], ["32", "128", "512", "2048"])
+        axis.minorticks_off()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.savefig(path)
 
 
 if __name__ == "__main__":
-    main()
+    table = ARGUMENTS.out / f"normal_scaling_{ARGUMENTS.threads}.csv"
+    if not ARGUMENTS.draw:
+        records.write(table, run())
+    chart(records.read(table), table.with_suffix(".png"))

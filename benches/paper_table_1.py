@@ -29,7 +29,9 @@ ARGUMENTS = _parser.parse_args()
 for _name in ("OMP_NUM_THREADS", "RAYON_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[_name] = "1"
 
+import matplotlib.pyplot as plt
 import numpy as np
+import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
@@ -130,49 +132,45 @@ def main() -> None:
                 row |= differences(found, other)
                 rows.append(row)
                 print(*row.values(), sep=", ")
-    ARGUMENTS.out.mkdir(parents=True, exist_ok=True)
-    with (ARGUMENTS.out / "paper_table_1.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    records.write(ARGUMENTS.out / "paper_table_1.csv", rows)
     chart(rows, pictures, ARGUMENTS.out / "paper_table_1.png")
 
 
 def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], path: Path) -> None:
     """Both contact areas, and all times over the cells in contact."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure = plt.figure(figsize=(11.0, 5.2), layout="constrained")
-    places = figure.subplot_mosaic([["smooth", "times"], ["jagged", "times"]], width_ratios=(1.3, 1))
-    for name, found in pictures.items():
-        ax = places[name]
+    figure = plt.figure(figsize=(7.4, 7.0))
+    top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    for name, found, ax in zip(pictures, pictures.values(), top.subplots(2, 1, sharex=True), strict=True):
         x, y = found.points[0] / MM, found.points[1] / MM
         pressure = np.where(found.status > 0, found.pressure / MPA, np.nan)
-        shown = ax.pcolormesh(x, y, pressure, cmap="viridis", vmin=0.0, rasterized=True)
+        shown = ax.pcolormesh(x, y, pressure, vmin=0.0, rasterized=True)
         closed = np.argwhere(found.status > 0)
         (low_y, low_x), (high_y, high_x) = closed.min(axis=0) - 8, closed.max(axis=0) + 8
         ax.set(xlim=(x[0, low_x], x[0, high_x]), ylim=(y[low_y, 0], y[high_y, 0]), aspect="equal")
-        ax.set(title=f"{name} profiles: pressure [MPa]", xlabel="x, along [mm]", ylabel="across [mm]")
-        figure.colorbar(shown, ax=ax)
-    ax = places["times"]
+        ax.set(title=f"{name} profiles: pressure [MPa]", ylabel="across [mm]")
+        ax.grid(visible=False)
+        top.colorbar(shown, ax=ax, pad=0.01)
+    ax.set_xlabel("along the rail [mm]")
+    ax = bottom.subplots()
     kinds = {"paper_v11_1_s": "paper, version 11.1", "paper_v12_1_s": "paper, version 12.1"}
-    kinds |= {"contact_2025_s": "CONTACT (2025)", "seconds": "mtb_rs, 1e-8", "": "mtb_rs, jagged, 1e-8"}
-    for key, label in kinds.items():
+    kinds |= {
+        "contact_2025_s": "CONTACT (2025)",
+        "seconds": "mtb_rs, 1e-8",
+        "": "mtb_rs, jagged profiles, 1e-8",
+    }
+    for (key, label), marker in zip(kinds.items(), "sDvo^", strict=True):
         wanted = "smooth" if key else "jagged"
         mine = [row for row in rows if row["prescribed"] == "force" and row["profiles"] == wanted]
         size = "paper_cells_in_contact" if key.startswith("paper") else "cells_in_contact"
         ax.loglog(
-            [row[size] for row in mine], [float(row[key or "seconds"]) for row in mine], "o-", label=label
+            [row[size] for row in mine],
+            [float(row[key or "seconds"]) for row in mine],
+            marker=marker,
+            label=label,
         )
-    ax.set(xlabel="cells in contact", ylabel="processor time [s]", title="force prescribed", ylim=(1e-3, 1e6))
-    ax.xaxis.set_minor_formatter("")
-    ax.grid(alpha=0.3, which="both", axis="x")
-    ax.grid(alpha=0.3, axis="y")
-    ax.legend(fontsize=8)
-    figure.savefig(path, dpi=110)
+    ax.set(xlabel="cells in contact", title="processor time [s], force prescribed")
+    bottom.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(path)
 
 
 def differences(found: mtb.NormalResult, other: dict[str, str] | None) -> dict[str, str]:

@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import records
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
@@ -186,15 +183,12 @@ def errors(grid: Grid, basis: str, out: dict[str, Any]) -> dict[str, float]:
     }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
-    parser.add_argument("--grids", type=int, nargs="+", default=[6, 10, 18, 34, 66, 130])
-    arguments = parser.parse_args()
+def run(grids: list[int]) -> list[dict[str, Any]]:
+    """Every series on every grid."""
     rows: list[dict[str, Any]] = []
     for (basis, method), largest in SERIES.items():
         before: tuple[int, dict[str, float]] | None = None
-        for points in arguments.grids:
+        for points in grids:
             if points > largest:
                 continue
             grid = Grid(points)
@@ -217,61 +211,48 @@ def main() -> None:
             rows.append(row)
             before = points, found
             print(*row.values(), sep="  ")
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    with open(arguments.output / "paraboloid.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    draw(rows, arguments.output / "paraboloid.png")
+    return rows
 
 
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    figure, axes = plt.subplots(1, 3, figsize=(13.0, 4.8))
-    panels = (
-        ("pressure_percent", "error of pressure, L2 [%]"),
-        ("u_z_percent", "error of vertical displacement, L2 [%]"),
-        ("cpu_s", "processor time, coefficients included [s]"),
-    )
+def draw(rows: list[dict[str, str]], path: Path) -> None:
+    """Error over time, which is what counts, and error over the points."""
+    figure, axes = plt.subplots(2, 2, figsize=(7.4, 7.6))
+    time, points = ("cpu_s", "processor time [s]"), ("points_a_side", "points along each side")
+    pressure, u_z = ("pressure_percent", "pressure"), ("u_z_percent", "vertical displacement")
     bases = list(dict.fromkeys(basis for basis, _ in SERIES))
     styles = {"direct": ("o", "-"), "direct, FFT": ("s", "--"), "incremental": ("^", ":")}
-    for ax, (column, label) in zip(axes, panels, strict=True):
+    for ax, ((y, name), (x, label)) in zip(
+        axes.flat, [(pressure, points), (pressure, time), (u_z, points), (u_z, time)], strict=True
+    ):
         for basis, method in SERIES:
             own = [row for row in rows if (row["basis"], row["method"]) == (basis, method)]
             marker, line = styles[method]
             ax.loglog(
-                [row["points_a_side"] for row in own],
-                [float(row[column]) for row in own],
+                [float(row[x]) for row in own],
+                [float(row[y]) for row in own],
                 marker=marker,
                 linestyle=line,
                 color=LINE_COLOURS[bases.index(basis)],
-                markersize=4,
-                linewidth=1.1,
                 label=f"{basis}, {method}",
             )
-        if column == "cpu_s":
-            ax.loglog(
-                list(THESIS),
-                list(THESIS.values()),
-                "kD-",
-                markersize=5,
-                label="thesis, coefficients excluded",
-            )
-        elif column == "pressure_percent":
-            n = np.array([6.0, 130.0])
-            ax.loglog(n, 48.0 / n, color="grey", linewidth=0.8, label="first order")
-        ax.set_xlabel("points along each side")
-        ax.set_title(label, fontsize=10, loc="left")
-        ax.set_xticks([6, 10, 18, 34, 66, 130], ["6", "10", "18", "34", "66", "130"])
+        ax.set(title=f"error of the {name} [%]", xlabel=label)
+        if x == "points_a_side":
+            ax.set_xticks([6, 10, 18, 34, 66, 130], ["6", "10", "18", "34", "66", "130"])
         ax.minorticks_off()
-        ax.grid(alpha=0.3)
-        for side in ("top", "right"):
-            ax.spines[side].set_visible(False)
-    handles = {
-        label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
-    figure.tight_layout(rect=(0.0, 0.17, 1.0, 1.0))
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=4, frameon=False, fontsize=8.5)
-    figure.savefig(path, dpi=130)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+    parser.add_argument("--grids", type=int, nargs="+", default=[6, 10, 18, 34, 66, 130])
+    parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
+    arguments = parser.parse_args()
+    table = arguments.output / "paraboloid.csv"
+    if not arguments.draw:
+        records.write(table, run(arguments.grids))
+    draw(records.read(table), table.with_suffix(".png"))
 
 
 if __name__ == "__main__":

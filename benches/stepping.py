@@ -11,16 +11,13 @@ docs/charts/stepping.csv and .png.
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import records
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
@@ -165,25 +162,20 @@ def main() -> None:
     for line in wheel_rows:
         print(line)
         rows.append(line)
-    OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "stepping.csv").open("w", newline="") as stream:
-        table = csv.DictWriter(stream, rows[0])
-        table.writeheader()
-        table.writerows(rows)
-    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+    records.write(OUT / "stepping.csv", rows)
+    figure, axes = plt.subplots(figsize=(7.4, 4.2))
     for (name, ms), line in zip(histories.items(), rows, strict=True):
         share = 100.0 * (np.arange(ms.size) + 0.5) / ms.size
         (curve,) = axes.plot(np.sort(ms), share, label=name)
         axes.axvline(float(line["cold_median_ms"]), color=curve.get_color(), linestyle=":", linewidth=1)
     axes.set(
         xscale="log",
-        xlabel="time of a step [ms] (dotted: without memory)",
+        xlabel="time of a step [ms]; dotted: median without memory",
         ylabel="steps done [%]",
         title=f"Steps of a pole shoe ({points} contact points) and of a wheel",
     )
-    axes.grid(alpha=0.3)
-    figure.legend(loc="outside right upper")
-    figure.savefig(OUT / "stepping.png", dpi=150)
+    figure.legend(loc="outside lower center", ncols=3)
+    figure.savefig(OUT / "stepping.png")
 
 
 if __name__ == "__main__":

@@ -11,18 +11,16 @@ finest grid. The default's own point is in the table with an empty tolerance.
 from __future__ import annotations
 
 import argparse
-import csv
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.plot import LINE_COLOURS
 
 Array = NDArray[np.float64]
 
@@ -67,10 +65,8 @@ def averaged(field: Array, n: int) -> Array:
     return np.asarray(field.reshape(n, k, n, k).mean(axis=(1, 3)))
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
-    out = parser.parse_args().out
+def run() -> list[dict[str, Any]]:
+    """Both cases on every grid, at every tolerance."""
     rows: list[dict[str, Any]] = []
     for name, case in (("sphere", sphere), ("rough bowl", rough)):
         for n in (32, 128, 512):
@@ -86,34 +82,39 @@ def main() -> None:
                 row["convolutions"] = f"{found.report.convolutions:.2f}"
                 rows.append(row)
                 print(*row.values())
-    out.mkdir(parents=True, exist_ok=True)
-    with (out / "tolerance.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    chart(rows, out / "tolerance.png")
+    return rows
 
 
-def chart(rows: list[dict[str, Any]], path: Path) -> None:
-    figure, axes = plt.subplots(2, 2, figsize=(9.0, 6.0), sharex=True, layout="constrained")
+def chart(rows: list[dict[str, str]], path: Path) -> None:
+    """Error and work over the tolerance."""
+    figure, axes = plt.subplots(2, 2, figsize=(7.4, 5.6), sharex=True)
     for column, case in zip(axes.T, ("sphere", "rough bowl"), strict=True):
-        for k, n in enumerate((32, 128, 512)):
+        for colour, n in zip(LINE_COLOURS, ("32", "128", "512"), strict=False):
             mine = [row for row in rows if row["case"] == case and row["cells_a_side"] == n]
             asked = [row for row in mine if row["tolerance"]]
             (default,) = (row for row in mine if not row["tolerance"])
             x = [float(row["tolerance"]) for row in asked]
             for ax, key, unit in ((column[0], "error", 100.0), (column[1], "convolutions", 1.0)):
                 y = [unit * float(row[key]) for row in asked]
-                ax.plot(x, y, color=f"C{k}", marker=".", label=f"{n} cells a side")
+                ax.plot(x, y, color=colour, marker=".", label=f"{n} cells a side")
                 # where the default stops: at its own residual
                 place = (float(default["residual"]), unit * float(default[key]))
-                ax.plot(*place, "o", ms=11, mfc="none", mew=2, color=f"C{k}")
-        column[0].set(title=case, xscale="log", yscale="log", ylabel="error of the pressure [%]")
-        column[1].set(ylabel="convolutions", xlabel="tolerance (residual)", ylim=(0, None))
-        for ax in column:
-            ax.grid(alpha=0.3)
+                ax.plot(*place, "o", ms=10, mfc="none", mew=2, color=colour)
+        column[0].set(title=f"{case}: error of the pressure [%]", xscale="log", yscale="log")
+        column[1].set(title=f"{case}: convolutions", xlabel="tolerance (residual)", ylim=(0, None))
     axes[0, 0].legend(title="ring: the default")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
+    parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
+    arguments = parser.parse_args()
+    table = arguments.out / "tolerance.csv"
+    if not arguments.draw:
+        records.write(table, run())
+    chart(records.read(table), table.with_suffix(".png"))
 
 
 if __name__ == "__main__":
