@@ -138,8 +138,8 @@ def main() -> None:
 
 def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], path: Path) -> None:
     """Both contact areas, and all times over the cells in contact."""
-    figure = plt.figure(figsize=(7.4, 7.0))
-    top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    figure = plt.figure(figsize=(7.4, 8.6))
+    top, bottom = figure.subfigures(2, 1, height_ratios=(1.35, 1.2))
     for name, found, ax in zip(pictures, pictures.values(), top.subplots(2, 1, sharex=True), strict=True):
         x, y = found.points[0] / MM, found.points[1] / MM
         pressure = np.where(found.status > 0, found.pressure / MPA, np.nan)
@@ -149,14 +149,14 @@ def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], pat
         ax.set(xlim=(x[0, low_x], x[0, high_x]), ylim=(y[low_y, 0], y[high_y, 0]), aspect="equal")
         ax.set(title=f"{name} profiles: pressure [MPa]", ylabel="across [mm]")
         ax.grid(visible=False)
-        top.colorbar(shown, ax=ax, pad=0.01)
+        top.colorbar(shown, ax=ax, pad=0.01, shrink=0.8)
     ax.set_xlabel("along the rail [mm]")
     ax = bottom.subplots()
     kinds = {"paper_v11_1_s": "paper, version 11.1", "paper_v12_1_s": "paper, version 12.1"}
     kinds |= {
         "contact_2025_s": "CONTACT (2025)",
         "seconds": "mtb_rs, 1e-8",
-        "": "mtb_rs, jagged profiles, 1e-8",
+        "": "mtb_rs, jagged, 1e-8",
     }
     for (key, label), marker in zip(kinds.items(), "sDvo^", strict=True):
         wanted = "smooth" if key else "jagged"
@@ -168,6 +168,8 @@ def chart(rows: list[dict[str, Any]], pictures: dict[str, mtb.NormalResult], pat
             marker=marker,
             label=label,
         )
+    ax.minorticks_off()
+    ax.set_xticks([3000, 10000, 50000], ["3 000", "10 000", "50 000"])
     ax.set(xlabel="cells in contact", title="processor time [s], force prescribed")
     bottom.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.savefig(path)
