@@ -286,7 +286,8 @@ class ElasticBody:
             In metres. Whole triangles make the contact face: its edges must be edges of the surface.
         size : float [m]
             Size of the tetrahedra at the contact face, for solids and surfaces; they grow away from it.
-            Curved faces of solids become facets of 4 degrees or less, no larger than this.
+            On curved faces of solids tetrahedra are curved, with their nodes on the true face, and smaller
+            where it turns within one.
         name : str
             For reports and files.
         """

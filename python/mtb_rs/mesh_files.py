@@ -28,13 +28,21 @@ Near = Callable[[Array, Array], NDArray[np.bool_]]
 SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
 SOLID_FILES = (".step", ".stp", ".iges", ".igs")
 
-#: Triangles on a full turn of a curved face of a solid: 4 degrees each, less than `FEATURE_ANGLE`.
-TRIANGLES_A_TURN = 90
+#: Curved elements on a full turn of a curved face of a solid, at least: the nodes of each lie on it.
+ELEMENTS_A_TURN = 16
+#: The smallest of these, in parts of the size at the contact.
+SMALLEST = 4.0
 #: Triangles from which on the size is taken for a mistake.
 MOST_TRIANGLES = 2_000_000
 
 #: Tetrahedra far from the contact are this many times as large as at it.
 FAR = 2.5
+
+#: Jacobian below which a curved tetrahedron is straightened, in parts of the straight one's.
+LEAST_JACOBIAN = 0.1
+
+#: The length unit of solids within gmsh [m].
+MILLIMETRE = 1e-3
 
 #: Growth of the size over the distance from the contact.
 GROWTH = 0.2
@@ -90,7 +98,9 @@ def read_mesh(
         if is_solid and scale != 1.0:
             raise ValueError(f'unit is {unit!r}: {path.suffix} files tell their own, "m" is needed')
         if is_solid or path.suffix.lower() in SURFACE_FILES:
-            surface = read_solid(path, size) if is_solid else read_surface(path)
+            if is_solid:
+                return solid(path, size, near)
+            surface = read_surface(path)
             try:
                 return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
             except ValueError as error:
@@ -118,12 +128,19 @@ def read_surface(path: Path) -> trimesh.Trimesh:
     return surface
 
 
-def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
-    """The surface [m] of the one solid of a CAD file, in triangles of at most `size` [m], by gmsh."""
+def solid(path: Path, size: float | None = None, near: Near | None = None) -> TetraMesh:
+    """Quadratic tetrahedra inside the one solid of a CAD file, by gmsh; their nodes lie on its true faces.
+
+    Parameters
+    ----------
+    size, near
+        As of :func:`filled`; `near` is asked about triangles of the solid's faces.
+    """
     if size is not None:
         positive("size", size, "m")
     with _gmsh(f"reading {path.suffix} files") as gmsh:
-        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        # gmsh's tolerances are absolute, and made for millimetres
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         try:
             gmsh.model.occ.importShapes(str(path))
             gmsh.model.occ.synchronize()
@@ -132,24 +149,79 @@ def read_solid(path: Path, size: float | None = None) -> trimesh.Trimesh:
         solids = gmsh.model.getEntities(3)
         if len(solids) != 1:
             raise ValueError(f"{path} holds {len(solids)} solids: one is needed")
-        low, high = np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
+        low, high = MILLIMETRE * np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
         extent = float((high - low).max())
-        longest = extent / 15.0 if size is None else min(size, extent)
-        area = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
-        count = 4.0 / np.sqrt(3.0) * area / longest**2
+        size = extent / 15.0 if size is None else size
+        area = MILLIMETRE**2 * sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
+        count = 4.0 / np.sqrt(3.0) * area / size**2
         if count > MOST_TRIANGLES:
             raise ValueError(
-                f"{path}: size is {longest:g} m: the solid, {extent:g} m large, would have {count:.0e} "
+                f"{path}: size is {size:g} m: the solid, {extent:g} m large, would have {count:.0e} "
                 f"triangles: at most {MOST_TRIANGLES:g} are made"
             )
-        gmsh.option.setNumber("Mesh.MeshSizeMax", longest)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", TRIANGLES_A_TURN)
+        _check_size(size, extent)
         try:
-            gmsh.model.mesh.generate(2)
+            return _curved(gmsh, size, near)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
         except Exception as error:
-            raise ValueError(f"{path}: gmsh cannot mesh the faces of the solid: {error}") from None
-        vertices, triangles = _elements(gmsh, 2, 3)
-    return trimesh.Trimesh(vertices, triangles, process=False)
+            raise ValueError(f"{path}: gmsh cannot mesh the solid: {error}") from None
+
+
+def _curved(gmsh: Any, size: float, near: Near | None) -> TetraMesh:
+    """Quadratic tetrahedra in gmsh's one solid of the boundary representation."""
+    step = size / MILLIMETRE
+    _set_sizes(gmsh, 0.0, step, ELEMENTS_A_TURN)
+    gmsh.model.mesh.generate(2)
+    vertices, triangles = _elements(gmsh, 2, 3)
+    vertices *= MILLIMETRE
+    is_contact = _on_contact(vertices, near)
+    _check_count(trimesh.Trimesh(vertices, triangles, process=False), is_contact, size)
+    at_contact, first = [], 0
+    for _, tag in gmsh.model.getEntities(2):
+        # gmsh counts the elements of a kind face by face
+        own = triangles[first : first + len(gmsh.model.mesh.getElementsByType(2, tag)[0])]
+        first += len(own)
+        if is_contact is None or is_contact[own].all(axis=1).any():
+            at_contact.append(tag)
+    gmsh.model.mesh.clear()
+    _grow_away(gmsh, at_contact, step)
+    _set_sizes(gmsh, step / SMALLEST, FAR * step, ELEMENTS_A_TURN)
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(2)
+    nodes, cells = _elements(gmsh, 11, 10)
+    # gmsh counts the last two mid-side nodes the other way round
+    order = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+    return straightened(upright(TetraMesh(nodes * MILLIMETRE, cells[:, order])))
+
+
+def straightened(mesh: TetraMesh) -> TetraMesh:
+    """The mesh with straight edges where curved ones turn a quadratic tetrahedron inside out."""
+    cells, nodes = mesh.cells, mesh.nodes.copy()
+    ends = cells[:, np.array(EDGES)]
+    for _ in range(len(EDGES)):  # a straight edge may bend a neighbour
+        bad = _least_jacobian(nodes[cells]) < LEAST_JACOBIAN
+        if not bad.any():
+            break
+        nodes[cells[bad, 4:]] = nodes[ends[bad]].mean(axis=2)
+    return TetraMesh(nodes, cells, mesh.node_sets)
+
+
+def _least_jacobian(corners: Array) -> Array:
+    """Smallest Jacobian at the nodes of quadratic tetrahedra (m, 10, 3), relative to straight ones."""
+    ends = np.array(EDGES)
+    places = np.concatenate([np.eye(4), 0.5 * (np.eye(4)[ends[:, 0]] + np.eye(4)[ends[:, 1]])])
+    slopes = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+    def jacobian(place: Array) -> Array:
+        at_corners = (4.0 * place - 1.0)[:, None] * slopes
+        i, j = ends.T
+        at_edges = 4.0 * (place[i, None] * slopes[j] + place[j, None] * slopes[i])
+        slope = np.concatenate([at_corners, at_edges])
+        return np.asarray(np.linalg.det(np.einsum("mnx,ns->mxs", corners, slope)))
+
+    straight = np.linalg.det(np.einsum("mnx,ns->mxs", corners[:, :4], slopes))
+    return np.asarray(np.min([jacobian(place) for place in places], axis=0) / straight)
 
 
 def _read_by_meshio(path: Path) -> Any:
@@ -276,24 +348,39 @@ def filled(
         surface = check_surface(np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=np.int64))
     extent = float(np.ptp(surface.vertices, axis=0).max())
     size = extent / 15.0 if size is None else positive("size", size, "m")
-    if size > extent:
-        raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
-    is_contact = None if near is None else near(surface.vertices, surface.vertices)
-    if is_contact is not None and not is_contact.any():
-        raise ValueError(
-            "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
-            "the edges of the contact must be edges of the surface (split its triangles along them)"
-        )
-    try:
-        check_unknowns(_expected(surface, is_contact, size))
-    except ValueError as error:
-        raise ValueError(f"size is {size:g} m: {error}") from None
+    _check_size(size, extent)
+    is_contact = _on_contact(surface.vertices, near)
+    _check_count(surface, is_contact, size)
     with _gmsh("filling a closed surface with tetrahedra") as gmsh:
         try:
             nodes, cells = _gmsh_tetrahedra(gmsh, surface, is_contact, size)
         except Exception as error:
             raise ValueError(f"gmsh cannot mesh the surface: {error}") from None
     return quadratic(upright(TetraMesh(nodes, cells)))
+
+
+def _check_size(size: float, extent: float) -> None:
+    if size > extent:
+        raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
+
+
+def _on_contact(vertices: Array, near: Near | None) -> NDArray[np.bool_] | None:
+    """Which vertices are on the contact face; None for all of them."""
+    is_contact = None if near is None else near(vertices, vertices)
+    if is_contact is not None and not is_contact.any():
+        raise ValueError(
+            "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
+            "the edges of the contact must be edges of the surface (split its triangles along them)"
+        )
+    return is_contact
+
+
+def _check_count(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float) -> None:
+    """Refuses a mesh too large for the memory before it is made."""
+    try:
+        check_unknowns(_expected(surface, is_contact, size))
+    except ValueError as error:
+        raise ValueError(f"size is {size:g} m: {error}") from None
 
 
 def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float) -> float:
@@ -360,23 +447,35 @@ def _gmsh_tetrahedra(
         corners = gmsh.model.mesh.getElementsByType(2, tag)[1].reshape(-1, 3).astype(np.int64) - 1
         if is_contact is None or is_contact[corners].all(axis=1).any():
             at_contact.append(tag)
+    _grow_away(gmsh, at_contact, 1.0)
+    _set_sizes(gmsh, 0.0, FAR, 0)
+    gmsh.model.mesh.generate(3)
+    nodes, cells = _elements(gmsh, 4, 4)
+    if not cells.size:
+        raise ValueError("no tetrahedron was made")
+    return nodes * size, cells
+
+
+def _grow_away(gmsh: Any, at_contact: list[int], size: float) -> None:
+    """Elements of `size` at these faces, larger ones away from them."""
     if not at_contact:
         raise ValueError("no triangle of the surface lies on the contact face")
     distance = gmsh.model.mesh.field.add("Distance")
     gmsh.model.mesh.field.setNumbers(distance, "SurfacesList", at_contact)
     gmsh.model.mesh.field.setNumber(distance, "Sampling", 60)
     grown = gmsh.model.mesh.field.add("MathEval")
-    gmsh.model.mesh.field.setString(grown, "F", f"1 + Min({FAR - 1.0}, {GROWTH} * F{distance})")
+    growth = f"{size} + Min({(FAR - 1.0) * size}, {GROWTH} * F{distance})"
+    gmsh.model.mesh.field.setString(grown, "F", growth)
     gmsh.model.mesh.field.setAsBackgroundMesh(grown)
-    for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
-        gmsh.option.setNumber(f"Mesh.{option}", 0)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)
     gmsh.option.setNumber("Mesh.Optimize", 1)
-    gmsh.model.mesh.generate(3)
-    nodes, cells = _elements(gmsh, 4, 4)
-    if not cells.size:
-        raise ValueError("no tetrahedron was made")
-    return nodes * size, cells
+
+
+def _set_sizes(gmsh: Any, least: float, most: float, a_turn: int) -> None:
+    """What bounds the size of elements besides the growth; options of gmsh outlive a session."""
+    options = {"Min": least, "Max": most, "FromCurvature": a_turn, "ExtendFromBoundary": 0, "FromPoints": 0}
+    for name, value in options.items():
+        gmsh.option.setNumber(f"Mesh.MeshSize{name}", value)
 
 
 def _elements(gmsh: Any, kind: int, corners: int) -> tuple[Array, Index]:
