@@ -13,6 +13,7 @@ import numpy as np
 import mtb_rs as mtb
 from mtb_rs import reference
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
@@ -24,14 +25,16 @@ law = mtb.Coulomb(friction)
 
 patch = reference.line_pressure(load, a, 200, body, body)
 x = patch.coordinates()[0]
-figure, (left, middle, right) = plt.subplots(1, 3, figsize=(15, 4.2), constrained_layout=True)
+figure = plt.figure(figsize=(7.4, 6.6))
+places = figure.subplot_mosaic([["left", "middle"], ["right", "right"]])
+left, middle, right = places["left"], places["middle"], places["right"]
 left.plot(x / a, friction * patch.pressure[0] / peak, "k--", lw=1, label=r"bound $\mu p$")
 for share in (0.3, 0.6, 0.9):
     roll = mtb.solve_tangential(patch, mtb.Rolling(force=(share * friction * load, None)), law)
     (line,) = left.plot(x / a, roll.traction[0, 0] / peak, label=rf"$F = {share} \mu F_n$")
     left.plot(x / a, reference.carter_traction(x, a, peak, friction, share) / peak, ":", color="k", lw=1.5)
-left.set(xlabel="x / a (rolling to the right)", ylabel=r"traction / $p_0$", title="traction; dotted: Carter")
-left.legend(fontsize=8)
+left.set(xlabel="x / a, rolling to the right", title="traction / peak pressure; dotted: Carter")
+left.legend()
 
 errors = {}
 for share in (0.3, 0.6, 0.9):
@@ -44,8 +47,8 @@ for share in (0.3, 0.6, 0.9):
     middle.loglog((25, 50, 100, 200, 400, 800), errors[share], "o-", label=rf"$F = {share} \mu F_n$")
 middle.loglog((25, 800), (0.02, 0.02 / 32), "k--", lw=1, label="first order")
 middle.xaxis.set_minor_formatter("")
-middle.set(xlabel="cells over the width", ylabel="relative error of the creepage", title="convergence")
-middle.legend(fontsize=8)
+middle.set(xlabel="cells over the width", title="relative error of the creepage")
+middle.legend()
 
 # unlike cylinders rolling freely: the pressure alone brings traction and a creepage
 soft, hard = mtb.Material.from_shear_modulus(1e9, 0.25), mtb.Material(1e15, 0.3)
@@ -56,10 +59,10 @@ for coefficient in (0.05, 0.1, 0.2, 1.0):
     label = rf"$\mu = {coefficient}$, creepage {roll.creepage[0]:.1e}"
     right.plot(x / a, roll.traction[0, 0] / free_peak, label=label)
 right.set(
-    xlabel="x / a", ylabel=r"traction / $p_0$", title="free rolling on a rigid cylinder (Bentall and Johnson)"
+    xlabel="x / a", title="traction / peak pressure, free rolling on a rigid cylinder (Bentall and Johnson)"
 )
-right.legend(fontsize=8)
-figure.savefig(output / "carter_rolling.png", dpi=130)
+right.legend()
+figure.savefig(output / "carter_rolling.png")
 print("relative error of the creepage at 25 to 800 cells:")
 for share, values in errors.items():
     print(f"  F = {share} mu F_n: " + "  ".join(f"{value:.1e}" for value in values))

@@ -9,10 +9,13 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 import mtb_rs as mtb
 from mtb_rs import reference
+from mtb_rs.plot import STATUS_COLOURS
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
@@ -23,7 +26,9 @@ body = mtb.Material.from_shear_modulus(82e9, 0.28)
 peak = 1.5 * load / np.pi / a**2
 patch = reference.elliptic_pressure(load, (a, a), (n, n), body, body)
 
-figure, (left, middle, right) = plt.subplots(1, 3, figsize=(15, 4.4), constrained_layout=True)
+figure = plt.figure(figsize=(7.4, 6.8))
+places = figure.subplot_mosaic([["left", "left"], ["middle", "right"]])
+left, middle, right = places["left"], places["middle"], places["right"]
 shares = np.array([0.2, 0.5, 0.8, 0.95])
 shift, error = [], []
 for share in shares:
@@ -35,21 +40,21 @@ for share in shares:
     shift.append(found.creepage[0])
     error.append(float(np.linalg.norm(found.traction[0] - exact) / np.linalg.norm(exact)))
     if share == 0.5:
-        middle.imshow(found.status, extent=(-1, 1, -1, 1), origin="lower", cmap="Greys", vmin=0, vmax=3)
+        areas = ListedColormap(list(STATUS_COLOURS))
+        middle.imshow(found.status, extent=(-1, 1, -1, 1), origin="lower", cmap=areas, vmin=0, vmax=2)
         circle = reference.cattaneo_stick_radius(share)
-        middle.add_patch(plt.Circle((0, 0), circle, fill=False, color="tab:red", lw=1.5))
-        middle.set(title="stick and slip (dark); red: closed form", xlabel="x / a", ylabel="y / a")
-left.set(
-    xlabel="x / a", ylabel=r"traction / $\mu p_0$", title="traction along the middle; dotted: closed form"
-)
-left.legend(fontsize=8)
+        middle.add_patch(plt.Circle((0, 0), circle, fill=False, color="black", lw=1.5))
+        middle.grid(visible=False)
+        middle.set(title="stick (blue), slip; circle: closed form", xlabel="x / a", ylabel="y / a")
+left.set(xlabel="x / a", title=r"traction / $\mu p_0$ along the middle; dotted: closed form")
+left.legend()
 fine = np.linspace(0.0, 0.999, 200)
 closed = [reference.cattaneo_displacement(load, a, friction, s, (body, body)) for s in fine]
 right.plot(1e6 * np.array(closed), fine, "k:", label="closed form")
 right.plot(1e6 * np.array(shift), shares, "o", label="found")
-right.set(xlabel="shift [µm]", ylabel=r"$F / \mu F_n$", title="stiffness of the contact")
+right.set(xlabel="shift [µm]", title=r"force / $\mu F_n$ over the shift")
 right.legend()
-figure.savefig(output / "cattaneo_mindlin.png", dpi=130)
+figure.savefig(output / "cattaneo_mindlin.png")
 expected = np.array([reference.cattaneo_displacement(load, a, friction, s, (body, body)) for s in shares])
 shift_error = np.abs(np.array(shift) / expected - 1.0)
 for share, e, d in zip(shares, error, shift_error, strict=True):

@@ -13,6 +13,7 @@ import numpy as np
 import mtb_rs as mtb
 from mtb_rs import reference
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
@@ -32,19 +33,18 @@ steady = mtb.solve_tangential(patch, mtb.Rolling(force=force), law)
 creepage = np.array([s.creepage[0] for s in steps[1:]])
 distance = patch.spacing[0] / a * np.arange(1, len(steps))
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.4), constrained_layout=True)
+figure, (left, right) = plt.subplots(2, 1, figsize=(7.4, 6.6), height_ratios=(1.5, 1))
 x = step.points[0, n // 2] / a
 left.plot(x, friction * patch.pressure[n // 2] * 1e-6, "k--", lw=1, label="bound")
 for k in (0, 2, 5, 10, 20, 40, 80):
     label = "pushed (Cattaneo)" if k == 0 else f"rolled {k * patch.spacing[0] / a:.1f} a"
     color = plt.cm.viridis(k**0.5 / 80**0.5)
     left.plot(x, steps[k].traction[0, n // 2] * 1e-6, color=color, label=label)
-left.set(xlabel="x / a (rolling to the right)", ylabel="traction along the middle [MPa]")
-left.set_ylim(0.0, 175.0)
-left.legend(fontsize=8, ncols=4, loc="upper center")
+left.set(xlabel="x / a, rolling to the right", title="traction along the middle [MPa]", xlim=(-1.05, 1.7))
+left.legend(loc="upper right")
 right.plot(distance, 1e3 * creepage, label="transient")
 right.axhline(1e3 * steady.creepage[0], color="k", ls=":", label="steady rolling (Carter)")
-right.set(xlabel="distance rolled / a", ylabel="creepage at constant force [1/1000]")
+right.set(xlabel="distance rolled / a", title="creepage at constant force [1/1000]")
 right.legend()
-figure.savefig(output / "cattaneo_to_carter.png", dpi=130)
+figure.savefig(output / "cattaneo_to_carter.png")
 print(f"creepage: first step {creepage[0]:.4e}, last {creepage[-1]:.4e}, steady {steady.creepage[0]:.4e}")

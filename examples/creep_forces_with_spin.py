@@ -13,6 +13,7 @@ import numpy as np
 import mtb_rs as mtb
 from mtb_rs import reference
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
@@ -32,16 +33,15 @@ curves = {
     "layer, falling friction": mtb.creep_curve(patch, rows, falling, layer=soft, speed=speed),
     "Polach": mtb.polach(patch, rows, falling, reduction, speed, axes),
 }
-figure, plots = plt.subplots(1, 2, figsize=(12, 4.4), constrained_layout=True)
+figure, plots = plt.subplots(1, 2, figsize=(7.4, 4.2))
 for column, name in enumerate(("F_x", "F_y")):
     for label, forces in curves.items():
         plots[column].plot(
             100 * creepage, forces[:, column] / load, "--" if label == "Polach" else "-", label=label
         )
-    plots[column].set(xlabel="longitudinal creepage [%]", ylabel=f"${name} / F_n$", xlim=(0, 10))
-    plots[column].grid(alpha=0.3)
-    plots[column].legend(fontsize=8)
-figure.savefig(output / "creep_forces_with_spin.png", dpi=130)
+    plots[column].set(xlabel="longitudinal creepage [%]", title=f"${name} / F_n$", xlim=(0, 10))
+figure.legend(*plots[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+figure.savefig(output / "creep_forces_with_spin.png")
 lateral = {label: float(forces[0, 1] / load) for label, forces in curves.items()}
 for label, value in lateral.items():
     print(f"lateral force by spin alone, {label}: {value:.3f} F_n")

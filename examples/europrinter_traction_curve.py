@@ -13,10 +13,14 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
 
 import mtb_rs as mtb
 from mtb_rs import reference
+from mtb_rs.plot import STATUS_COLOURS
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")
 output = parser.parse_args().output
@@ -51,36 +55,39 @@ reduction = {
     "as printed": curves["original, Coulomb"][0] / curves["layer as printed, falling friction"][0],
     "100 times softer": curves["original, Coulomb"][0] / curves["layer 100 times softer, Coulomb"][0],
 }
-figure, axis = plt.subplots(figsize=(7, 4.6), constrained_layout=True)
+figure, axis = plt.subplots()
 for label, values in curves.items():
     axis.plot(100 * creepage, values, "--" if label.startswith("Polach") else "-", label=label)
-axis.set(xlabel="longitudinal creepage [%]", ylabel=r"$F_x / F_n$", xlim=(0, 10), ylim=(0, 0.36))
-axis.legend(fontsize=8)
-axis.grid(alpha=0.3)
-figure.savefig(output / "europrinter_traction_curve.png", dpi=130)
+axis.set(xlabel="longitudinal creepage [%]", title=r"$F_x / F_n$", xlim=(0, 10), ylim=(0, 0.36))
+axis.legend()
+figure.savefig(output / "europrinter_traction_curve.png")
 
 # stick areas at equal force: with the layer the slip area is smaller, and turns convex
-figure, axes_ = plt.subplots(2, 3, figsize=(10, 7), constrained_layout=True)
+figure, axes_ = plt.subplots(2, 3, figsize=(7.4, 6.4), sharex=True, sharey=True)
 slip_share = {}
+areas = ListedColormap(list(STATUS_COLOURS[1:]))
 for column, share in enumerate((0.3, 0.6, 0.85)):
     force = (share * 0.33 * load, None)
-    for row, (name, layer) in enumerate({"original": None, "with the soft layer": soft}.items()):
+    for row, (name, layer) in enumerate({"original": None, "soft layer": soft}.items()):
         roll = mtb.solve_tangential(patch, mtb.Rolling(force=force, speed=speed), coulomb, layer=layer)
         slips = np.count_nonzero(roll.status == 2) / np.count_nonzero(roll.status)
         slip_share[name, share] = slips
         axis = axes_[row, column]
         x, y = roll.points * 1e3
-        axis.pcolormesh(
-            x, y, np.where(roll.status == 0, np.nan, roll.status), cmap="coolwarm", vmin=0.7, vmax=2.3
-        )
+        axis.pcolormesh(x, y, np.where(roll.status == 0, np.nan, roll.status), cmap=areas, vmin=1, vmax=2)
         axis.set_aspect("equal")
+        axis.grid(visible=False)
         axis.set_title(
             f"{name}, $F = {share}\\,\\mu F_n$\n"
             f"creepage {100 * roll.creepage[0]:.2f} %, slip {100 * slips:.0f} %"
         )
-        axis.set(xlabel="x [mm] (rolling to the right)", ylabel="y [mm]")
-figure.suptitle("adhesion (blue) and slip (red) at equal force")
-figure.savefig(output / "europrinter_stick_areas.png", dpi=130)
+for axis in axes_[-1]:
+    axis.set_xlabel("x [mm], rolling to the right")
+for axis in axes_[:, 0]:
+    axis.set_ylabel("y [mm]")
+swatches = [Patch(color=c, label=n) for c, n in zip(STATUS_COLOURS[1:], ("stick", "slip"), strict=True)]
+figure.legend(handles=swatches, loc="outside lower center", ncols=2)
+figure.savefig(output / "europrinter_stick_areas.png")
 for name, value in reduction.items():
     print(f"initial slope, layer {name}: {value:.2f} times lower")
 for (name, share), value in slip_share.items():

@@ -19,6 +19,7 @@ import numpy as np
 import mtb_rs as mtb
 from mtb_rs import reference
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
@@ -57,7 +58,7 @@ cases = {
 collapse, stopped = {}, {}
 #: the stable ones lie on one another
 dashes = {1.25: "-", 0.02: "--"}
-figure, plots = plt.subplots(1, 3, figsize=(16, 4.6), constrained_layout=True)
+figure, plots = plt.subplots(3, 1, figsize=(7.4, 10.5), height_ratios=(1.25, 1, 1))
 for label, (n, half_slip, memory) in cases.items():
     force, steps, stop = start_rolling(n, half_slip, memory)
     collapse[label], stopped[label] = largest_fall(force), stop
@@ -74,12 +75,12 @@ for label, (n, half_slip, memory) in cases.items():
             plots[1].plot(x, steps[k].traction[0, 0] * 1e-6, ".-", label=f"step {k + 1}")
 plots[0].set(
     xlabel="distance rolled / a",
-    ylabel=r"$F_x / F_n$",
-    title="rolling from rest at a creepage of 0.25 % (x: no state found)",
+    title=r"$F_x / F_n$, rolling from rest at a creepage of 0.25 %; x: no state found",
+    ylim=(None, 0.52),
 )
-plots[0].legend(fontsize=7)
-plots[1].set(xlabel="x / a", ylabel="traction [MPa]", title="a collapse, and the peak that travels after it")
-plots[1].legend(fontsize=8)
+plots[0].legend(loc="upper left", ncols=2)
+plots[1].set(xlabel="x / a", title="traction [MPa]: a collapse, and the peak that travels after it")
+plots[1].legend()
 
 # steady rolling: neighbouring creepages must have neighbouring forces
 sphere = reference.elliptic_pressure(106.7e3, (6.3e-3, 12.6e-3), (24, 24), body, body)
@@ -111,9 +112,9 @@ for row in rows:
 not_found = {"half-space": int(np.isnan(half_space).sum()), "layer": int(np.isnan(layered).sum())}
 for label, forces in {"half-space": half_space, "with a layer": layered, "FASTSIM": simplified}.items():
     plots[2].plot(100 * creepages, forces, ".-", ms=4, label=f"{label}, {np.isnan(forces).sum()} not found")
-plots[2].set(xlabel="creepage [%]", ylabel=r"$F_x / F_n$", title="steady rolling, fast fall, no memory")
-plots[2].legend(fontsize=8)
-figure.savefig(output / "falling_friction_instability.png", dpi=130)
+plots[2].set(xlabel="creepage [%]", title=r"$F_x / F_n$, steady rolling, fast fall, no memory")
+plots[2].legend()
+figure.savefig(output / "falling_friction_instability.png")
 print(f"steady rolling without a state: {not_found}; FASTSIM sticks again in {chatter} cells")
 for label in cases:
     stop = "" if stopped[label] is None else f", no state found at step {stopped[label] + 1}"

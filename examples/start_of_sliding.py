@@ -17,11 +17,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
+from mtb_rs.plot import LINE_COLOURS
 
+plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
-figure, plots = plt.subplots(1, 3, figsize=(16, 4.6), constrained_layout=True)
+figure = plt.figure(figsize=(7.4, 7.2))
+places = figure.subplot_mosaic([["force", "slip"], ["block", "block"]])
+plots = [places["force"], places["slip"], places["block"]]
 
 
 def along_x(distances: np.ndarray) -> np.ndarray:
@@ -39,13 +43,12 @@ for name, scene in {"steel on steel": shoe, "with a soft layer": soft}.items():
     plots[0].plot(1e6 * pushes[:, 0], start.force[:, 0] / 1e3, ".-", ms=4, label=name)
     plots[1].plot(1e6 * pushes[:, 0], 100 * start.slip_share, ".-", ms=4, label=name)
 plots[0].axhline(gross["steel on steel"] / 1e3, color="k", ls="--", lw=1, label="gross sliding, both")
-plots[0].set(xlabel="displacement of the shoe [µm]", ylabel="friction force [kN]", title="pole shoe on rail")
-plots[1].set(xlabel="displacement of the shoe [µm]", ylabel="share of the contact that slips [%]")
-plots[1].set_title("pole shoe on rail")
+plots[0].set(xlabel="displacement of the shoe [µm]", title="pole shoe: friction force [kN]")
+plots[1].set(xlabel="displacement of the shoe [µm]", title="pole shoe: share that slips [%]")
 
 friction_force, normal_force, margin = {}, {}, {}
 pushes = along_x(np.linspace(5e-6, 150e-6, 30))
-for mu, color in ((0.2, "tab:blue"), (0.5, "tab:red")):
+for mu, color in ((0.2, LINE_COLOURS[0]), (0.5, LINE_COLOURS[1])):
     block = mtb.scenes.block_on_plane(
         width=0.1, height=0.5, friction=mu, magnetic_pressure=3e6, spacing=10e-3
     )
@@ -61,12 +64,11 @@ for mu, color in ((0.2, "tab:blue"), (0.5, "tab:red")):
     plots[2].plot(way, start.force[:, 0] / 1e3, "-", color=color, label=f"µ = {mu}, {end}: friction")
     bound = mu * start.normal_force / 1e3
     plots[2].plot(way, bound, "--", color=color, label=f"µ = {mu}: µ times normal force")
-plots[2].set(xlabel="displacement of the top [µm]", ylabel="force [kN]", title="block 0.1 m wide, 0.5 m tall")
+plots[2].set(xlabel="displacement of the top [µm]", title="block 0.1 m wide, 0.5 m tall: force [kN]")
 for ax in plots:
     ax.set(xlim=(0.0, None), ylim=(0.0, None))
-    ax.legend(fontsize=8)
-    ax.grid(alpha=0.3)
-figure.savefig(output / "start_of_sliding.png", dpi=130)
+    ax.legend()
+figure.savefig(output / "start_of_sliding.png")
 for name in gross:
     print(f"pole shoe, {name}: {last[name]:.1f} N at last, {gross[name]:.1f} N in gross sliding")
 for mu, forces in friction_force.items():
