@@ -35,6 +35,9 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 
 import mtb_rs as mtb
+from mtb_rs.plot import LINE_COLOURS
+
+plt.style.use("mtb_rs.pictures")
 
 FRICTION = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 50.0), (0.35, 0.24, 0.16, 0.12, 0.10))
 MAGNET = mtb.VelocityTable((0.0, 20.0, 50.0), (3.0e6, 2.6e6, 2.0e6))
@@ -491,29 +494,32 @@ def write_histories(ride: Ride, path: Path) -> None:
 
 def draw_histories(ride: Ride, table: Table, path: Path) -> None:
     """Brake force, pitch and pressure away from the edges over the time."""
-    figure, axes = plt.subplots(3, 1, figsize=(7, 8), sharex=True, layout="constrained")
-    axes[0].plot(ride.time, 1e-3 * ride.brake_force(), label="contact solved every step")
-    axes[0].plot(table.time, 1e-3 * table.brake_force(table.speed), "--", label="table over velocity")
-    axes[0].set(ylabel="brake force [kN]", title="A magnet of six pole shoes brakes from 160 km/h to rest")
-    axes[0].legend(loc="lower center")
-    speed = axes[0].twinx()
-    speed.plot(ride.time, 3.6 * ride.v[:, 0], color="0.6")
-    speed.set_ylabel("speed [km/h] (grey)")
-    for shoe in (0, len(ride.shoes) // 2, len(ride.shoes) - 1):
-        axes[1].plot(ride.time, 1e6 * ride.place[:, shoe, 1], linewidth=0.5, label=f"shoe {shoe + 1}")
-        axes[2].plot(ride.time, 1e-6 * ride.peak[:, shoe], linewidth=0.5, label=f"shoe {shoe + 1}")
-    axes[1].set(ylabel="pitch over the rail, nose up [µrad]")
-    axes[2].set(ylabel="peak pressure [MPa]", xlabel="time [s]")
-    for axis in axes:
-        axis.grid(alpha=0.3)
-    axes[1].legend(loc="upper left")
-    figure.savefig(path, dpi=150)
+    figure, (speed, force, off, pitch, peak) = plt.subplots(
+        5, 1, figsize=(7.4, 10.0), sharex=True, height_ratios=(1, 1.5, 1, 1.5, 1.5)
+    )
+    speed.plot(ride.time, 3.6 * ride.v[:, 0], color="black")
+    speed.set_title("A magnet of six pole shoes brakes from 160 km/h to rest: speed [km/h]")
+    force.plot(ride.time, 1e-3 * ride.brake_force())
+    force.set_title("brake force [kN]")
+    moving = ride.v[:, 0] > 10.0 * STANDSTILL
+    tabled = np.asarray(table.brake_force(np.interp(ride.time, table.time, table.speed)))
+    off.plot(ride.time[moving], 100.0 * (tabled / ride.brake_force() - 1.0)[moving], lw=0.6)
+    off.set_title("brake force by a table over the velocity, off by [%]")
+    # the others lie on these
+    for shoe in (0, len(ride.shoes) // 2):
+        pitch.plot(ride.time, 1e6 * ride.place[:, shoe, 1], linewidth=0.5)
+        peak.plot(ride.time, 1e-6 * ride.peak[:, shoe], linewidth=0.5)
+        peak.plot([], [], color=peak.lines[-1].get_color(), label=f"shoe {shoe + 1}")
+    pitch.set_title("pitch over the rail, nose up [µrad]")
+    peak.set(title="peak pressure away from the edges [MPa]", xlabel="time [s]")
+    figure.legend(*peak.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(path)
     plt.close(figure)
 
 
 def draw_comparison(rows: list[dict[str, Any]], path: Path) -> None:
     """What accuracy costs."""
-    figure, axes = plt.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(7.4, 4.4), sharey=True)
     *rides, _truth, table = rows
     names = {
         "way_error": "way to rest",
@@ -525,19 +531,18 @@ def draw_comparison(rows: list[dict[str, Any]], path: Path) -> None:
         (line,) = axes[0].loglog([1e3 * row["dt_s"] for row in rides], errors, "o-", label=name)
         axes[1].loglog([row["seconds"] for row in rides], errors, "o-", color=line.get_color(), label=name)
         axes[1].plot(table["seconds"], abs(table[key]), "s", color=line.get_color())
-    axes[1].annotate(
-        f"table (squares):\n{table['beforehand_s']:.2g} s for the sweep come before",
-        (table["seconds"], max(abs(table[key]) for key in names)),
-        xytext=(0.3, 0.95),
-        textcoords="axes fraction",
-        va="top",
+    axes[1].plot(
+        [], [], "s", color="#777777", label=f"table, after {table['beforehand_s']:.2g} s for its sweep"
     )
-    axes[0].set(xlabel="time step [ms]", ylabel="relative error against a step of 0.25 ms")
-    axes[1].set(xlabel="wall time for a ride from 10 km/h to rest [s]")
+    axes[0].set(xlabel="time step [ms]", title="relative error against a step of 0.25 ms")
+    axes[1].set(xlabel="time for a ride from 10 km/h to rest [s]")
+    steps = [1e3 * row["dt_s"] for row in rides]
+    axes[0].set_xticks(steps, [f"{step:g}" for step in steps])
+    axes[1].set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
     for axis in axes:
-        axis.grid(alpha=0.3, which="both")
-    axes[0].legend()
-    figure.savefig(path, dpi=150)
+        axis.minorticks_off()
+    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.savefig(path)
     plt.close(figure)
 
 
@@ -550,23 +555,24 @@ def animate(ride: Ride, path: Path, frames: int = 60) -> None:
     maps = [np.bincount(of, weights=p) / count for m in ride.maps for p in m]
     pressure = 1e-6 * np.array(maps).reshape(len(ride.maps), len(ride.shoes), -1)
     exaggerated = 2000.0
-    figure, (side, history) = plt.subplots(2, 1, figsize=(7, 4.8), height_ratios=(3, 2), layout="constrained")
+    figure, (side, history) = plt.subplots(2, 1, figsize=(7.4, 5.4), height_ratios=(3, 2))
     corners = np.array([(-0.045, 0.0), (0.045, 0.0), (0.045, 0.05), (-0.045, 0.05)])
     scale = 0.06 / pressure.max()
     side.axhline(0.0, color="0.3")
-    shapes = [side.fill([], [], color="0.7", edgecolor="0.2")[0] for _ in b.seats]
-    fields = [side.fill([], [], color="tab:red", alpha=0.7)[0] for _ in b.seats]
+    shapes = [side.fill([], [], facecolor="#CCCCCC", edgecolor="#333333")[0] for _ in b.seats]
+    fields = [side.fill([], [], color=LINE_COLOURS[1])[0] for _ in b.seats]
     side.set(
         xlim=(-0.37, 0.37),
         ylim=(-0.075, 0.075),
-        yticks=[],
         xlabel="along the rail [m], moving to the right",
-        ylabel=f"pressure, up to {pressure.max():.1f} MPa",
+        ylabel="pressure [MPa]",
     )
+    marks = np.arange(0.0, pressure.max(), 2.0)
+    side.set_yticks(-scale * marks, [f"{mark:g}" for mark in marks])
+    side.grid(visible=False)
     history.plot(ride.time, 1e-3 * ride.brake_force(), linewidth=0.8)
-    (mark,) = history.plot([], [], "o", color="tab:red")
+    (mark,) = history.plot([], [], "o", ms=7, color=LINE_COLOURS[1])
     history.set(xlabel="time [s]", ylabel="brake force [kN]")
-    history.grid(alpha=0.3)
 
     def show(frame: int) -> None:
         k = round(frame * (len(ride.maps) - 1) / (frames - 1))
@@ -581,7 +587,7 @@ def animate(ride: Ride, path: Path, frames: int = 60) -> None:
         now = f"{3.6 * abs(ride.v[step, 0]):.0f} km/h, {ride.time[step]:.1f} s"
         side.set_title(f"{now} (pitch {exaggerated:.0f} times enlarged)")
 
-    FuncAnimation(figure, show, frames=frames).save(path, PillowWriter(fps=8), dpi=72)
+    FuncAnimation(figure, show, frames=frames).save(path, PillowWriter(fps=8), dpi=100)
     plt.close(figure)
 
 

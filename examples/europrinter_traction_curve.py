@@ -68,7 +68,7 @@ slip_share = {}
 areas = ListedColormap(list(STATUS_COLOURS[1:]))
 for column, share in enumerate((0.3, 0.6, 0.85)):
     force = (share * 0.33 * load, None)
-    for row, (name, layer) in enumerate({"original": None, "soft layer": soft}.items()):
+    for row, (name, layer) in enumerate({"original": None, "with the soft layer": soft}.items()):
         roll = mtb.solve_tangential(patch, mtb.Rolling(force=force, speed=speed), coulomb, layer=layer)
         slips = np.count_nonzero(roll.status == 2) / np.count_nonzero(roll.status)
         slip_share[name, share] = slips
@@ -78,8 +78,8 @@ for column, share in enumerate((0.3, 0.6, 0.85)):
         axis.set_aspect("equal")
         axis.grid(visible=False)
         axis.set_title(
-            f"{name}, $F = {share}\\,\\mu F_n$\n"
-            f"creepage {100 * roll.creepage[0]:.2f} %, slip {100 * slips:.0f} %"
+            f"{name}\n$F = {share}\\,\\mu F_n$, slip {100 * slips:.0f} %\n"
+            f"creepage {100 * roll.creepage[0]:.2f} %"
         )
 for axis in axes_[-1]:
     axis.set_xlabel("x [mm], rolling to the right")

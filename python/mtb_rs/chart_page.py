@@ -149,8 +149,7 @@ class _Axis:
         return self.start + share * (self.end - self.start)
 
     def decades(self) -> list[float]:
-        wide = self.high - self.low > 1.5
-        marks = (1.0,) if wide else (1.0, 2.0, 5.0)
+        marks = (1.0,) if self.high - self.low > 3.5 else (1.0, 2.0, 5.0)
         powers = range(math.floor(self.low), math.ceil(self.high) + 1)
         values = [float(f"{m * 10.0**p:.6g}") for p in powers for m in marks]
         return [v for v in values if self.low <= math.log10(v) <= self.high]
@@ -196,9 +195,10 @@ def _shape(k: int, x: float, y: float, tip: str = "") -> str:
         4: [(0.0, 7.0), (6.5, -5.0), (-6.5, -5.0)],
         5: [(-7.0, 0.0), (5.0, -6.5), (5.0, 6.5)],
         6: [(7.0, 0.0), (-5.0, -6.5), (-5.0, 6.5)],
+        7: [(0.0, -7.0), (6.7, -2.2), (4.1, 5.7), (-4.1, 5.7), (-6.7, -2.2)],
     }
     about = f' class="mark" tabindex="0" data-tip="{escape(tip)}"' if tip else ""
-    form = forms.get(k % 7)
+    form = forms.get(k % 8)
     if form is None:
         return f'<circle{about} cx="{x:.1f}" cy="{y:.1f}" r="5.5" fill="{_colour(k)}"/>'
     line = " ".join(f"{x + dx:.1f},{y + dy:.1f}" for dx, dy in form)

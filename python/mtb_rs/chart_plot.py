@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,14 +13,22 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from .chart import Chart
+from .chart import Figure as Known
 from .plot import INK, LINE_COLOURS
 
 #: Told apart without colour as well.
 MARKERS = "osD^vP*Xh<"
 
 
+#: Names of times known from elsewhere.
+LETTERS = "abcdefghijklmnopqrstuvwxyz"
+
+
 def draw(chart: Chart) -> Figure:
     """Processor time against error, both logarithmic; efficient points joined.
+
+    Times known from elsewhere are letters at the upper edge, or stars where their error is known; the legend
+    names them.
 
     Raises
     ------
@@ -28,23 +37,26 @@ def draw(chart: Chart) -> Figure:
     """
     if not chart.drawn():
         raise ValueError(f"the chart has no point with an error in {chart.quantity}: nothing to draw")
-    figure = Figure(figsize=(8.4, 5.4), layout="constrained")
+    series = [s for s in chart.series if chart.drawn(s)]
+    known = sorted(chart.figures, key=lambda f: f.time)
+    rows = -(-(len(series) + 1) // 2) + -(-len(known) // 2)
+    figure = Figure(figsize=(7.4, 4.6 + 0.2 * rows), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     efficient = chart.efficient()
     axes.plot(
         [p.time for p in efficient],
         [100.0 * p.errors[chart.quantity] for p in efficient],
-        color="0.72",
-        lw=6,
+        color="0.8",
+        lw=7,
         solid_capstyle="round",
         solid_joinstyle="round",
         zorder=1,
-        label="efficient",
+        label="no other one beats these",
     )
-    for k, series in enumerate(s for s in chart.series if chart.drawn(s)):
-        points = sorted(chart.drawn(series), key=lambda p: p.unknowns)
-        growth = chart.growth(series)
+    for k, name in enumerate(series):
+        points = sorted(chart.drawn(name), key=lambda p: p.unknowns)
+        growth = chart.growth(name)
         axes.plot(
             [p.time for p in points],
             [100.0 * p.errors[chart.quantity] for p in points],
@@ -54,82 +66,24 @@ def draw(chart: Chart) -> Figure:
             lw=0.9,
             mec="white",
             mew=0.6,
-            label=series + ("" if growth is None else f"   time ~ n$^{{{growth:.1f}}}$"),
+            label=name + ("" if growth is None else f", time ~ n$^{{{growth:.1f}}}$"),
             zorder=3,
-        )
-    counts = [(p.time, p.errors[chart.quantity], f"{p.unknowns}") for p in efficient]
-    for time, error, label in _together(counts):
-        axes.annotate(
-            label,
-            (time, 100.0 * error),
-            xytext=(5, 5),
-            textcoords="offset points",
-            fontsize=7,
-            color="0.35",
-        )
-    asked = [
-        (p.time, p.errors[chart.quantity], p.note.split(",")[0].removeprefix("tolerance "))
-        for p in chart.drawn()
-        if p.note
-    ]
-    for time, error, label in _together(asked):
-        axes.annotate(
-            label,
-            (time, 100.0 * error),
-            xytext=(-5, -10),
-            textcoords="offset points",
-            ha="right",
-            fontsize=7,
-            fontweight="bold",
-            color="0.2",
         )
     axes.set_xscale("log")
     axes.set_yscale("log")
     _limits(chart, axes)
-    span = [p.time for p in chart.drawn()] + [f.time for f in chart.figures]
-    middle = np.sqrt(min(span) * max(span))
-    for known in chart.figures:
-        if known.error is None:
-            axes.axvline(known.time, color="0.55", lw=0.9, ls=(0, (4, 3)), zorder=0)
-            place = _end(chart, axes, known.time)
-            # between two lines close together there is no room
-            right = any(f.error is None and 0.0 < np.log10(known.time / f.time) < 0.2 for f in chart.figures)
-            axes.annotate(
-                known.label,
-                (known.time, place),
-                xycoords=("data", "axes fraction"),
-                xytext=(3 if right else -3, 0),
-                textcoords="offset points",
-                rotation=90,
-                ha="left" if right else "right",
-                va="top" if place > 0.5 else "bottom",
-                fontsize=7,
-                color="0.35",
-            )
-        else:
-            axes.plot(known.time, 100.0 * known.error, "*", ms=13, color=INK, zorder=4)
-            axes.annotate(
-                known.label,
-                (known.time, 100.0 * known.error),
-                xytext=(9, -3) if known.time < middle else (-9, -3),
-                textcoords="offset points",
-                ha="left" if known.time < middle else "right",
-                fontsize=7.5,
-                color=INK,
-                # lines pass behind it
-                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-                zorder=2,
-            )
+    _draw_known(known, axes)
     if chart.reference_error:
         axes.axhspan(axes.get_ylim()[0], 100.0 * chart.reference_error, color="0.93", zorder=0)
         axes.annotate(
-            "error of the reference",
-            (0.01, 100.0 * chart.reference_error),
+            "error of the reference itself",
+            (0.99, 100.0 * chart.reference_error),
             xycoords=("axes fraction", "data"),
             xytext=(0, -3),
             textcoords="offset points",
+            ha="right",
             va="top",
-            fontsize=7,
+            fontsize=8,
             color="0.35",
         )
     plain = FuncFormatter(lambda v, _: f"{v:g}")
@@ -138,44 +92,54 @@ def draw(chart: Chart) -> Figure:
         axis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=40))
         axis.set_major_formatter(plain)
         axis.set_minor_formatter(NullFormatter())
+    axes.tick_params(labelsize=8.5)
     axes.grid(which="major", color="0.87", lw=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel("processor time, median [s]")
-    axes.set_ylabel(f"error of the {chart.quantity} [%]")
-    axes.set_title(chart.title, loc="left", fontsize=12, fontweight="bold", color=INK)
-    axes.set_title(f"against: {chart.reference}", loc="right", fontsize=8, color="0.35")
-    axes.legend(fontsize=7.5, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes.set_xlabel("processor time, median [s]", fontsize=9)
+    sizes = sorted((p.time, p.unknowns) for p in efficient)
+    ends = f"; grey line: {sizes[0][1]} to {sizes[-1][1]} points" if len(sizes) > 1 else ""
+    figure.suptitle(chart.title, x=0.02, ha="left", fontsize=11, fontweight="bold", color=INK)
+    axes.set_title(f"error against: {chart.reference}{ends}", loc="left", fontsize=8.5, color="0.35")
+    axes.set_ylabel(f"error of the {chart.quantity} [%]", fontsize=9)
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=8.5, frameon=False
+    )
     return figure
 
 
-def _together(labels: Sequence[tuple[float, float, str]]) -> list[tuple[float, float, str]]:
-    """Labels at (time, error), those that would cover one another as one at the first place."""
-    found: list[tuple[float, float, list[str]]] = []
-    for time, error, label in sorted(labels):
-        near = next((f for f in found if time < 2.5 * f[0] and 0.9 < error / f[1] < 1.1), None)
-        if near is None:
-            found.append((time, error, [label]))
-        elif label not in near[2]:
-            near[2].append(label)
-    return [(time, error, ", ".join(parts)) for time, error, parts in found]
+def _draw_known(known: Sequence[Known], axes: Axes) -> None:
+    """Times known from elsewhere: letters where nothing else is known, stars with one where the error is."""
+    low, high = np.log10(axes.get_xlim())
+    last, level = -np.inf, 0
+    for letter, one in zip(cycle(LETTERS), known):  # noqa: B905: letters begin again
+        label = f"{letter}: {one.label}, {_seconds(one.time)}"
+        if one.error is not None:
+            place = (one.time, 100.0 * one.error)
+            axes.plot(*place, "*", ms=12, color=INK, zorder=4)
+            axes.annotate(letter, place, xytext=(6, 5), textcoords="offset points", fontsize=9, color=INK)
+        else:
+            # letters that would cover one another stand in rows
+            share = (np.log10(one.time) - low) / (high - low)
+            level = level + 1 if share - last < 0.022 else 0
+            last = share
+            axes.axvline(one.time, color="0.6", lw=0.9, ls=(0, (4, 3)), zorder=0)
+            axes.text(
+                one.time,
+                0.985 - 0.045 * (level % 4),
+                letter,
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                va="top",
+                fontsize=9,
+                color=INK,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+            )
+        axes.plot([], [], " ", label=label)
 
 
-def _end(chart: Chart, axes: Axes, time: float) -> float:
-    """Where the label of a line starts, as a share of the height: above, or below if marks are there."""
-    low, high = np.log(axes.get_ylim())
-
-    def height(error: float) -> float:
-        return float((np.log(100.0 * error) - low) / (high - low))
-
-    # the labels of marks reach far to the side, points do not
-    taken = [height(f.error) for f in chart.figures if f.error]
-    near = [p for p in chart.drawn() if abs(np.log10(p.time / time)) < 0.2]
-    taken += [height(p.errors[chart.quantity]) for p in near]
-    floor = max(height(chart.reference_error), 0.0) if chart.reference_error else 0.0
-    if any(h > 0.65 for h in taken) and not any(h < floor + 0.35 for h in taken):
-        return floor + 0.015
-    return 0.985
+def _seconds(time: float) -> str:
+    return f"{time:.3g} s" if time < 1e3 else f"{time:.0f} s"
 
 
 def _limits(chart: Chart, axes: Axes) -> None:

@@ -5,16 +5,15 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.text import Annotation
 
 import mtb_rs as mtb
 from mtb_rs.__main__ import main
 from mtb_rs.chart import Candidate, Chart, ChartPoint, Figure, Run, measure, silent
+from mtb_rs.chart_page import page as chart_page
 from mtb_rs.chart_plot import draw
 
 
@@ -128,25 +127,32 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["chart.csv", "chart.html", "chart.png"]
 
 
-def test_labels_of_lines_keep_clear_of_marks_and_of_each_other() -> None:
+def test_letters_of_known_times_keep_clear_of_each_other_and_are_named() -> None:
     points = (point("a", 1.0, 0.5), point("a", 2.0, 0.05))
-    lines = (Figure("line", 100.0), Figure("next", 130.0))
+    known = [Figure(f"line {k}", 100.0 * 1.05**k) for k in range(4)] + [Figure("mark", 500.0, 0.5)]
+    figure = draw(Chart("t", points, "exact", figures=tuple(known)))
+    figure.draw_without_rendering()
+    letters = [text for text in figure.axes[0].texts if len(text.get_text()) == 1]
+    assert sorted(text.get_text() for text in letters) == list("abcde")
+    boxes = [text.get_window_extent() for text in letters]
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    for letter, one in zip("abcde", known, strict=True):
+        assert any(name.startswith(f"{letter}: {one.label}") for name in named)
 
-    def labels(*more: Figure) -> dict[str, Annotation]:
-        axes = draw(Chart("t", points, "exact", figures=(*lines, *more))).axes[0]
-        return {text.get_text(): text for text in axes.texts if isinstance(text, Annotation)}
 
-    assert [labels()[f.label].get_va() for f in lines] == ["top", "top"]
-    assert [labels()[f.label].get_ha() for f in lines] == ["right", "left"]
-    high = labels(Figure("mark", 500.0, 0.5))
-    assert [high[f.label].get_va() for f in lines] == ["bottom", "bottom"]
+def test_texts_of_a_chart_stay_inside_and_apart() -> None:
+    series = tuple(point(f"series {k}", 10.0**-k, 0.5**k) for k in range(9))
+    known = tuple(Figure(f"someone with a long name, {k}", 3.0 * 2.0**k) for k in range(9))
+    figure = draw(Chart("t", series, "exact", reference_error=1e-3, figures=known))
+    figure.draw_without_rendering()
+    legend, axes = figure.legends[0].get_window_extent(), figure.axes[0].get_tightbbox()
+    assert not legend.overlaps(axes)
+    assert legend.x0 >= 0.0
+    assert legend.x1 <= figure.bbox.x1
 
 
-def test_labels_of_points_that_lie_together_are_one() -> None:
-    near = [(0.15, 0.0226, "30 %"), (0.16, 0.0227, "10 %"), (0.22, 0.0226, "5 %"), (0.6, 0.0125, "2 %")]
-    points = tuple(replace(point("auto", t, e), note=f"tolerance {n}, half-space") for t, e, n in near)
-    points += (point("a", 1e-3, 0.5, 7), point("b", 1.1e-3, 0.499, 7))
-    axes = draw(Chart("t", points, "exact")).axes[0]
-    labels = [text.get_text() for text in axes.texts]
-    assert [label for label in labels if "%" in label] == ["30 %, 10 %, 5 %", "2 %"]
-    assert labels.count("7") == 1
+def test_series_of_a_page_differ_in_mark() -> None:
+    chart = Chart("t", tuple(point(f"series {k}", 1.0 + k, 0.5**k) for k in range(14)), "exact")
+    keys = re.findall(r'<span class="key".*?(<(?:circle|polygon)[^>]*/>)', chart_page(chart))
+    assert len(keys) == len(set(keys)) == 14
