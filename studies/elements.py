@@ -28,7 +28,7 @@ def compliance(solid: mtb.ElasticBody, cells: int) -> tuple[np.ndarray, np.ndarr
     """Normal compliance (n, n) and weights on a contact grid of `cells` a side."""
     scene = mtb.scenes.block_on_plane(spacing=SIDE / cells)
     sheet = scene.layout.sheet((SIDE / cells,) * 2)
-    sampling = solid.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    sampling = solid.sample(sheet.nodes, sheet.node_patches, upper=True)
     condensed = solid.condense(sampling, keep=False)
     return condensed.compliance.influence("n", "n"), condensed.weights
 

@@ -272,7 +272,7 @@ def half_space(
     shear_modulus: float,
     poisson_ratio: float,
     patches: list[tuple[float, float, int, int]],
-    spacing: tuple[float, float],
+    spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
 ) -> Compliance: ...
 
@@ -281,7 +281,7 @@ def half_space_hats(
     shear_modulus: float,
     poisson_ratio: float,
     patches: list[tuple[float, float, int, int]],
-    spacing: tuple[float, float],
+    spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
 ) -> tuple[Compliance, _Array]: ...
 def half_space_cut_hats(

@@ -186,7 +186,7 @@ def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
     assert scene.layout is not None
     sheet = scene.layout.sheet(spacing)
     points = sheet.nodes if result.patches == sheet.node_patches else sheet.cells
-    axes = [(p, p.view(points.points[0])[0], p.view(points.arc_length)[:, 0]) for p in result.patches]
+    axes = [(p, *p.axes()) for p in result.patches]
     hats = None
     if points is sheet.nodes and result.coefficients is not None:
         hats = result.coefficients[2]
@@ -421,7 +421,7 @@ def _by_convolution(scene: Scene) -> Solve:
             method="fft",
         )
         fields = Fields(
-            [(grid, grid.view(sheet.cells.points[0])[0], grid.view(sheet.cells.arc_length)[:, 0])],
+            [(grid, *grid.axes())],
             result.pressure.ravel(),
             np.zeros(0),
             result.normal_force * np.array([mu * along[0], mu * along[1], -1.0]),

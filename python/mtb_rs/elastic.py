@@ -17,10 +17,11 @@ from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .geometry import ContactSheet, PoleShoe, SheetPoints
 from .layout import BlockLayout, Layout, ShoeLayout, cells_along
 from .material import Material
-from .mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe_mesh
+from .mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
 from .result import Patch
 from .solve import Side, to_global
 from .supports import Guide, Support
+from .symmetry import alike
 
 Array = NDArray[np.float64]
 
@@ -40,7 +41,6 @@ class ElasticPart:
         Its contact points.
     first : int
         Number of its first point in the scene.
-    spacing : (dx, dy) [m]
     upper : bool
     pull : (n,) [Pa]
         Magnetic pressure on it.
@@ -62,7 +62,6 @@ class ElasticPart:
     patches: tuple[Patch, ...]
     points: SheetPoints
     first: int
-    spacing: tuple[float, float]
     upper: bool
     pull: Array
     modes: Array
@@ -130,7 +129,7 @@ class ElasticPart:
 
     def sampling(self) -> _mtb_rs.Sampling:
         """Its basis on the contact face."""
-        whole = self.body.sample(self.points, self.patches, self.spacing, upper=self.upper)
+        whole = self.body.sample(self.points, self.patches, upper=self.upper)
         if self.covered is not None:
             whole = thinned(whole, self.covered)
         return whole if self.kept is None else restricted_sampling(whole, self.kept)
@@ -192,11 +191,12 @@ def upper_side(
     spread = np.array([0.0, 0.0, 0.0, *(moments or (0.0, 0.0)), 0.0])
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
-        if parts and _is_twin(layout, supports):
-            part, flexible, compliance = _twin(parts[0], condensed[0], patch, _part(points, cut), pull[cut])
+        places = _part(points, cut)
+        solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size)
+        if parts and isinstance(supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
+            part, flexible, compliance = _twin(parts[0], condensed[0], patch, places, pull[cut])
         else:
-            solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size)
-            own, places = (replace(patch, start=0),), _part(points, cut)
+            own = (replace(patch, start=0),)
             # the sheet lies on the lower body, the upper one a gap away from it
             places = replace(places, points=places.points + places.gap * places.normal)
             part = ElasticPart(
@@ -204,14 +204,13 @@ def upper_side(
                 own,
                 places,
                 patch.start,
-                sheet.spacing,
                 True,
                 pull[cut],
                 np.zeros((0, 9)),
                 spread=spread,
             )
             flexible = condensed_part(part, time_s)
-            covered = flexible.weights.sum() / (np.prod(sheet.spacing) * (patch.nx - 1) * (patch.ny - 1))
+            covered = flexible.weights.sum() / (np.prod(patch.spacing) * (patch.nx - 1) * (patch.ny - 1))
             if abs(covered - 1.0) > COVERAGE:
                 raise ValueError(
                     f"patch {patch.name!r} meets only {100 * covered:.0f} % of its area on the {solid.name}: "
@@ -225,10 +224,17 @@ def upper_side(
     return side, np.concatenate([c.weights for c in condensed])
 
 
-def _is_twin(layout: Layout, supports: Any) -> bool:
-    """Whether the second pole is the mirror image of the first."""
-    centred = isinstance(layout, ShoeLayout) and layout.shoe.lateral == 0.0 and layout.shoe.yaw == 0.0
-    return centred and isinstance(supports, str)
+def _is_twin(left: ElasticPart, first: Patch, points: SheetPoints, solid: ElasticBody, patch: Patch) -> bool:
+    """Whether a further pole, named supports and all, is the mirror image of the first, rail and gap too."""
+    mesh, mirrored = solid.mesh, left.body.mesh.mirrored()
+    if (patch.nx, patch.ny) != (first.nx, first.ny) or mesh.cells.shape != mirrored.cells.shape:
+        return False
+    if not np.array_equal(mesh.cells, mirrored.cells) or not alike(mesh.nodes, mirrored.nodes):
+        return False
+    flip = np.array([1.0, -1.0, 1.0])[:, None, None]
+    there = {k: (first.view(v), patch.view(v)[..., ::-1, :]) for k, v in vars(points).items()}
+    vectors = ("points", "normal", "tangent_x")
+    return alike(*there["gap"]) and all(alike(a * flip, b) for a, b in (there[k] for k in vectors))
 
 
 def _twin(
@@ -272,7 +278,6 @@ def _twin(
         (replace(patch, start=0),),
         points,
         patch.start,
-        left.spacing,
         True,
         pull,
         np.zeros((0, 9)),
@@ -291,28 +296,29 @@ def lower_side(
 ) -> Side:
     """The rail as one elastic body under all patches.
 
-    With the mirror `image` (n,) of each point the scene is symmetric, and half of the rail is enough.
+    With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
+    then enough.
     """
     points, patches = sheet.nodes, sheet.node_patches
     assert isinstance(layout, ShoeLayout)
     clock = time.perf_counter()
-    x, y = _grid_lines(sheet, patches[0])
-    x = _thinned(x)
+    lines = [_grid_lines(sheet, patch) for patch in patches]
+    x, rows = _thinned(lines[0][0]), [np.sort(np.abs(y)) for _, y in lines]
+    if image is not None and not layout.shoe.profile.is_symmetric:
+        image = None
     half = image is not None
-    mesh = rail_mesh(layout.shoe.profile, x, np.sort(np.abs(y)), layout.rail_length, half=half)
+    mesh = rail_mesh(layout.shoe.profile, x, rows[0], layout.rail_length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
         supports.append(Support("symmetry", y=0))  # "2 symmetry" in the balance
         carried, where = patches[:1], "left"
     else:
-        union = np.unique(np.concatenate([mesh.node_sets[k] for k in ("left", "right")]))
-        mesh = TetraMesh(mesh.nodes, mesh.cells, {**mesh.node_sets, "contact": union})
-        carried, where = patches, "contact"
+        carried, where = patches, "head"
     solid = ElasticBody(mesh, body.material, where, supports, "rail")
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     n = sum(p.nx * p.ny for p in carried)
     own = _part(points, slice(0, n))
-    part = ElasticPart(solid, tuple(carried), own, 0, sheet.spacing, False, pull[:n], np.zeros((0, 9)))
+    part = ElasticPart(solid, tuple(carried), own, 0, False, pull[:n], np.zeros((0, 9)))
     flexible = condensed_part(part, time_s)
     part = replace(part.on(flexible), is_half=half)
     side = elastic_side([part], [flexible], [flexible.compliance], own)
@@ -411,14 +417,11 @@ def half_space_on_nodes(
     displacement = np.zeros((3, n))
     compliance = None
     if isinstance(body, HalfSpace):
-        origins = [
-            (float(points.points[0, p.start]), float(points.arc_length[p.start])) for p in sheet.node_patches
-        ]
         compliance, _ = _mtb_rs.half_space_hats(
             body.material.shear_modulus,
             body.material.poisson_ratio,
-            [(x0, y0, p.nx, p.ny) for p, (x0, y0) in zip(sheet.node_patches, origins, strict=True)],
-            sheet.spacing,
+            [(*p.origin, p.nx, p.ny) for p in sheet.node_patches],
+            [p.spacing for p in sheet.node_patches],
             interact,
         )
         if pull.any():
@@ -494,7 +497,7 @@ def _upper_body(
     x, y = _grid_lines(sheet, patch)
     nx, ny = x.size, y.size
     if element_size is not None:
-        sides = (patch.nx - 1) * sheet.spacing[0], (patch.ny - 1) * sheet.spacing[1]
+        sides = (patch.nx - 1) * patch.spacing[0], (patch.ny - 1) * patch.spacing[1]
         if element_size > min(sides):
             raise ValueError(
                 f"element_size is {element_size:g} m: the contact measures {sides[0]:.4g} x {sides[1]:.4g} "
@@ -509,16 +512,14 @@ def _upper_body(
     else:
         assert isinstance(layout, ShoeLayout)
         shoe, side = layout.shoe, patch.name
+        toward = 1.0 if side == "left" else -1.0
         # the strip in the shoe's own frame: evenly spaced along the arc of its sole
-        first, last = (float(shoe.profile.arc_length(e)) for e in (shoe.inner_edge, shoe.conforming_to))
-        arc = np.linspace(first, last, ny)
-        own_y = shoe.profile.position(arc)
+        first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])
+        own_y = np.abs(shoe.profile.position(np.linspace(first, last, ny)))
         own_y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
         own_x = np.linspace(-0.5, 0.5, nx) * shoe.length
         mesh = shoe_mesh(shoe, own_x, own_y, side=side)
-        middle = np.array(
-            [0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * (1 if side == "left" else -1), 0.0]
-        )
+        middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         aside = np.array([0.0, shoe.lateral, 0.0])
@@ -587,7 +588,7 @@ def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside:
         return 0.0
     nodes = _part(sheet.nodes, slice(patch.start, patch.start + patch.nx * patch.ny))
     own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
-    return float(np.mean(own[2] - shoe.sole(np.abs(own[1]))))
+    return float(np.mean(own[2] - shoe.sole(own[1])))
 
 
 def _supports(
@@ -613,9 +614,9 @@ def _supports(
 
 
 def _grid_lines(sheet: ContactSheet, patch: Patch) -> tuple[Array, Array]:
-    """x of the columns and y of the rows of a patch of nodes [m]."""
+    """x of the columns and y of the rows of a patch of nodes [m], of a turned one their means."""
     x, y = patch.view(sheet.nodes.points[0]), patch.view(sheet.nodes.points[1])
-    return np.ascontiguousarray(x[0]), np.ascontiguousarray(y[:, 0])
+    return x.mean(axis=0), y.mean(axis=1)
 
 
 def _thinned(lines: Array) -> Array:

@@ -406,9 +406,7 @@ class ElasticBody:
                 stacklevel=4,
             )
 
-    def sample(
-        self, points: SheetPoints, patches: Sequence[Patch], spacing: tuple[float, float], *, upper: bool
-    ) -> _mtb_rs.Sampling:
+    def sample(self, points: SheetPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:
         """Hats on the grids of a contact sheet, sampled on the contact face.
 
         Parameters
@@ -417,8 +415,6 @@ class ElasticBody:
             Places of the hats, the nodes of the grids.
         patches : sequence of Patch
             The grids.
-        spacing : (dx, dy) [m]
-            On the sheet.
         upper : bool
             Whether this is the upper body: into it is along the sheet's normal, otherwise against it.
         """
@@ -430,7 +426,7 @@ class ElasticBody:
             parts.append(
                 self.core_mesh.sample(
                     (patch.nx, patch.ny),
-                    spacing,
+                    patch.spacing,
                     np.ascontiguousarray(points.points[:, cut].T),
                     np.ascontiguousarray(frames[cut]),
                     self.contact_faces,

@@ -25,6 +25,9 @@ INTERPOLATIONS, Z_AXES = ("smooth", "linear"), ("up", "down", "guess")
 STANDARD_PROFILES = ("60E1", "S1002")
 
 
+#: Coordinates, gaps, loads that differ by less, relative to their size, count as images of each other.
+ROUNDING = 1e-11
+
 #: Metres per unit of length.
 UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 
@@ -185,6 +188,18 @@ class Profile:
         s = reals("s", s)
         return self._core.position(s.ravel()).reshape(s.shape)
 
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether it is its own mirror image about y = 0, but for rounding."""
+        start, end = self.range
+        size = max(-start, end)
+        if abs(start + end) > ROUNDING * size:
+            return False
+        ends = np.unique(np.abs(np.append(self.breaks, 0.0)))
+        # between two breaks of either side both are one piece, of at most the third degree
+        y = np.concatenate([ends[:-1] + share * np.diff(ends) for share in (0.0, 0.25, 0.5, 0.75)])
+        return bool(np.abs(self.height(y) - self.height(-y)).max() <= ROUNDING * size)
+
 
 def as_profile(profile: str | Profile) -> Profile:
     """A profile, or the standard one of that name."""
@@ -201,7 +216,8 @@ class SheetPoints:
     normal : (3, n) [-]
         Unit normals of the lower body, pointing up.
     tangent_x, tangent_y : (3, n) [-]
-        Unit tangents along x and across (normal x tangent_x).
+        Unit tangents along the rows of the grid, which are along x unless the upper body is turned, and
+        across (normal x tangent_x).
     arc_length : (n,) [m]
         Arc length over the lower body, from its crown, rising with y.
     gap : (n,) [m]
@@ -227,18 +243,23 @@ class ContactSheet:
     nodes : SheetPoints
         Corners of the cells, for bases of hats.
     area : (n,) [m2]
-    spacing : (dx, dy) [m]
-        Actual cell size along x and across (arc length).
     patches, node_patches : tuple of Patch
-        The grids of cells and of nodes inside the flat arrays, left (y > 0) first.
+        The grids of cells and of nodes inside the flat arrays, left (y > 0) first, each with the size of its
+        cells along its rows and across (arc length).
     """
 
     cells: SheetPoints
     nodes: SheetPoints
     area: Array
-    spacing: tuple[float, float]
     patches: tuple[Patch, ...]
     node_patches: tuple[Patch, ...]
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Mean cell size (dx, dy) [m] along the rows and across; only on rails that are not symmetric do
+        cells differ."""
+        dx, dy = np.mean([patch.spacing for patch in self.patches], axis=0).tolist()
+        return dx, dy
 
     @property
     def points(self) -> Array:
@@ -258,22 +279,22 @@ class ContactSheet:
 
 def contact_sheet(fields: dict[str, Any], names: Sequence[str]) -> ContactSheet:
     """A sheet from what the core returns, with a name for each of its grids."""
-    grids = list(zip(names, fields["grids"], strict=True))
-    dx, dy = fields["spacing"]
-    spacing = (dx, dy)
+    cells, nodes = [], []
+    for name, ((nx, ny, start, node_start), (dx, dy), (x0, y0)) in zip(names, fields["grids"], strict=True):
+        cells.append(Patch(name, start, nx, ny, (dx, dy), (x0 + 0.5 * dx, y0 + 0.5 * dy)))
+        nodes.append(Patch(name, node_start, nx + 1, ny + 1, (dx, dy), (x0, y0)))
     return ContactSheet(
         cells=SheetPoints(**fields["cells"]),
         nodes=SheetPoints(**fields["nodes"]),
         area=fields["area"],
-        spacing=spacing,
-        patches=tuple(Patch(name, start, nx, ny, spacing) for name, (nx, ny, start, _) in grids),
-        node_patches=tuple(Patch(name, start, nx + 1, ny + 1, spacing) for name, (nx, ny, _, start) in grids),
+        patches=tuple(cells),
+        node_patches=tuple(nodes),
     )
 
 
 @dataclass(frozen=True)
 class PoleShoe:
-    """A pole shoe of a magnetic track brake, worn to the shape of its rail.
+    """A pole shoe of a magnetic track brake, each pole worn to the shape of the rail below it.
 
     Parameters
     ----------
@@ -320,7 +341,7 @@ class PoleShoe:
         put(self, "rail", as_profile(self.rail))
         # one row of cells per pole, for the core to judge the rest at birth
         self.sheet((self.length, 1.0))
-        if self.height <= max(0.0, float(self.sole(self.outer_edge))):
+        if self.height <= max(0.0, *(float(self.sole(side * self.outer_edge)) for side in self.sides)):
             raise ValueError(f"height is {self.height:g} m: the top must lie above the sole and the crown")
 
     @property
@@ -328,18 +349,23 @@ class PoleShoe:
         """Profile of the rail."""
         return as_profile(self.rail)
 
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Sign of y of each pole, the left one first."""
+        return (1.0, -1.0)[: self.poles]
+
     def sole(self, y: ArrayLike) -> Array:
         """Height z [m] of the sole in the shoe's own frame at `y` [m], any shape."""
-        distance = np.abs(reals("y", y))
-        end = self.conforming_to
-        worn = self.profile.height(np.minimum(distance, end))
-        return np.asarray(worn + self.relief_slope * np.maximum(distance - end, 0.0))
+        y, end = reals("y", y), self.conforming_to
+        worn = self.profile.height(np.clip(y, -end, end) if self.poles == 2 else np.minimum(y, end))
+        return np.asarray(worn + self.relief_slope * np.maximum(np.abs(y) - end, 0.0))
 
     def sheet(self, spacing: float | Sequence[float] = 3e-3) -> ContactSheet:
         """Sheet of equal cells that fill the conforming strip of every pole exactly.
 
         Regular in the shoe's own x and in the arc length of its sole, which for the centred shoe are
-        those of the rail; the gap of the centred shoe is exactly zero.
+        those of the rail; the gap of the centred shoe is exactly zero. Both poles have as many cells, which
+        differ in width where the two sides of the rail do.
 
         Parameters
         ----------

@@ -48,10 +48,13 @@ def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing
         cells=cells,
         nodes=nodes,
         area=np.full(nx * ny, spacing[0] * spacing[1]),
-        spacing=spacing,
-        patches=(Patch("contact", 0, nx, ny, spacing),),
-        node_patches=(Patch("contact", 0, nx + 1, ny + 1, spacing),),
+        patches=(Patch("contact", 0, nx, ny, spacing, _first(cells)),),
+        node_patches=(Patch("contact", 0, nx + 1, ny + 1, spacing, _first(nodes)),),
     )
+
+
+def _first(points: SheetPoints) -> tuple[float, float]:
+    return float(points.points[0, 0]), float(points.points[1, 0])
 
 
 def flat_points(x: Array, y: Array, gap: Array) -> SheetPoints:
@@ -226,32 +229,27 @@ class ShoeLayout:
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """One grid per pole over the conforming strip."""
         shoe = self.shoe
-        ends = shoe.profile.arc_length([shoe.inner_edge, shoe.conforming_to])
-        cells_over((shoe.length, float(ends[1] - ends[0])), spacing)
+        for side in shoe.sides:
+            ends = shoe.profile.arc_length([side * shoe.inner_edge, side * shoe.conforming_to])
+            cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing)
         return self.shoe.sheet(spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The head of the rail and the poles."""
         profile = self.shoe.profile
-        half = min(-profile.range[0], profile.range[1])
-        y = np.linspace(-half, half, 81)
+        y = np.linspace(*profile.range, 81)
         x = np.linspace(-0.5, 0.5, 25) * self.rail_length
         head = height_surface("lower", x, y, np.repeat(profile.height(y)[:, None], x.size, axis=1))
         shoe = self.shoe
         stations = np.linspace(shoe.inner_edge, shoe.outer_edge, 41)
-        section = np.array(
-            [
-                np.concatenate([stations, stations[[-1, 0]]]),
-                np.concatenate([shoe.sole(stations), [shoe.height, shoe.height]]),
-            ]
-        )
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         out = [head]
-        for name, side in (("left", 1.0), ("right", -1.0))[: shoe.poles]:
+        for name, side in zip(("left", "right"), shoe.sides, strict=False):
+            worn = [*shoe.sole(side * stations), shoe.height, shoe.height]
             pole = prism_surface(
                 f"upper {name}",
-                section * np.array([[side], [1.0]]),
+                np.array([side * np.append(stations, stations[[-1, 0]]), worn]),
                 np.linspace(-0.5, 0.5, 25) * shoe.length,
             )
             vertices = turn @ pole.vertices + np.array([[0.0], [shoe.lateral], [0.0]])

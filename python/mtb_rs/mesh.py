@@ -313,22 +313,24 @@ def shoe_mesh(
             f"y runs from {y[0]:g} to {y[-1]:g} m: the conforming strip is {shoe.inner_edge:g} to "
             f"{shoe.conforming_to:g} m"
         )
+    toward = 1.0 if choice("side", side, ("left", "right")) == "left" else -1.0
     x, ahead_of_middle = _symmetric(x)
     n_strip = y.size
     relief = shoe.outer_edge - shoe.conforming_to
     if relief > 1e-9:
         y = np.concatenate([y, y[-1] + graded(float(np.diff(y)[-1]), relief, growth, least=1)[1:]])
     step = min(np.diff(x).min(), np.diff(y[:n_strip]).min())
-    thinnest = shoe.height - float(shoe.sole(y).max())
-    rise = graded(float(min(step, thinnest)), shoe.height - float(shoe.sole(y).min()), growth) / (
-        shoe.height - float(shoe.sole(y).min())
+    worn = shoe.sole(toward * y)
+    thinnest = shoe.height - float(worn.max())
+    rise = graded(float(min(step, thinnest)), shoe.height - float(worn.min()), growth) / (
+        shoe.height - float(worn.min())
     )
 
     check_unknowns(6.0 * x.size * y.size * (rise.size - 1), quadratic=quadratic)
 
     def place(x: Array, y: Array, rise: Array) -> Array:
         xs, ys, rises = np.meshgrid(x, y, rise, indexing="ij")
-        sole = shoe.sole(y)[None, :, None]
+        sole = shoe.sole(toward * y)[None, :, None]
         return np.stack([xs, ys, sole + rises * (shoe.height - sole)], axis=-1)
 
     sole = (slice(None), slice(None), 0)
@@ -343,8 +345,8 @@ def shoe_mesh(
     sets = _box_sets(number)
     sets = {"sole": sets["contact"], "inner": sets.pop("right"), "outer": sets.pop("left"), **sets}
     sets["contact"] = _set(number[:, : 2 * n_strip - 1, 0])
-    left = TetraMesh(nodes, cells, sets)
-    return left.mirrored() if choice("side", side, ("left", "right")) == "right" else left
+    outwards = TetraMesh(nodes, cells, sets)
+    return outwards if toward > 0.0 else outwards.mirrored()
 
 
 def _doubled(places: Array) -> Array:
@@ -384,6 +386,7 @@ def rail_mesh(
     y: ArrayLike,
     length: float,
     *,
+    right: ArrayLike | None = None,
     half: bool = False,
     section: RailSection | None = None,
     growth: float = GROWTH,
@@ -397,12 +400,12 @@ def rail_mesh(
         Running surface, z = 0 at the crown.
     x : (nx,) [m]
         Rising coordinates of the nodes along the contact; the mesh grows coarser towards the ends.
-    y : (ny,) [m]
-        Rising |y| of the nodes over the contact strip.
+    y, right : (ny,) [m]
+        Rising |y| of the nodes over the contact strip at y > 0 and at y < 0, by default the same.
     length : float [m]
         Of the rail, centred at x = 0.
     half : bool
-        Only y >= 0, for scenes that are symmetric.
+        Only y >= 0, for scenes and rails that are symmetric.
 
     Node sets "left", "right" (contact strips at y > 0 and y < 0), "head" (the running surface, also
     "contact"), "base" (underside of the foot), "rear", "front" (ends), and "symmetry" (y = 0) if `half`.
@@ -415,27 +418,30 @@ def rail_mesh(
     ahead = x[-1] + graded(float(x[-1] - x[-2]), half_length - float(x[-1]), growth, least=1)[1:]
     behind = x[0] - graded(float(x[1] - x[0]), half_length + float(x[0]), growth, least=1)[:0:-1]
     x, ahead_of_middle = _symmetric(np.concatenate([behind, x, ahead]))
-    grid = _rail_columns(profile, y, cut, growth)
-    number_of_strip = grid.strip
+    beyond = y if right is None else _stations("right", right)
+    step = float(min(np.diff(y).min(), np.diff(beyond).min()))
+    depth = graded(step, -cut.web_top, growth)[::-1] / -cut.web_top  # 1 at the underside, 0 on top
+    grid = _rail_columns(_Flank(profile, 1.0), y, cut, depth)
+    other = grid if half else _rail_columns(_Flank(profile, -1.0), beyond, cut, depth)
     if half:
         plane, keep, offset = grid.plane, grid.keep, 0
     else:
-        mirrored = grid.plane[:0:-1] * [-1.0, 1.0]
-        plane = np.concatenate([mirrored, grid.plane])
-        keep = np.concatenate([grid.keep[::-1], grid.keep])
-        offset = grid.plane.shape[0] - 1
+        plane = np.concatenate([other.plane[:0:-1] * [-1.0, 1.0], grid.plane])
+        keep = np.concatenate([other.keep[::-1], grid.keep])
+        offset = other.plane.shape[0] - 1
     check_unknowns(6.0 * x.size * np.count_nonzero(keep), quadratic=quadratic)
     corners = np.empty((x.size, *plane.shape[:2], 3))
     corners[..., 0] = x[:, None, None]
     corners[..., 1:] = plane
     head = plane.shape[1] - 1
-    fine = _running_surface(profile, grid.surface)
+    fine = _running_surface(_Flank(profile, 1.0), grid.surface)
     if not half:
-        fine = np.concatenate([fine[:0:-1] * [-1.0, 1.0], fine])
+        beside = _running_surface(_Flank(profile, -1.0), other.surface)
+        fine = np.concatenate([beside[:0:-1] * [-1.0, 1.0], fine])
     surface = np.empty((2 * x.size - 1, fine.shape[0], 3))
     surface[..., 0] = _doubled(x)[:, None]
     surface[..., 1:] = fine
-    first = 2 * (offset - (grid.surface.size - 1)) if not half else 0
+    first = 2 * (offset - (other.surface.size - 1)) if not half else 0
     span = slice(first, first + fine.shape[0])
     curved = ((slice(None), span, 2 * head), surface)
     nodes, cells, number = tetrahedra(
@@ -445,7 +451,7 @@ def rail_mesh(
         flipped=(ahead_of_middle, np.arange(plane.shape[0] - 1) < offset),
         quadratic=quadratic,
     )
-    start, stop = (2 * (offset + n) for n in number_of_strip)
+    start, stop = (2 * (offset + n) for n in grid.strip)
     sets = {
         "left": _set(number[:, start : stop + 1, -1]),
         "head": _set(number[:, span, -1]),
@@ -457,9 +463,28 @@ def rail_mesh(
     if half:
         sets["symmetry"] = _set(number[:, 0])
     else:
-        mirror = 2 * offset
-        sets["right"] = _set(number[:, 2 * mirror - stop : 2 * mirror - start + 1, -1])
+        stop, start = (2 * (offset - n) for n in other.strip)
+        sets["right"] = _set(number[:, start : stop + 1, -1])
     return TetraMesh(nodes, cells, sets)
+
+
+@dataclass(frozen=True)
+class _Flank:
+    """One side of a profile, y > 0 or y < 0, over the distance |y|."""
+
+    profile: Profile
+    side: float
+
+    @property
+    def end(self) -> float:
+        start, end = self.profile.range
+        return end if self.side > 0.0 else -start
+
+    def height(self, y: Array) -> Array:
+        return self.profile.height(self.side * y)
+
+    def slope(self, y: Array) -> Array:
+        return self.side * self.profile.slope(self.side * y)
 
 
 @dataclass(frozen=True)
@@ -472,9 +497,8 @@ class _Columns:
     strip: tuple[int, int]  # first and last column of the contact strip
 
 
-def _rail_columns(profile: Profile, y: Array, cut: RailSection, growth: float) -> _Columns:
+def _rail_columns(profile: _Flank, y: Array, cut: RailSection, depth: Array) -> _Columns:
     """Head between its running surface and its underside, web below its inner columns, foot below all."""
-    step = float(np.diff(y).min())
     corner = _gauge_corner(profile)
     inner = np.linspace(0.0, y[0], max(2, round(y[0] / np.diff(y)[0])) + 1) if y[0] > 0.0 else np.zeros(1)
     outer = np.linspace(y[-1], corner, max(2, round((corner - y[-1]) / (1.3 * np.diff(y)[-1]))) + 1)
@@ -489,7 +513,6 @@ def _rail_columns(profile: Profile, y: Array, cut: RailSection, growth: float) -
     under[n_web:, 0] = cut.web_half_width + share * (cut.head_edge[0] - cut.web_half_width)
     under[n_web:, 1] = cut.web_top + share * (cut.head_edge[1] - cut.web_top)
     top = np.stack([surface, profile.height(surface)], axis=1)
-    depth = graded(step, -cut.web_top, growth)[::-1] / -cut.web_top  # 1 at the underside, 0 on top
     down = depth[None, :, None]
     straight = (1.0 - down) * top[:, None] + down * under[:, None]
     flank = _flank(profile, corner, cut, depth)
@@ -523,17 +546,17 @@ def _rail_columns(profile: Profile, y: Array, cut: RailSection, growth: float) -
     return _Columns(plane, keep, surface, (first, first + y.size - 1))
 
 
-def _gauge_corner(profile: Profile) -> float:
+def _gauge_corner(profile: _Flank) -> float:
     """|y| [m] on the gauge corner where the profile falls as steeply as it runs."""
-    end = profile.range[1]
+    end = profile.end
     places = np.linspace(0.5 * end, end, 2001)
     steep = profile.slope(places) < -1.0
     return float(places[int(np.argmax(steep))] if steep.any() else end)
 
 
-def _flank(profile: Profile, corner: float, cut: RailSection, depth: Array) -> Array:
+def _flank(profile: _Flank, corner: float, cut: RailSection, depth: Array) -> Array:
     """Points (layers, 2) from the lower head edge up the flank and round the gauge corner to `corner`."""
-    edge = profile.range[1]
+    edge = profile.end
     around = np.linspace(corner, edge, 60)
     ring = np.stack([around, profile.height(around)], axis=1)
     ring = np.concatenate([ring, np.array([cut.head_edge])])
@@ -542,6 +565,6 @@ def _flank(profile: Profile, corner: float, cut: RailSection, depth: Array) -> A
     return np.stack([np.interp(at, run, ring[:, c]) for c in range(2)], axis=1)
 
 
-def _running_surface(profile: Profile, y: Array) -> Array:
+def _running_surface(profile: _Flank, y: Array) -> Array:
     fine = _doubled(y)
     return np.stack([fine, profile.height(fine)], axis=1)

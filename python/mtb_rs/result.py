@@ -36,7 +36,8 @@ class Patch:
     """A regular grid of contact points inside the flat arrays of a result.
 
     ``points[:, start:start + nx * ny].reshape(3, ny, nx)`` is the patch's grid, x fastest; its points are
-    `spacing` (dx, dy) [m] apart.
+    `spacing` (dx, dy) [m] apart. In the plane into which the lower body is unrolled, x along the rows of the
+    grid and y the arc length across them, the first one is at `origin` [m].
     """
 
     name: str
@@ -44,6 +45,12 @@ class Patch:
     nx: int
     ny: int
     spacing: tuple[float, float]
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def axes(self) -> tuple[Array, Array]:
+        """Coordinates [m] of the columns (nx,) and of the rows (ny,) in that plane."""
+        (x0, y0), (dx, dy) = self.origin, self.spacing
+        return np.asarray(x0 + dx * np.arange(self.nx)), np.asarray(y0 + dy * np.arange(self.ny))
 
     def view(self, values: NDArray[Any]) -> NDArray[Any]:
         """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""

@@ -653,15 +653,8 @@ class Scene:
         assert self.layout is not None
         sheet = self.layout.sheet(spacing)
         points, n = sheet.cells, sheet.area.size
-        origins = [
-            (float(points.points[0, p.start]), float(points.arc_length[p.start])) for p in sheet.patches
-        ]
-        lower = half_space_side(
-            _simple(self.lower), sheet.patches, origins, sheet.spacing, interact=True, n=n
-        )
-        upper = half_space_side(
-            _simple(self.upper), sheet.patches, origins, sheet.spacing, interact=False, n=n
-        )
+        lower = half_space_side(_simple(self.lower), sheet.patches, interact=True)
+        upper = half_space_side(_simple(self.upper), sheet.patches, interact=False)
         gap = points.gap
         loads: dict[str, Any] = {}
         if self.approach is not None:

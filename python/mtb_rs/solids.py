@@ -207,7 +207,7 @@ def body_contact(
     sheet = layout.sheet(spacing)
     nodes, patches = sheet.nodes, sheet.node_patches
     whole = {
-        upper: body.sample(nodes, patches, sheet.spacing, upper=upper)
+        upper: body.sample(nodes, patches, upper=upper)
         for body, upper in zip(bodies, (True, False), strict=True)
         if isinstance(body, ElasticBody)
     }
@@ -239,7 +239,6 @@ def body_contact(
                 tuple(patches),
                 nodes,
                 0,
-                sheet.spacing,
                 upper,
                 pull,
                 np.zeros((0, 9)),
@@ -259,7 +258,7 @@ def body_contact(
                 body.material.shear_modulus,
                 body.material.poisson_ratio,
                 (float(first[0]), float(first[1]), patches[0].nx, patches[0].ny),
-                sheet.spacing,
+                patches[0].spacing,
                 common,
                 kept.tolist(),
             )

@@ -136,8 +136,7 @@ class ContactProblem:
 
     def axes(self) -> list[tuple[Patch, Array, Array]]:
         """Each patch with the coordinates [m] of its columns (x) and rows (arc length)."""
-        x, y = self.points.points[0], self.points.arc_length
-        return [(patch, patch.view(x)[0], patch.view(y)[:, 0]) for patch in self.patches]
+        return [(patch, *patch.axes()) for patch in self.patches]
 
     def opening(self) -> Array:
         """Gap (n,) [m] with the motions prescribed on both bodies, before contact."""
@@ -568,20 +567,17 @@ def sided_influence(
 def half_space_side(
     body: HalfSpace | Rigid,
     patches: tuple[Patch, ...],
-    origins: list[tuple[float, float]],
-    spacing: tuple[float, float],
     *,
     interact: bool,
-    n: int,
 ) -> Side:
     """A half-space or rigid body under one or several patches of cells."""
-    compliance = None
+    compliance, n = None, sum(p.nx * p.ny for p in patches)
     if isinstance(body, HalfSpace):
         compliance = _mtb_rs.half_space(
             body.material.shear_modulus,
             body.material.poisson_ratio,
-            [(x0, y0, p.nx, p.ny) for p, (x0, y0) in zip(patches, origins, strict=True)],
-            spacing,
+            [(*p.origin, p.nx, p.ny) for p in patches],
+            [p.spacing for p in patches],
             interact,
         )
     return Side(compliance, np.zeros((3, n)), np.zeros((0, 3, n)), np.zeros(0))

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import SheetPoints
+from .geometry import ROUNDING, SheetPoints
 
 if TYPE_CHECKING:
     from .solve import ContactProblem, Side
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-
-#: Coordinates, gaps, loads that differ by less, relative to their size, count as images of each other.
-ROUNDING = 1e-11
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ def folded(problem: ContactProblem) -> Fold | None:
     fields: list[Array] = [problem.area, problem.gap, problem.direction[0], points.gap]
     if isinstance(friction, np.ndarray):
         fields.append(friction)
-    if not all(_alike(f, f[image]) for f in fields) or problem.direction[1].any():
+    if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
         return None
@@ -112,7 +109,7 @@ def _images(points: Array) -> Index | None:
     return np.array(image, dtype=np.intp)
 
 
-def _alike(a: Array, b: Array, size: float | None = None) -> bool:
+def alike(a: Array, b: Array, size: float | None = None) -> bool:
     size = float(np.abs(a).max(initial=0.0)) if size is None else size
     return bool(np.abs(a - b).max(initial=0.0) <= ROUNDING * size)
 
@@ -123,7 +120,7 @@ def _mirror(vectors: Array, image: Index) -> Array:
 
 
 def _mirrored(vectors: Array, image: Index) -> bool:
-    return _alike(vectors, _mirror(vectors, image))
+    return alike(vectors, _mirror(vectors, image))
 
 
 def _responds_alike(side: Side, image: Index) -> bool:
@@ -151,13 +148,13 @@ def _half_side(side: Side, image: Index) -> tuple[list[tuple[int, ...]], Index] 
             continue
         reflected = _mirror(motions[k], image)
         size = float(np.abs(motions[k]).max(initial=0.0))
-        if _alike(motions[k], -reflected, size):
+        if alike(motions[k], -reflected, size):
             if abs(work[k]) > ROUNDING * largest:
                 return None
             seen.add(k)
             continue
         partner = next(
-            (j for j in range(work.size) if j not in seen and _alike(motions[j], reflected, size)), None
+            (j for j in range(work.size) if j not in seen and alike(motions[j], reflected, size)), None
         )
         if partner is None or abs(work[k] - work[partner]) > ROUNDING * largest:
             return None

@@ -55,7 +55,7 @@ def small_mesh() -> mtb.TetraMesh:
 
 def condensed(body: mtb.ElasticBody, **options: object) -> Condensed:
     sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
-    sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
     return body.condense(sampling, **options)  # type: ignore[arg-type]
 
 
@@ -145,7 +145,7 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support(lambda x: x[:, 2] > -1.0, x=0, y=0, z=0)])
     beside = BlockLayout(0.08, 0.02, 0.02).sheet((10e-3, 10e-3))
     body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
-    sampling = body.sample(beside.nodes, beside.node_patches, beside.spacing, upper=True)
+    sampling = body.sample(beside.nodes, beside.node_patches, upper=True)
     with refused("contact point 0 has no area", "lay the points on the face"):
         body.condense(sampling, keep=False)
     for supports in (TOP, None, "top", 3):
@@ -272,7 +272,7 @@ from mtb_rs.mesh import block_mesh
 mesh = block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
 body = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", x=0, y=0, z=0)])
 sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
-sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
 for _ in range(20):
     mtb.cache.forget()
     print(body.condense(sampling, directory=sys.argv[1]).flexibility.sum())

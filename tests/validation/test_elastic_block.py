@@ -67,7 +67,7 @@ def block(height: float) -> tuple[mtb.ElasticBody, ContactSheet, _mtb_rs.Samplin
     body = mtb.ElasticBody(
         block_mesh(x, x, height), STEEL, supports=[mtb.Support("top", x=20e-6, y=0.0, z=0.0)]
     )
-    sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
     return body, sheet, sampling, body.condense(sampling, keep=False)
 
 

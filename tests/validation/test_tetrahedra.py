@@ -106,7 +106,7 @@ def test_extruded_meshes_have_the_volumes_of_their_bodies() -> None:
 
 def foot(body: mtb.ElasticBody, cells: float = 4e-3) -> tuple[object, object]:
     sheet = BlockLayout(0.048, 0.032, 0.028).sheet((cells, cells))
-    sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
     return sheet, sampling
 
 
@@ -154,7 +154,7 @@ def test_a_worn_sole_from_a_surface_keeps_its_edge() -> None:
         size=3e-3,
     )
     sheet = shoe.sheet(3e-3)
-    sampling = body.sample(sheet.nodes, sheet.node_patches, sheet.spacing, upper=True)
+    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
     # the kink at the end of the strip is an edge of the new mesh: no part of the strip is lost
     assert sampling.weights.sum() == pytest.approx(sheet.area.sum(), rel=1e-9)
     assert body.condense(sampling, keep=False).mode_names[0] == "translation along z"

@@ -20,9 +20,9 @@ pub enum Error {
     /// A contact patch that is no grid.
     #[error(transparent)]
     Grid(#[from] mtb_operator::Error),
-    /// Patches on one sheet whose spacings differ.
+    /// Patches on one sheet whose spacings differ by more than a third.
     #[error(
-        "patch {patch} has spacing {dx:e} x {dy:e} m, the first one {first_dx:e} x {first_dy:e} m: all patches of a body share one spacing"
+        "patch {patch} has spacing {dx:e} x {dy:e} m, the first one {first_dx:e} x {first_dy:e} m: the spacings of the patches of a body may differ by a third"
     )]
     PatchSpacing {
         /// Index of the patch.

@@ -142,12 +142,13 @@ impl SurfacePair<'_> {
                 cells: of(&cells),
                 nodes: of(&nodes),
                 areas: cells.iter().map(|c| steps[0] * steps[1] / c.rise).collect(),
-                spacing: steps,
                 grids: vec![SheetGrid {
                     nx,
                     ny,
                     start: 0,
                     node_start: 0,
+                    spacing: steps,
+                    origin: [x[0], y[0]],
                 }],
             },
             facet_errors: cells.iter().map(|c| c.facet_error).collect(),
@@ -173,6 +174,7 @@ impl SurfacePair<'_> {
                     point: SheetPoint {
                         position,
                         normal: below.normal,
+                        along: [1.0, 0.0],
                         arc_length: y,
                         gap: above.map_or(f64::INFINITY, |hit| hit.distance),
                     },

@@ -6,7 +6,7 @@ pub struct SheetPoints {
     pub positions: Vec<f64>,
     /// Unit normals of the lower body, pointing up.
     pub normals: Vec<f64>,
-    /// Unit tangents along x, without a y component.
+    /// Unit tangents along the grid, whose rows run along x or along a turned body.
     pub tangents_x: Vec<f64>,
     /// Unit tangents across: normal times first tangent, rising with y.
     pub tangents_y: Vec<f64>,
@@ -51,23 +51,33 @@ impl SheetPoints {
 pub(crate) struct SheetPoint {
     pub(crate) position: [f64; 3],
     pub(crate) normal: [f64; 3],
+    /// Direction (x, y) of the grid's rows, of unit length.
+    pub(crate) along: [f64; 2],
     pub(crate) arc_length: f64,
     pub(crate) gap: f64,
 }
 
 impl SheetPoint {
-    /// The tangent without a y component, and the normal times it.
+    /// The tangent above `along`, and the normal times it.
     fn tangents(&self) -> [[f64; 3]; 2] {
         let n = self.normal;
-        let r = n[0].hypot(n[2]);
-        let t = [n[2] / r, 0.0, -n[0] / r];
-        [t, [n[1] * t[2], n[2] * t[0] - n[0] * t[2], -n[1] * t[0]]]
+        let [x, y] = self.along;
+        // n . t = 0 with t = (x n_z, y n_z, -(x n_x + y n_y)): exact for rows along x
+        let t = [x * n[2], y * n[2], -(x * n[0] + y * n[1])];
+        let r = t[0].hypot(t[1]).hypot(t[2]);
+        let t = t.map(|c| c / r);
+        let across = [
+            n[1] * t[2] - n[2] * t[1],
+            n[2] * t[0] - n[0] * t[2],
+            n[0] * t[1] - n[1] * t[0],
+        ];
+        [t, across]
     }
 }
 
 /// One regular grid inside the flat arrays of a sheet: `nx * ny` cells from `start` on, x fastest,
 /// and `(nx + 1) * (ny + 1)` nodes from `node_start` on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetGrid {
     /// Cells along x.
     pub nx: usize,
@@ -77,6 +87,11 @@ pub struct SheetGrid {
     pub start: usize,
     /// First node.
     pub node_start: usize,
+    /// Cell size along the rows and across [m].
+    pub spacing: [f64; 2],
+    /// Its first node in the plane into which the surface is unrolled: along the rows and across (arc
+    /// length) [m]. All grids of a sheet share that plane.
+    pub origin: [f64; 2],
 }
 
 /// A potential contact: regular grids of equal cells over the surface of the lower body.
@@ -88,8 +103,6 @@ pub struct ContactSheet {
     pub nodes: SheetPoints,
     /// Cell areas [m2].
     pub areas: Vec<f64>,
-    /// Cell size along x and across [m].
-    pub spacing: [f64; 2],
     /// The grids, left (y > 0) first.
     pub grids: Vec<SheetGrid>,
 }

@@ -7,10 +7,11 @@ use crate::{ContactSheet, Error, Profile, SheetGrid, SheetPoints};
 /// More points than this are taken for a mistake in the spacing.
 const MOST_CELLS: f64 = 5e6;
 
-/// A pole shoe on a rail: one or two poles, mirrored about y = 0.
+/// A pole shoe on a rail: one or two poles, each worn to the side of the rail that it stands on.
 ///
 /// In its own frame the sole of a pole follows the rail for `inner_edge <= |y| <= conforming_to`
-/// and rises from there in a straight line of slope `relief_slope` to `outer_edge`. The frame is
+/// and rises from there in a straight line of slope `relief_slope` to `outer_edge`. The poles are
+/// mirror images where the rail is symmetric. The frame is
 /// turned by `yaw` about z and then moved by `lateral` along y. Away from that centred place the
 /// sole no longer conforms; each pole is then lowered or lifted until it just touches the rail
 /// [Steininger2025, 3.1.2].
@@ -41,8 +42,9 @@ impl PoleShoe {
     ///
     /// The cells are regular in the shoe's own x and in the arc length of its sole, as near to
     /// `spacing` as whole numbers of them allow, so they fill the strip exactly; their points lie
-    /// vertically below the sole on the rail. For the centred shoe the sheet is regular in the
-    /// rail's x and arc length, and the gap is exactly zero.
+    /// vertically below the sole on the rail, and their first tangent lies along the shoe. Both poles have
+    /// as many cells; on a rail that is not symmetric those of one are wider. For the centred shoe
+    /// the sheet is regular in the rail's x and arc length, and the gap is exactly zero.
     ///
     /// # Errors
     /// Edges out of order, values that are not finite or not positive, a shoe that reaches beyond
@@ -64,10 +66,12 @@ impl PoleShoe {
         self.check()?;
         let dx = positive("spacing along x", spacing[0])?;
         let ds = positive("spacing across", spacing[1])?;
-        let ends = self
-            .rail
-            .arc_length(&[self.inner_edge, self.conforming_to])?;
-        let width = ends[1] - ends[0];
+        let strips = self
+            .sides()
+            .iter()
+            .map(|pole| self.strip(*pole))
+            .collect::<Result<Vec<_>, _>>()?;
+        let width = strips.iter().map(|s| s[1] - s[0]).fold(0.0, f64::max);
         if self.length / dx * (width / ds) > MOST_CELLS {
             return Err(out_of_range(
                 "spacing",
@@ -76,26 +80,20 @@ impl PoleShoe {
             ));
         }
         let (nx, ny) = (cell_count(self.length, dx), cell_count(width, ds));
-        let spacing = [self.length / nx as f64, width / ny as f64];
         let mut cells = Vec::new();
         let mut nodes = Vec::new();
         let mut grids = Vec::new();
-        for pole in &[1.0, -1.0][..self.poles] {
-            // across: y rises, so the right pole begins at its outer edge
-            let first = if *pole > 0.0 { ends[0] } else { -ends[1] };
-            let grid = |n: usize, shift: f64, start: f64, step: f64| -> Vec<f64> {
-                (0..n).map(|i| start + step * (i as f64 + shift)).collect()
+        let mut areas = Vec::new();
+        for (pole, [first, last]) in self.sides().iter().zip(strips) {
+            let spacing = [self.length / nx as f64, (last - first) / ny as f64];
+            let origin = [-0.5 * self.length, first];
+            let grid = |axis: usize, n: usize, shift: f64| -> Vec<f64> {
+                (0..n)
+                    .map(|i| origin[axis] + spacing[axis] * (i as f64 + shift))
+                    .collect()
             };
-            let of_cells = self.points(
-                *pole,
-                &grid(nx, 0.5, -0.5 * self.length, spacing[0]),
-                &grid(ny, 0.5, first, spacing[1]),
-            )?;
-            let of_nodes = self.points(
-                *pole,
-                &grid(nx + 1, 0.0, -0.5 * self.length, spacing[0]),
-                &grid(ny + 1, 0.0, first, spacing[1]),
-            )?;
+            let of_cells = self.points(*pole, &grid(0, nx, 0.5), &grid(1, ny, 0.5))?;
+            let of_nodes = self.points(*pole, &grid(0, nx + 1, 0.0), &grid(1, ny + 1, 0.0))?;
             let drop = of_cells
                 .iter()
                 .chain(&of_nodes)
@@ -106,37 +104,51 @@ impl PoleShoe {
                 ny,
                 start: cells.len(),
                 node_start: nodes.len(),
+                spacing,
+                origin,
             });
+            areas.extend(vec![spacing[0] * spacing[1]; of_cells.len()]);
             cells.extend(of_cells.iter().map(|p| self.settled(*pole, *p, drop)));
             nodes.extend(of_nodes.iter().map(|p| self.settled(*pole, *p, drop)));
         }
         Ok(ContactSheet {
-            areas: vec![spacing[0] * spacing[1]; cells.len()],
+            areas,
             cells: SheetPoints::new(&cells),
             nodes: SheetPoints::new(&nodes),
-            spacing,
             grids,
         })
     }
 
-    /// Height of the sole [m] in the shoe's frame above `|y|`, and its slope d/d|y|.
+    /// Sides of the rail with a pole: 1 for y > 0, -1 for y < 0.
+    fn sides(&self) -> &'static [f64] {
+        &[1.0, -1.0][..self.poles]
+    }
+
+    /// Arc lengths [m] at which the conforming strip of a pole begins and ends, rising with y.
+    fn strip(&self, pole: f64) -> Result<[f64; 2], Error> {
+        let edges = [self.inner_edge, self.conforming_to].map(|e| pole * e);
+        let ends = self.rail.arc_length(&edges)?;
+        Ok([ends[0].min(ends[1]), ends[0].max(ends[1])])
+    }
+
+    /// Height of the sole of a pole [m] in the shoe's frame at `y`, and its slope.
     ///
     /// The rail's shape goes on inside the inner edge, the relief beyond the outer one.
-    fn sole(&self, distance: f64) -> Option<(f64, f64)> {
-        if distance <= self.conforming_to {
-            return self.rail.at(distance).map(|s| (s.height, s.slope));
+    fn sole(&self, pole: f64, y: f64) -> Option<(f64, f64)> {
+        let beyond = pole * y - self.conforming_to;
+        if beyond <= 0.0 {
+            return self.rail.at(y).map(|s| (s.height, s.slope));
         }
-        let end = self.rail.at(self.conforming_to)?;
-        let height = end.height + self.relief_slope * (distance - self.conforming_to);
-        Some((height, self.relief_slope))
+        let end = self.rail.at(pole * self.conforming_to)?;
+        let height = end.height + self.relief_slope * beyond;
+        Some((height, pole * self.relief_slope))
     }
 
     /// Height and gradient of the sole of one pole in the common frame, before it is lowered.
     fn sole_at(&self, pole: f64, x: f64, y: f64) -> Option<(f64, [f64; 2])> {
         let (sin, cos) = self.yaw.sin_cos();
         let across = -sin * x + cos * (y - self.lateral);
-        let (height, slope) = self.sole(pole * across)?;
-        let slope = pole * slope;
+        let (height, slope) = self.sole(pole, across)?;
         Some((height, [-sin * slope, cos * slope]))
     }
 
@@ -154,11 +166,12 @@ impl PoleShoe {
                     return Err(beyond(&self.rail, y));
                 };
                 let (sole, _) = self
-                    .sole(pole * across)
+                    .sole(pole, across)
                     .ok_or_else(|| beyond(&self.rail, across))?;
                 points.push(SheetPoint {
                     position: [x, y, rail.height],
                     normal: [0.0, rail.normal()[0], rail.normal()[1]],
+                    along: [cos, sin],
                     arc_length: if centred {
                         s
                     } else {
@@ -222,33 +235,40 @@ impl PoleShoe {
             );
             return Err(out_of_range("outer_edge", self.outer_edge, accepted));
         }
-        let half_width = self.rail.range()[1];
-        if self.conforming_to > half_width {
-            let accepted = format!("the head of the rail ends at {half_width} m");
-            return Err(out_of_range("conforming_to", self.conforming_to, accepted));
-        }
-        if self.outer_edge > half_width {
-            let accepted = format!("the head of the rail ends at {half_width} m");
-            return Err(out_of_range("outer_edge", self.outer_edge, accepted));
-        }
-        if self.relief_slope < 0.0 {
-            let accepted = "the sole rises beyond conforming_to, so it is at least 0";
-            return Err(out_of_range("relief_slope", self.relief_slope, accepted));
-        }
-        let end_slope = self.rail.at(self.conforming_to).map_or(0.0, |s| s.slope);
-        if self.relief_slope <= end_slope {
-            let accepted = format!(
-                "it must exceed the rail's own slope {end_slope} at conforming_to, \
-                 or the sole would cut into the rail"
-            );
-            return Err(out_of_range("relief_slope", self.relief_slope, accepted));
-        }
         if !(1..=2).contains(&self.poles) {
             return Err(out_of_range(
                 "poles",
                 self.poles as f64,
                 "a shoe has 1 or 2 poles",
             ));
+        }
+        let [right, left] = self.rail.range();
+        for pole in self.sides() {
+            let half_width = if *pole > 0.0 { left } else { -right };
+            for (name, value) in [
+                ("conforming_to", self.conforming_to),
+                ("outer_edge", self.outer_edge),
+            ] {
+                if value > half_width {
+                    let accepted = format!("the head of the rail ends at {half_width} m");
+                    return Err(out_of_range(name, value, accepted));
+                }
+            }
+        }
+        if self.relief_slope < 0.0 {
+            let accepted = "the sole rises beyond conforming_to, so it is at least 0";
+            return Err(out_of_range("relief_slope", self.relief_slope, accepted));
+        }
+        for pole in self.sides() {
+            let end = self.rail.at(pole * self.conforming_to);
+            let end_slope = end.map_or(0.0, |s| pole * s.slope);
+            if self.relief_slope <= end_slope {
+                let accepted = format!(
+                    "it must exceed the rail's own slope {end_slope} at conforming_to, \
+                     or the sole would cut into the rail"
+                );
+                return Err(out_of_range("relief_slope", self.relief_slope, accepted));
+            }
         }
         if self.yaw.abs() > 0.5 {
             let accepted = "a yaw angle in radians within -0.5 .. 0.5 is accepted";

@@ -14,27 +14,27 @@ use crate::error::enter;
 use crate::operator::PyCompliance;
 use crate::tetra::PySampling;
 
-/// A half-space under piecewise constant tractions on rectangular patches of one spacing.
+/// A half-space under piecewise constant tractions on rectangular patches of about one spacing.
 ///
 /// `patches`: (x0, y0, nx, ny) each, centre of the first cell [m] and numbers of cells; `spacing`:
-/// (dx, dy) [m]; `interact`: whether the patches lie on one body.
+/// (dx, dy) [m], or one for each patch; `interact`: whether the patches lie on one body.
 #[pyfunction]
 pub(crate) fn half_space(
     py: Python<'_>,
     shear_modulus: f64,
     poisson_ratio: f64,
     patches: Vec<(f64, f64, usize, usize)>,
-    spacing: (f64, f64),
+    spacing: Spacing,
     interact: bool,
 ) -> PyResult<PyCompliance> {
     let body = enter(py, |_| {
         let material = Material::new(shear_modulus, poisson_ratio)?;
-        HalfSpace::with_patches(material, grids(&patches, spacing)?, neighbours(interact))
+        HalfSpace::with_patches(material, grids(&patches, &spacing)?, neighbours(interact))
     })?;
     Ok(PyCompliance(Arc::new(body)))
 }
 
-/// A half-space under tractions bilinear between the nodes of patches of one spacing.
+/// A half-space under tractions bilinear between the nodes of patches of about one spacing.
 ///
 /// Arguments as of `half_space`, but nodes instead of cells. Returns the body, whose displacements are means
 /// weighted with the hat of each node, and the integral of each hat (n,) [m2].
@@ -44,12 +44,12 @@ pub(crate) fn half_space_hats(
     shear_modulus: f64,
     poisson_ratio: f64,
     patches: Vec<(f64, f64, usize, usize)>,
-    spacing: (f64, f64),
+    spacing: Spacing,
     interact: bool,
 ) -> PyResult<(PyCompliance, Bound<'_, PyArray1<f64>>)> {
     let body = enter(py, |_| {
         let material = Material::new(shear_modulus, poisson_ratio)?;
-        HatHalfSpace::new(material, grids(&patches, spacing)?, neighbours(interact))
+        HatHalfSpace::new(material, grids(&patches, &spacing)?, neighbours(interact))
     })?;
     let weights = body.weights().into_pyarray(py);
     Ok((PyCompliance(Arc::new(body)), weights))
@@ -71,7 +71,7 @@ pub(crate) fn half_space_cut_hats(
 ) -> PyResult<PyCompliance> {
     let body = enter(py, |_| {
         let material = Material::new(shear_modulus, poisson_ratio)?;
-        let patches = grids(&[patch], spacing)?;
+        let patches = grids(&[patch], &Spacing::One(spacing))?;
         let whole = HatHalfSpace::new(material, patches, Neighbours::Interact)?;
         CutHats::new(whole, &sampling.0, &kept)
     })?;
@@ -112,11 +112,24 @@ pub(crate) fn half_space_gaussians<'py>(
     Ok((handles, weights.into_pyarray(py)))
 }
 
-fn grids(patches: &[(f64, f64, usize, usize)], spacing: (f64, f64)) -> Result<Vec<Patch>, Error> {
+/// Size (dx, dy) [m] of the cells of all patches, or of each.
+#[derive(FromPyObject)]
+pub(crate) enum Spacing {
+    One((f64, f64)),
+    Each(Vec<(f64, f64)>),
+}
+
+fn grids(patches: &[(f64, f64, usize, usize)], spacing: &Spacing) -> Result<Vec<Patch>, Error> {
     patches
         .iter()
-        .map(|&(x0, y0, nx, ny)| {
-            let grid = Grid::new(nx, ny, spacing.0, spacing.1)?;
+        .enumerate()
+        .map(|(patch, &(x0, y0, nx, ny))| {
+            let (dx, dy) = match spacing {
+                Spacing::One(spacing) => *spacing,
+                // none for a patch is refused as one of no size
+                Spacing::Each(spacings) => spacings.get(patch).copied().unwrap_or_default(),
+            };
+            let grid = Grid::new(nx, ny, dx, dy)?;
             Ok(Patch { x0, y0, grid })
         })
         .collect()

@@ -140,15 +140,14 @@ fn sheet_points(py: Python<'_>, points: SheetPoints) -> PyResult<Bound<'_, PyDic
 
 fn sheet(py: Python<'_>, sheet: ContactSheet) -> PyResult<Bound<'_, PyDict>> {
     let fields = PyDict::new(py);
-    let grids: Vec<[usize; 4]> = sheet
+    let grids: Vec<([usize; 4], [f64; 2], [f64; 2])> = sheet
         .grids
         .iter()
-        .map(|g| [g.nx, g.ny, g.start, g.node_start])
+        .map(|g| ([g.nx, g.ny, g.start, g.node_start], g.spacing, g.origin))
         .collect();
     fields.set_item("cells", sheet_points(py, sheet.cells)?)?;
     fields.set_item("nodes", sheet_points(py, sheet.nodes)?)?;
     fields.set_item("area", sheet.areas.into_pyarray(py))?;
-    fields.set_item("spacing", sheet.spacing)?;
     fields.set_item("grids", grids)?;
     Ok(fields)
 }

@@ -56,9 +56,13 @@ impl HalfSpace {
 
     /// A half-space with several patches of cells, at any distance from one another, in one plane.
     ///
+    /// Where cells of two patches differ in size, what one patch does to the other is taken as if both had
+    /// cells of their mean size about the same middles, so that it stays a convolution; the loads are those
+    /// of the true cells. That is right to the second order of the difference at a distance.
+    ///
     /// # Errors
     /// [`Error::Material`], [`Error::Grid`], [`Error::NoPatch`], and [`Error::PatchSpacing`] where
-    /// the spacings differ.
+    /// the spacings differ by more than a third.
     pub fn with_patches(
         material: Material,
         patches: Vec<Patch>,
@@ -107,13 +111,6 @@ impl HalfSpace {
         &self.patches
     }
 
-    /// Distance between the first cells of two patches and the cell [m].
-    fn placement(&self, target: usize, source: usize) -> ([f64; 2], [f64; 2]) {
-        let (t, s) = (&self.patches[target], &self.patches[source]);
-        let Grid { dx, dy, .. } = self.patches[0].grid;
-        ([t.x0 - s.x0, t.y0 - s.y0], [dx, dy])
-    }
-
     fn kernel(
         &self,
         observed: Component,
@@ -123,10 +120,16 @@ impl HalfSpace {
     ) -> Option<Kernel> {
         let n = self.patches.len();
         let transform = self.transforms[target * n + source].as_ref()?;
-        let (shift, cell) = self.placement(target, source);
+        let place = Placement::new(&self.patches[target], &self.patches[source]);
         let at = |i: f64, j: f64| {
-            let offset = [shift[0] + i * cell[0], shift[1] + j * cell[1]];
-            influence(&self.material, observed, loaded, offset, cell)
+            place.load
+                * influence(
+                    &self.material,
+                    observed,
+                    loaded,
+                    place.offset(i, j),
+                    place.cell,
+                )
         };
         let kernel = if observed == loaded && target == source {
             transform.even_kernel(|i, j| at(i as f64, j as f64))
@@ -146,7 +149,49 @@ impl HalfSpace {
     }
 }
 
-/// First point of each patch and the number of all points, of patches that share one spacing.
+/// Where the cells of one patch lie from those of another.
+pub(super) struct Placement {
+    /// From the first cell of the source to the first one of the target [m].
+    pub(super) shift: [f64; 2],
+    /// Mean size of their cells [m].
+    pub(super) cell: [f64; 2],
+    /// Area of a cell of the source over that of a mean cell.
+    pub(super) load: f64,
+}
+
+impl Placement {
+    pub(super) fn new(target: &Patch, source: &Patch) -> Self {
+        let (t, s) = (&target.grid, &source.grid);
+        let cell = [0.5 * (t.dx + s.dx), 0.5 * (t.dy + s.dy)];
+        // the middles stay where they are
+        let first = |p: &Patch| {
+            let half = |n: usize| 0.5 * (n as f64 - 1.0);
+            [
+                p.x0 + half(p.grid.nx) * (p.grid.dx - cell[0]),
+                p.y0 + half(p.grid.ny) * (p.grid.dy - cell[1]),
+            ]
+        };
+        let (t0, s0) = (first(target), first(source));
+        Self {
+            shift: [t0[0] - s0[0], t0[1] - s0[1]],
+            cell,
+            load: s.dx * s.dy / (cell[0] * cell[1]),
+        }
+    }
+
+    /// From a cell of the source to one of the target that is `i`, `j` cells further on in its grid [m].
+    fn offset(&self, i: f64, j: f64) -> [f64; 2] {
+        [
+            self.shift[0] + i * self.cell[0],
+            self.shift[1] + j * self.cell[1],
+        ]
+    }
+}
+
+/// Relative difference of the cells of two patches up to which they may lie on one body.
+const UNLIKE: f64 = 1.0 / 3.0;
+
+/// First point of each patch and the number of all points, of patches with about the same spacing.
 pub(super) fn starts(patches: &[Patch]) -> Result<Vec<usize>, Error> {
     let Some(first) = patches.first().map(|p| p.grid) else {
         return Err(Error::NoPatch);
@@ -155,7 +200,7 @@ pub(super) fn starts(patches: &[Patch]) -> Result<Vec<usize>, Error> {
     for (patch, Patch { grid, .. }) in patches.iter().enumerate() {
         let Grid { nx, ny, dx, dy } = *grid;
         Grid::new(nx, ny, dx, dy)?;
-        let differs = |a: f64, b: f64| (a - b).abs() > 1e-12 * b;
+        let differs = |a: f64, b: f64| (a - b).abs() > UNLIKE * b;
         if differs(dx, first.dx) || differs(dy, first.dy) {
             let (first_dx, first_dy) = (first.dx, first.dy);
             return Err(Error::PatchSpacing {
@@ -248,7 +293,7 @@ impl Compliance for HalfSpace {
                 if self.transforms[target * n + source].is_none() {
                     continue;
                 }
-                let (shift, cell) = self.placement(target, source);
+                let place = Placement::new(&self.patches[target], &self.patches[source]);
                 let (t, s) = (&self.patches[target].grid, &self.patches[source].grid);
                 // every offset once
                 let width = t.nx + s.nx - 1;
@@ -256,8 +301,14 @@ impl Compliance for HalfSpace {
                     .map(|k| {
                         let i = (k % width) as f64 - (s.nx - 1) as f64;
                         let j = (k / width) as f64 - (s.ny - 1) as f64;
-                        let offset = [shift[0] + i * cell[0], shift[1] + j * cell[1]];
-                        scale * influence(&self.material, observed, loaded, offset, cell)
+                        let value = influence(
+                            &self.material,
+                            observed,
+                            loaded,
+                            place.offset(i, j),
+                            place.cell,
+                        );
+                        scale * place.load * value
                     })
                     .collect();
                 for row in 0..t.points() {
@@ -369,6 +420,43 @@ mod tests {
         for (a, b) in a.iter().zip(&b) {
             assert!((a - b).abs() < 1e-13 * scale);
         }
+        Ok(())
+    }
+
+    /// The influence is self-adjoint in the product weighted with the areas, and the load of a coarser patch
+    /// arrives whole.
+    #[test]
+    fn patches_of_unlike_cells_answer_one_another() -> Result<(), Error> {
+        let patches = vec![
+            Patch {
+                x0: 0.0,
+                y0: 0.0,
+                grid: Grid::new(4, 5, 1e-3, 2e-3)?,
+            },
+            Patch {
+                x0: 0.0,
+                y0: 0.1,
+                grid: Grid::new(4, 5, 1e-3, 2.4e-3)?,
+            },
+        ];
+        let body = HalfSpace::with_patches(STEEL, patches.clone(), Neighbours::Interact)?;
+        assert_fft_equals_dense(&body);
+        let mut matrix = vec![0.0; 40 * 40];
+        body.add_influence(Normal, Normal, 1.0, &mut matrix);
+        for i in 0..40 {
+            for j in 0..40 {
+                let area = |k: usize| patches[k / 20].grid.cell_area();
+                let (a, b) = (matrix[i * 40 + j] * area(i), matrix[j * 40 + i] * area(j));
+                assert!((a - b).abs() < 1e-12 * a.abs(), "{i} {j}: {a} {b}");
+            }
+        }
+        // a uniform pressure on the far patch is about a point load in its middle
+        let seen: f64 = (20..40).map(|j| matrix[j]).sum();
+        let middle = [1.5e-3_f64, 0.1 + 2.0 * 2.4e-3];
+        let load = 20.0 * patches[1].grid.cell_area();
+        let point = (1.0 - STEEL.poisson_ratio) * load
+            / (2.0 * std::f64::consts::PI * STEEL.shear_modulus * middle[0].hypot(middle[1]));
+        assert!((seen - point).abs() < 2e-3 * point, "{seen} {point}");
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use mtb_operator::{Compliance, Component, Grid};
 use rayon::prelude::*;
 
-use super::body::{index, is_coupled};
+use super::body::{Placement, index, is_coupled};
 use super::influence::point_load;
 use super::{Neighbours, Patch};
 use crate::{Error, Material};
@@ -106,7 +106,7 @@ impl HatHalfSpace {
 
     /// Fills `int phi_i u[phi_j] dA` for the nodes of one patch under loads on another.
     ///
-    /// With the same spacing everywhere an entry depends on the offset of the two nodes and on which
+    /// With the same spacing on both (their mean, see [`super::HalfSpace::with_patches`]) an entry depends on the offset of the two nodes and on which
     /// hats (whole, cut on the left, cut on the right) they carry along x and along y. So the moments of
     /// the kernel over all cells of offsets are summed first along x, then along y.
     fn fill(
@@ -117,10 +117,11 @@ impl HatHalfSpace {
         matrix: &mut [f64],
     ) {
         let (t, s) = (&self.patches[target], &self.patches[source]);
-        let (cell, n) = ([t.grid.dx, t.grid.dy], self.points());
+        let place = Placement::new(t, s);
+        let (cell, n) = (place.cell, self.points());
         let kernel = |x: f64, y: f64| point_load(&self.material, observed, loaded, [x, y]);
-        let x = Offsets::new(t.x0 - s.x0, t.grid.nx, s.grid.nx, cell[0]);
-        let y = Offsets::new(t.y0 - s.y0, t.grid.ny, s.grid.ny, cell[1]);
+        let x = Offsets::new(place.shift[0], t.grid.nx, s.grid.nx, cell[0]);
+        let y = Offsets::new(place.shift[1], t.grid.ny, s.grid.ny, cell[1]);
 
         // [y cell][power of y][x cell][power of x]
         let width = x.cells * POWERS;
@@ -148,7 +149,8 @@ impl HatHalfSpace {
             .collect();
         // [y variant][y offset][x variant][x offset]
         let width = VARIANTS * x.nodes;
-        let area = cell[0] * cell[1];
+        // hats of mean size stand for hats of the target's and of the source's own
+        let area = s.grid.cell_area() * t.grid.cell_area() / (cell[0] * cell[1]);
         let along_y: Vec<f64> = (0..VARIANTS * y.nodes)
             .into_par_iter()
             .flat_map_iter(|k| {
