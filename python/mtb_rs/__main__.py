@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import argparse
+import codecs
+import contextlib
+import io
 import math
+import os
 import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 from rich.console import Console
@@ -19,10 +23,12 @@ from rich.table import Table
 
 from . import __version__
 from .chart import QUANTITIES
+from .check import path_of, shortened
 from .errors import CaseError, ConvergenceError
+from .files import check_folder
 from .geometry import STANDARD_PROFILES
 from .result import Result
-from .sweeps import MOST_CASES
+from .sweeps import MOST_CASES, most_processes
 
 if TYPE_CHECKING:
     from .case import Case
@@ -34,22 +40,73 @@ BAD_INPUT, NO_SOLUTION, STOPPED = 2, 3, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
-    errors = Console(stderr=True, highlight=False, markup=False, emoji=False, soft_wrap=True)
+    errors = _console(sys.stderr, markup=False, soft_wrap=True)
     try:
         command: Callable[[argparse.Namespace], int] = options.command
-        return command(options)
+        code = command(options)
+        sys.stdout.flush()
+        return code
     except ConvergenceError as error:
-        errors.print(f"mtb-rs: no solution: {error}", style="red")
+        errors.print(f"mtb-rs: no solution: {_one_line(error)}", style="red")
         return NO_SOLUTION
     except CaseError as error:
         errors.print("\n".join(f"mtb-rs: {line}" for line in str(error).splitlines()), style="red")
         return BAD_INPUT
+    except MemoryError as error:
+        errors.print(f"mtb-rs: the memory does not suffice: {_one_line(error)}", style="red")
+        return BAD_INPUT
     except (ValueError, OSError) as error:
-        errors.print(f"mtb-rs: {error}", style="red")
+        errors.print(f"mtb-rs: {_one_line(error)}", style="red")
         return BAD_INPUT
     except KeyboardInterrupt:
         errors.print("mtb-rs: stopped", style="red")
         return STOPPED
+    finally:
+        _leave_standard_output()
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _console(stream: TextIO, **options: Any) -> Console:
+    """A console that prints on any terminal: signs that its encoding lacks are written plainly."""
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors=_PLAIN)
+    return Console(file=stream, highlight=False, emoji=False, **options)
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(
+        "u" if sign in "\u00b5\u03bc" else "?" for sign in error.object[error.start : error.end]
+    ), error.end
+
+
+_PLAIN = "mtb_rs.plain"
+codecs.register_error(_PLAIN, _plainly)
+
+
+def _leave_standard_output() -> None:
+    """What could not be printed, to a full disk or a closed pipe, is not tried again at the end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stdout.fileno())
+            os.close(nowhere)
+
+
+def _directory(options: argparse.Namespace) -> Path:
+    """Where to write: as told, or a directory named as the case."""
+    if options.output is not None:
+        return path_of("DIR", os.fspath(options.output))
+    name = options.case.stem.strip(". ")
+    if not name:
+        raise ValueError(f"{options.case} has no name to call a directory by: -o DIR is needed")
+    return Path(name)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -135,18 +192,19 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     from .case import load_case
+    from .export import check_saveable
 
-    console = Console(highlight=False, emoji=False)
-    directory: Path = options.output or Path(options.case.stem)
+    console = _console(sys.stdout)
+    directory = check_saveable(_directory(options))
     case = load_case(options.case)
     with console.status("solving ..."):
         clock = time.perf_counter()
         result = case.solve()
         elapsed = time.perf_counter() - clock
-    print_report(result, console, elapsed)
     with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         written = result.save(directory)
+    print_report(result, console, elapsed)
     for warning in caught:
         console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"{len(written)} files in {directory}", markup=False, soft_wrap=True)
@@ -155,9 +213,10 @@ def _run(options: argparse.Namespace) -> int:
 
 def _chart(options: argparse.Namespace) -> int:
     from .case import load_case
+    from .chart import check_saveable
 
-    console = Console(highlight=False, emoji=False)
-    directory: Path = options.output or Path(options.case.stem)
+    console = _console(sys.stdout)
+    directory = check_saveable(_directory(options))
     scene = load_case(options.case).scene()
     with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
         task = bar.add_task("charting ...", total=1.0)
@@ -230,24 +289,36 @@ def _meant(case: Case, key: str, values: list[Any]) -> Any:
 
 
 def _processes(text: str) -> int:
-    if not text.strip().isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}: a whole number from 1 on is needed")
+    if not text.strip().isdecimal() or len(text) > 9 or not 1 <= int(text) <= most_processes():
+        wanted = f"a whole number from 1 to {most_processes()}, four for each processor"
+        raise argparse.ArgumentTypeError(f"{shortened(text)}: {wanted}, is needed")
     return int(text)
+
+
+def _check_sweep_saveable(directory: Path) -> Path:
+    """The directory, if what is replaced there is a sweep's, as its checkpoint tells."""
+    check_folder(directory)
+    for name in ("sweep.csv", "sweep.nc"):
+        if (directory / name).exists() and not (directory / "sweep.jsonl").exists():
+            raise ValueError(
+                f"{directory / name} is there without the sweep.jsonl of an earlier sweep: it would be lost; "
+                "move it, or write into another directory"
+            )
+    return directory
 
 
 def _sweep(options: argparse.Namespace) -> int:
     from .case import load_case
     from .sweeps import sweep
 
-    console = Console(highlight=False, emoji=False)
-    directory: Path = options.output or Path(options.case.stem)
+    console = _console(sys.stdout)
+    directory = _check_sweep_saveable(_directory(options))
     varied = [key for key, _ in options.vary]
     if len(set(varied)) < len(varied):
         twice = next(key for key in varied if varied.count(key) > 1)
         raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
     case = load_case(options.case)
     parameters = {key: _meant(case, key, values) for key, values in options.vary}
-    directory.mkdir(parents=True, exist_ok=True)
     solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)
     with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
         task = bar.add_task("solving", total=None)

@@ -3,7 +3,8 @@
 
 A file holds a line of identification, the SHA-256 of what follows, and an NPZ archive. It is written
 beside its place and then renamed, so several processes may share the folder; what does not match its
-checksum is rebuilt.
+checksum, or does not hold the arrays that such a result has, is rebuilt. Who can write into the folder is
+trusted: a checksum tells damage, not a forged number.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import io
 import logging
 import os
 import sys
-import tempfile
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -23,6 +23,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .errors import MissingFileError
+from .files import drafted, read_arrays, read_bytes
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -54,18 +57,34 @@ def memory_only() -> Iterator[None]:
 
 
 def folder(argument: str | Path | None = None) -> Path | None:
-    """Folder of the cache: the argument, else the environment's, else the platform's; None if off."""
+    """Folder of the cache: the argument, else the environment's, else the platform's; None if off.
+
+    None also for a user without a home directory.
+
+    Raises
+    ------
+    ValueError
+        If the folder begins with a ~ of somebody who has no home directory.
+    """
     given = os.environ.get(VARIABLE) if argument is None else str(argument)
     if given is not None:
-        return None if given.strip().lower() in ("", "off", "0") else Path(given).expanduser()
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "mtb_rs"
+        if given.strip().lower() in ("", "off", "0"):
+            return None
+        try:
+            return Path(given).expanduser()
+        except RuntimeError:
+            named = VARIABLE if argument is None else "directory"
+            raise ValueError(
+                f"{named} is {given!r}: there is no such home directory; a folder, or 'off', is needed"
+            ) from None
+    base = {
+        "win32": os.environ.get("LOCALAPPDATA") or "~/AppData/Local",
+        "darwin": "~/Library/Caches",
+    }.get(sys.platform, os.environ.get("XDG_CACHE_HOME") or "~/.cache")
+    try:
+        return Path(base).expanduser() / "mtb_rs"
+    except RuntimeError:  # a container's user that the system does not know
+        return None
 
 
 def content_key(parts: Mapping[str, Any]) -> str:
@@ -82,15 +101,20 @@ def content_key(parts: Mapping[str, Any]) -> str:
     return digest.hexdigest()
 
 
-def fetch(key: str, build: Callable[[], Arrays], directory: Path | None) -> tuple[Arrays, str]:
-    """Arrays under `key`, built if need be, and where they came from: "memory", "disk", "built"."""
+def fetch(
+    key: str, build: Callable[[], Arrays], directory: Path | None, fits: Callable[[Arrays], bool]
+) -> tuple[Arrays, str]:
+    """Arrays under `key`, built if need be, and where they came from: "memory", "disk", "built".
+
+    `fits` says whether what lies on the disk can be what would be built.
+    """
     with _lock:
         if key in _memory:
             _memory.move_to_end(key)
             return _memory[key], "memory"
     if not _on_disk:
         directory = None
-    arrays = None if directory is None else _read(directory / (key + _SUFFIX))
+    arrays = None if directory is None else _read(directory / (key + _SUFFIX), fits)
     origin = "disk"
     if arrays is None:
         arrays, origin = build(), "built"
@@ -109,23 +133,29 @@ def forget() -> None:
         _memory.clear()
 
 
-def _read(path: Path) -> Arrays | None:
+def _read(path: Path, fits: Callable[[Arrays], bool]) -> Arrays | None:
     try:
-        content = path.read_bytes()
-    except FileNotFoundError:
+        content = read_bytes(path, "cached result")
+    except MissingFileError:
         return None
-    except OSError as error:
-        _log.warning("cannot read %s: %s", path, error)
+    except ValueError as error:
+        _log.warning("%s", error)
         return None
     header, payload = content[: len(_HEADER) + 65], content[len(_HEADER) + 65 :]
     expected = _HEADER + hashlib.sha256(payload).hexdigest().encode() + b"\n"
     if header != expected:
         _log.warning("%s is damaged or of another kind: it is rebuilt", path)
         return None
-    with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-    if str(arrays.pop("key")) != path.stem:
+    try:
+        arrays = read_arrays(payload)
+    except ValueError as error:
+        _log.warning("%s cannot be read, %s: it is rebuilt", path, error)
+        return None
+    if str(arrays.pop("key", "")) != path.stem:
         _log.warning("%s belongs to another body: it is rebuilt", path)
+        return None
+    if not fits(arrays):
+        _log.warning("%s does not hold what such a body has: it is rebuilt", path)
         return None
     with contextlib.suppress(OSError):
         os.utime(path)  # used just now
@@ -135,20 +165,15 @@ def _read(path: Path) -> Arrays | None:
 def _write(directory: Path, key: str, arrays: Arrays) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, key=np.array(key), **arrays)
-    payload = buffer.getvalue()
-    temporary = None
+    payload = buffer.getbuffer()
+    name = key + _SUFFIX
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=directory, prefix=".", delete=False) as file:
-            temporary = Path(file.name)
-            file.write(_HEADER + hashlib.sha256(payload).hexdigest().encode() + b"\n")
-            file.write(payload)
-        temporary.replace(directory / (key + _SUFFIX))
+        with drafted(directory) as draft:
+            draft.write(name, _HEADER + hashlib.sha256(payload).hexdigest().encode() + b"\n", payload)
+            draft.move(name)
         _prune(directory)
     except OSError as error:
-        _log.warning("cannot keep a result in %s: %s", directory, error)
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        _log.warning("cannot keep a result: %s", error)
 
 
 def _prune(directory: Path) -> None:

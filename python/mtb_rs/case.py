@@ -11,12 +11,13 @@ from __future__ import annotations
 import csv
 import difflib
 import inspect
+import io
 import json
 import math
 import re
 import tomllib
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,16 +40,21 @@ from pydantic_core import ErrorDetails
 
 from . import scenes
 from .bodies import Rigid
-from .check import choice, path_of
+from .check import choice, path_of, shortened
 from .errors import CaseError
+from .files import read_bytes, read_text
 from .friction import InterfaceLayer
 from .geometry import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
 from .loads import GaussianPressure, VelocityTable
 from .material import Material
 from .result import Result
-from .scene import Scene
+from .scene import METHODS, Scene, check_options, method_options
 
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
+#: Most bytes of a case file; a long table goes into a file of its own.
+MOST_BYTES = 1_000_000
+#: Most levels of tables and lists in a case file.
+MOST_DEEP = 16
 
 
 class Case(BaseModel):
@@ -120,12 +126,16 @@ def load_case(path: str | Path) -> Case:
     """
     path = Path(path)
     try:
-        words = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CaseError(f"{path}: cannot be read: {error.strerror or error}") from error
+        content = read_bytes(path, "", MOST_BYTES)
+    except ValueError as error:
+        raise CaseError(str(error)) from error
+    try:
+        words = tomllib.loads(content.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise CaseError(f"{path}: is not UTF-8 text: byte {error.start} is no character") from error
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise CaseError(f"{path}: is nested too deeply: at most {MOST_DEEP} levels are read") from None
+    except ValueError as error:  # TOMLDecodeError is one; whole numbers of thousands of digits raise another
         raise CaseError(f"{path}: is not TOML: {error}") from error
     return case_from_words(words, source=str(path), directory=path.parent)
 
@@ -138,20 +148,43 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
     CaseError
         As :func:`load_case`.
     """
+    _check_words(source, words)
     name = words.get("scene")
     if name not in SCENES:
-        given = "is missing" if name is None else f"is {name!r}"
+        given = "is missing" if name is None else f"is {shortened(name)}"
         raise CaseError(f"{source}: scene {given}: one of {', '.join(map(repr, SCENES))} is needed")
     model = _case_model(str(name))
+    wrong: dict[str, None] = {}
     try:
         case = model.model_validate(words, context={"directory": directory or Path()})
     except ValidationError as error:
-        lines = [_sentence(item, model) for item in error.errors()]
-        raise CaseError("\n".join(f"{source}: {line}" for line in dict.fromkeys(lines))) from error
+        wrong = dict.fromkeys(_sentence(item, model) for item in error.errors())
+    told = {line.partition(" = ")[0] for line in wrong}
+    wrong.update((line, None) for key, line in _wrong_options(words.get("solve")) if key not in told)
+    if wrong:
+        raise CaseError("\n".join(f"{source}: {line}" for line in wrong))
     case._words = dict(words)
     case._source = source
     case._directory = directory
     return case
+
+
+def _check_words(source: str, words: Mapping[str, Any]) -> None:
+    """What no scene can take, before anything is called with it: deep tables, numbers beyond 64 bits."""
+    waiting: list[tuple[tuple[str, ...], Any]] = [((), words)]
+    while waiting:
+        place, value = waiting.pop()
+        key = ".".join(place[:4])
+        if len(place) > MOST_DEEP:
+            raise CaseError(f"{source}: {key}...: is nested too deeply: at most {MOST_DEEP} levels are read")
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise CaseError(
+                f"{source}: {key}: is a whole number of {value.bit_length()} bits: at most 64 are read"
+            )
+        if isinstance(value, Mapping):
+            waiting += [((*place, str(name)), part) for name, part in value.items()]
+        elif isinstance(value, (list, tuple)):
+            waiting += [((*place, str(k)), part) for k, part in enumerate(value)]
 
 
 # --- words of the values -------------------------------------------------------------------------
@@ -238,11 +271,11 @@ def _numbers(name: str, given: Any) -> list[float]:
 
 def _table_file(path: Path) -> VelocityTable:
     """A CSV with two columns, velocity [m/s] and value; a first line without numbers is a heading."""
+    text = read_text(path, "table")
     try:
-        with path.open(newline="", encoding="utf-8") as stream:
-            rows = [row for row in csv.reader(stream) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+    except csv.Error as error:
+        raise ValueError(f"table {path} cannot be read: {error}") from error
     numbers = []
     for line, row in enumerate(rows, start=1):
         try:
@@ -250,7 +283,7 @@ def _table_file(path: Path) -> VelocityTable:
         except ValueError:
             if line == 1:
                 continue
-            raise ValueError(f"{path}, line {line}: {','.join(row)!r} is not two numbers") from None
+            raise ValueError(f"{path}, line {line}: {shortened(','.join(row))} is not two numbers") from None
         numbers.append((velocity, value))
     return VelocityTable([v for v, _ in numbers], [value for _, value in numbers])
 
@@ -368,6 +401,29 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
     message = item["msg"].removeprefix("Value error, ")
     message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
     return f"{key} = {_short(given)}: {message}"
+
+
+def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
+    """What of ``[solve]`` no scene takes: the keys with their sentences."""
+    if not isinstance(given, Mapping):
+        return
+    basic = [name for name in _words_of(Scene.solve)]
+    for name in basic:
+        if name in given:
+            try:
+                check_options(**{name: given[name]})
+            except ValueError as error:
+                yield f"solve.{name}", f"solve: {error}"
+    method = given.get("method", "direct")
+    if method not in METHODS:
+        return
+    known = [*basic, *method_options(method)]
+    for name, value in given.items():
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            key = f"solve.{name}"
+            yield key, f"{key} = {_short(value)}: unknown option of the {method} method; {hint}"
 
 
 def _short(value: Any) -> str:

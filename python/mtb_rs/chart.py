@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from .errors import ConvergenceError
+from .files import check_folder, drafted, read_bytes
 
 T = TypeVar("T")
 
@@ -22,6 +24,9 @@ T = TypeVar("T")
 ROUNDING = 1e-12
 #: What an error can be measured in.
 QUANTITIES = ("pressure", "force", "displacement")
+#: Files of a chart, and what its table begins with.
+KINDS = ("png", "html", "csv")
+HEADING = b"series,spacing_m,unknowns,"
 
 
 @dataclass(frozen=True)
@@ -218,17 +223,54 @@ class Chart:
         return out.getvalue()
 
     def save(self, directory: str | Path, name: str = "chart") -> list[Path]:
-        """Writes the chart as PNG, as a page to hover over (HTML), and as CSV."""
+        """Writes the chart as PNG, as a page to hover over (HTML), and as CSV.
+
+        Raises
+        ------
+        ValueError
+            If no point has an error to show, or there are files of these names that are no chart's.
+        OSError
+            If nothing can be written there.
+        """
         from .chart_page import page
         from .chart_plot import draw
 
-        directory = Path(directory)
-        directory.mkdir(parents=True, exist_ok=True)
-        files = [directory / f"{name}.{kind}" for kind in ("png", "html", "csv")]
-        draw(self).savefig(files[0], dpi=150)
-        files[1].write_text(page(self), encoding="utf-8")
-        files[2].write_text(self.csv(), encoding="utf-8")
+        directory = check_saveable(directory, name)
+        files = [directory / f"{name}.{kind}" for kind in KINDS]
+        picture = io.BytesIO()
+        draw(self).savefig(picture, dpi=150, format="png")
+        contents = [picture.getvalue(), page(self).encode(), self.csv().encode()]
+        with drafted(directory) as draft:
+            for path, content in zip(files, contents, strict=True):
+                draft.write(path.name, content)
+            for path in files:
+                draft.move(path.name)
         return files
+
+
+def check_saveable(directory: str | Path, name: str = "chart") -> Path:
+    """The directory that a chart is to be saved into; nothing is left there.
+
+    Raises
+    ------
+    ValueError, OSError
+        As :meth:`Chart.save`.
+    """
+    folder = check_folder(directory)
+    present = [folder / f"{name}.{kind}" for kind in KINDS if os.path.lexists(folder / f"{name}.{kind}")]
+    if present and not _is_of_chart(folder / f"{name}.csv"):
+        raise ValueError(
+            f"{present[0]} is there, and {name}.csv is no table of an earlier chart: it would be lost; move "
+            "it, or save into another directory"
+        )
+    return folder
+
+
+def _is_of_chart(path: Path) -> bool:
+    try:
+        return read_bytes(path).startswith(HEADING)
+    except ValueError:
+        return False
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,17 @@ LARGEST = 1e30
 def number(name: str, value: Any, unit: str = "") -> float:
     """`value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise ValueError(f"{name} is {value!r}: a finite number{_in(unit)} is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a finite number{_in(unit)} is needed")
     try:
         checked = float(value)
     except OverflowError:
         checked = 2.0 * LARGEST
     if not math.isfinite(checked):
-        raise ValueError(f"{name} is {value!r}: a finite number{_in(unit)} is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a finite number{_in(unit)} is needed")
     if abs(checked) > LARGEST:
-        raise ValueError(f"{name} is {_short(value)}: a number{_in(unit)} of at most {LARGEST:g} is needed")
+        raise ValueError(
+            f"{name} is {shortened(value)}: a number{_in(unit)} of at most {LARGEST:g} is needed"
+        )
     return checked
 
 
@@ -35,7 +37,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     """`value` as a positive float."""
     checked = number(name, value, unit)
     if checked <= 0.0:
-        raise ValueError(f"{name} is {value!r}: a positive number{_in(unit)} is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a positive number{_in(unit)} is needed")
     if checked < 1.0 / LARGEST:
         raise ValueError(
             f"{name} is {value:.6g}: a number{_in(unit)} of at least {1.0 / LARGEST:g} is needed"
@@ -46,7 +48,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
 def whole(name: str, value: Any) -> int:
     """`value` as a positive whole number."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ValueError(f"{name} is {value!r}: a positive whole number is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a positive whole number is needed")
     return int(value)
 
 
@@ -55,7 +57,7 @@ def pair(name: str, value: Any, unit: str = "") -> tuple[float, float]:
     try:
         first, second = value
     except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}: two finite numbers{_in(unit)} are needed") from None
+        raise ValueError(f"{name} is {shortened(value)}: two finite numbers{_in(unit)} are needed") from None
     return number(f"{name}[0]", first, unit), number(f"{name}[1]", second, unit)
 
 
@@ -67,14 +69,14 @@ def numbers(name: str, value: Any, count: int, unit: str = "") -> tuple[float, .
     except TypeError:
         entries = ()
     if len(entries) != count:
-        raise ValueError(f"{name} is {value!r}: {wanted}")
+        raise ValueError(f"{name} is {shortened(value)}: {wanted}")
     return tuple(number(f"{name}[{k}]", entry, unit) for k, entry in enumerate(entries))
 
 
 def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
     """`value`, one of `choices`."""
     if not isinstance(value, str) or value not in choices:
-        raise ValueError(f"{name} is {value!r}: one of {', '.join(map(repr, choices))} is needed")
+        raise ValueError(f"{name} is {shortened(value)}: one of {', '.join(map(repr, choices))} is needed")
     return value
 
 
@@ -85,7 +87,7 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
     except (TypeError, ValueError):  # ragged nesting
         given = np.empty(0, dtype=object)
     if given.dtype.kind not in "fiu":
-        raise ValueError(f"{name} is {_short(values)}: real numbers{_in(unit)} are needed")
+        raise ValueError(f"{name} is {shortened(values)}: real numbers{_in(unit)} are needed")
     masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else None
     array = np.ascontiguousarray(np.asarray(given), dtype=float).reshape(given.shape)
     if masked is not None and masked.any():
@@ -103,9 +105,9 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
 def path_of(name: str, value: Any) -> Path:
     """`value`, a str or path object, as a Path."""
     if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
-        raise ValueError(f"{name} is {value!r}: a path is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a path is needed")
     if not os.fspath(value) or "\0" in os.fspath(value):
-        raise ValueError(f"{name} is {value!r}: a path is needed")
+        raise ValueError(f"{name} is {shortened(value)}: a path is needed")
     return Path(value)
 
 
@@ -116,8 +118,12 @@ def _at(bad: NDArray[np.bool_]) -> str:
     return str([int(k) for k in np.argwhere(bad)[0]])
 
 
-def _short(value: Any) -> str:
-    text = repr(value)
+def shortened(value: Any) -> str:
+    """`value` as messages show it."""
+    try:
+        text = repr(value)
+    except ValueError:  # whole numbers of thousands of digits
+        return "a whole number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

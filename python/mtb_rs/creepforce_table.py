@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .check import number, pair, positive, reals, whole
+from .errors import MissingFileError
+from .files import TEXT, read_arrays, read_bytes, write_bytes
 from .friction import Coulomb
 from .material import Material
 from .reference import elliptic_pressure
@@ -55,6 +57,9 @@ class CreepForceTable:
     cells: int
 
     def __post_init__(self) -> None:
+        if not 0.0 <= number("poisson_ratio", self.poisson_ratio) <= 0.5:
+            raise ValueError(f"poisson_ratio is {self.poisson_ratio!r}: a number from 0 to 0.5 is needed")
+        whole("cells", self.cells)
         ratios = _rising(self.ratios)
         scale = reals("scale", self.scale)
         forces = reals("forces", self.forces)
@@ -184,15 +189,24 @@ class CreepForceTable:
         return np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
 
     def save(self, path: str | Path) -> None:
-        """Writes the table as NPZ; the ending .npz is added where it is missing."""
+        """Writes the table as NPZ; the ending .npz is added where it is missing.
+
+        Raises
+        ------
+        OSError
+            If nothing can be written there.
+        """
+        stream = io.BytesIO()
         np.savez_compressed(
-            _npz(path),
+            stream,
+            allow_pickle=False,
             poisson_ratio=self.poisson_ratio,
             ratios=self.ratios,
             scale=self.scale,
             forces=self.forces,
             cells=self.cells,
         )
+        write_bytes(_npz(path), stream.getbuffer())
 
     @classmethod
     def load(cls, path: str | Path) -> CreepForceTable:
@@ -204,18 +218,20 @@ class CreepForceTable:
             For a file that holds no such table.
         """
         try:
-            with np.load(_npz(path)) as data:
-                missing = {"poisson_ratio", "ratios", "scale", "forces", "cells"} - set(data.files)
-                if missing:
-                    raise ValueError(f"{sorted(missing)} missing")
-                return cls(
-                    poisson_ratio=float(data["poisson_ratio"]),
-                    ratios=data["ratios"],
-                    scale=data["scale"],
-                    forces=data["forces"],
-                    cells=int(data["cells"]),
-                )
-        except (ValueError, EOFError, AttributeError, TypeError, BadZipFile) as error:
+            data = read_arrays(read_bytes(_npz(path), "creep-force table"), most=TEXT)
+            missing = {"poisson_ratio", "ratios", "scale", "forces", "cells"} - set(data)
+            if missing:
+                raise ValueError(f"{sorted(missing)} missing")
+            return cls(
+                poisson_ratio=data["poisson_ratio"].item(),
+                ratios=data["ratios"],
+                scale=data["scale"],
+                forces=data["forces"],
+                cells=data["cells"].item(),
+            )
+        except MissingFileError:
+            raise
+        except ValueError as error:
             raise ValueError(f"{path} is no creep-force table: {error}") from None
 
 

@@ -108,6 +108,40 @@ class Condensed:
         return np.asarray(moved @ wrench[:3] + rotation @ wrench[3:])
 
 
+def _can_be(arrays: cache.Arrays, n: int) -> bool:
+    """Whether these are the arrays of a body condensed onto n points."""
+    counted = ("mode_names", "case_work", "reaction")
+    if not all(name in arrays and arrays[name].ndim for name in (*counted, "cost_names")):
+        return False
+    names, cases, supports = (arrays[name] for name in counted)
+    m, k, s = len(names), len(cases), len(supports)
+    shapes = {
+        "weights": (n,),
+        "flexibility": (6, n, n),
+        "modes": (m, 9),
+        "mode_displacement": (m, 3, n),
+        "case_displacement": (k, 3, n),
+        "case_work": (k, m),
+        "spread_displacement": (6, 3, n),
+        "centre": (3,),
+        "contact_resultant": (6, 3, n),
+        "reaction": (s, 6, 3, n),
+        "case_reaction": (s, 6, k),
+        "spread_reaction": (s, 6, 6),
+    }
+    labels = ("mode_names", "cost_names")
+    return (
+        set(arrays) == {*shapes, *labels, "cost"}
+        and all(
+            arrays[name].dtype == np.float64
+            and arrays[name].shape == shape
+            and bool(np.isfinite(arrays[name]).all())
+            for name, shape in {**shapes, "cost": arrays["cost_names"].shape}.items()
+        )
+        and all(arrays[name].dtype.kind == "U" and arrays[name].ndim == 1 for name in labels)
+    )
+
+
 @dataclass(frozen=True)
 class Balance:
     """What loads amount to on a body, and what its supports answer: (fx, fy, fz, mx, my, mz), [N] and [N m].
@@ -468,7 +502,12 @@ class ElasticBody:
             the mesh is too large.
         """
         arrays, origin = (
-            cache.fetch(self._key(sampling), lambda: self._build(sampling), cache.folder(directory))
+            cache.fetch(
+                self._key(sampling),
+                lambda: self._build(sampling),
+                cache.folder(directory),
+                lambda found: _can_be(found, sampling.n_points),
+            )
             if keep
             else (self._build(sampling), "built")
         )

@@ -31,6 +31,10 @@ class ResultantError(ConvergenceError, ValueError):
     """The load cannot be carried by any pressure: its resultant lies outside the contact."""
 
 
+class MissingFileError(FileNotFoundError, ValueError):
+    """A file that was asked for and is not there."""
+
+
 class ViewError(RuntimeError):
     """A 3-D picture that cannot be made on this machine; the message says what is missing."""
 

@@ -4,21 +4,20 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import math
-import os
 import re
-import shutil
-import tempfile
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
-from .check import path_of
 from .errors import PictureWarning
+from .files import check_folder, drafted, read_text
 from .grids import flat, patches
 from .plot import drawable
 from .result import Pictured, Result
@@ -53,6 +52,18 @@ TOTALS = (
 )
 
 
+#: Quantities drawn as maps and as cuts; the pictures bear their names.
+MAPS = ("pressure", "vertical_displacement", "status", "traction", "slip")
+LINES = ("pressure", "vertical_displacement")
+#: What lists the files of a result.
+SUMMARY = "summary.json"
+#: Names of files of a result: no others are ever removed or replaced.
+_OWN = re.compile(
+    rf"fields\.npz|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
+    rf"({'|'.join(LINES)})_lines\.png"
+)
+
+
 def save(result: Pictured, directory: str | Path) -> list[Path]:
     """Writes a result into a directory, which is made if need be.
 
@@ -69,12 +80,19 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
                                bodies (need pyvista and a GL driver)
     ========================== =====================================================================
 
-    Everything is written beside the directory first and then moved in: what stands in the directory
-    is complete. Files of an earlier result, as its summary lists them, are replaced or removed.
+    Everything is made beside its place first and then moved in: what stands in the directory is complete.
+    Files of an earlier result, as its summary lists them, are replaced or removed; no others are.
 
     Returns
     -------
     list of Path
+
+    Raises
+    ------
+    ValueError
+        If the directory is a file, or holds a file of one of these names that no earlier result lists.
+    OSError
+        If nothing can be written there.
 
     Warns
     -----
@@ -82,34 +100,51 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
         For what is left out because a package or a GL driver is missing; also in the summary, under
         "notices".
     """
-    target = path_of("directory", directory)
-    if target.exists() and not target.is_dir():
-        raise ValueError(f"cannot save into {target}: it is not a directory")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
-    try:
-        notices = _write_fields(result, draft) + _write_pictures(result, draft)
-        names = sorted(path.name for path in draft.iterdir())
-        text = json.dumps(summary(result, names, notices), indent=2, allow_nan=False)
-        (draft / "summary.json").write_text(text + "\n", encoding="utf-8")
-        target.mkdir(exist_ok=True)
-        for name in _files_of_earlier_result(target) - set(names):
+    target = check_saveable(directory)
+    files: dict[str, bytes] = {}
+    notices = _fields(result, files) + _pictures(result, files)
+    names = sorted(files)
+    text = json.dumps(summary(result, names, notices), indent=2, allow_nan=False)
+    earlier = _files_of_earlier_result(target)
+    with drafted(target) as draft:
+        for name, content in [*files.items(), (SUMMARY, text.encode() + b"\n")]:
+            draft.write(name, content)
+        # until the last file is in its place the summary tells whose files these are
+        listed = {**_mark(), "is_complete": False, "files": sorted({*names, *earlier})}
+        draft.write("listed", json.dumps(listed).encode() + b"\n")
+        draft.move("listed", SUMMARY)
+        for name in names:
+            draft.move(name)
+        for name in earlier - set(names):
             (target / name).unlink(missing_ok=True)
-        # the summary goes first and comes last: where there is one, all it lists is there
-        (target / "summary.json").unlink(missing_ok=True)
-        for name in [*names, "summary.json"]:
-            os.replace(draft / name, target / name)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        draft.move(SUMMARY)
     for notice in notices:
         warnings.warn(notice, PictureWarning, stacklevel=2)
-    return [target / name for name in [*names, "summary.json"]]
+    return [target / name for name in [*names, SUMMARY]]
+
+
+def check_saveable(directory: str | Path) -> Path:
+    """The directory that a result is to be saved into; nothing is left there.
+
+    Raises
+    ------
+    ValueError, OSError
+        As :func:`save`.
+    """
+    target = check_folder(directory)
+    own = _files_of_earlier_result(target)
+    present = sorted(path.name for path in target.iterdir()) if target.exists() else []
+    for name in present:
+        if (_OWN.fullmatch(name) and name not in own) or (name == SUMMARY and _listing(target) is None):
+            raise ValueError(
+                f"{target / name} is there, and no earlier result of mtb_rs lists it: it would be lost; move "
+                "it, or save into another directory"
+            )
+    return target
 
 
 def summary(result: Pictured, files: list[str], notices: list[str]) -> dict[str, Any]:
     """What `summary.json` holds: plain data, None for what is not finite."""
-    from . import __version__
-
     pressure, area, status = (flat(result, v) for v in (result.pressure, result.area, result.status))
     by_patch = {
         patch.name: {
@@ -121,7 +156,7 @@ def summary(result: Pictured, files: list[str], notices: list[str]) -> dict[str,
         }
         for patch in patches(result)
     }
-    content: dict[str, Any] = {"mtb_rs": __version__, "result": type(result).__name__}
+    content: dict[str, Any] = {**_mark(), "result": type(result).__name__}
     if isinstance(result, Result):
         content["inputs"] = result.summary
     for name in ("motion", "model", "error_estimate", *TOTALS):
@@ -153,15 +188,24 @@ def plain(value: Any) -> Any:
     return str(value)
 
 
-def _write_fields(result: Pictured, draft: Path) -> list[str]:
+def _mark() -> dict[str, Any]:
+    """What a summary is known by."""
+    from . import __version__
+
+    return {"mtb_rs": __version__}
+
+
+def _fields(result: Pictured, files: dict[str, bytes]) -> list[str]:
     fields = {name: getattr(result, name) for name in FIELDS if hasattr(result, name)}
     if isinstance(result, Result):
         fields["displacement_upper"] = result.displacement.upper
         fields["displacement_lower"] = result.displacement.lower
     totals = {name: getattr(result, name) for name in TOTALS if hasattr(result, name)}
-    np.savez_compressed(draft / "fields.npz", **fields, **totals)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **fields, **totals)
+    files["fields.npz"] = buffer.getvalue()
     try:
-        from .view import bodies, body_mesh, contact_mesh, solid_meshes
+        from .view import bodies, body_mesh, contact_mesh, solid_meshes, vtk_bytes
 
         contact = contact_mesh(result)
     except ImportError:
@@ -170,15 +214,15 @@ def _write_fields(result: Pictured, draft: Path) -> list[str]:
     for name, values in fields.items():
         if name != "points":
             data[name] = np.ascontiguousarray(flat(result, values).T)
-    contact.save(draft / "contact.vtp")
+    files["contact.vtp"] = vtk_bytes(contact)
     if not isinstance(result, Result):
         return []
     plain = [surface for surface in bodies(result) if surface.von_mises is None]
     for stem, surface in zip(_plain_names(s.name for s in plain), plain, strict=True):
-        body_mesh(surface).save(draft / f"body_{stem}.vtp")
+        files[f"body_{stem}.vtp"] = vtk_bytes(body_mesh(surface))
     solids = solid_meshes(result)
     for stem, solid in zip(_plain_names(solids), solids.values(), strict=True):
-        solid.save(draft / f"body_{stem}.vtu")
+        files[f"body_{stem}.vtu"] = vtk_bytes(solid)
     return []
 
 
@@ -196,20 +240,17 @@ def _plain_names(names: Iterable[str]) -> list[str]:
     return found
 
 
-def _write_pictures(result: Pictured, draft: Path) -> list[str]:
+def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
     known = drawable(result)
-    maps = ["pressure", "vertical_displacement", "status"]
-    if "slip" in known:
-        maps += ["traction", "slip"]
-    for quantity in maps:
-        if quantity in known:
-            result.plot(quantity).savefig(draft / f"{quantity}.png")
+    for quantity in MAPS:
+        if quantity in known and (quantity not in ("traction", "slip") or "slip" in known):
+            files[f"{quantity}.png"] = _png(result.plot(quantity))
     if patches(result):
         shoe = isinstance(result, Result) and result.summary.get("scene") == "pole_shoe_on_rail"
-        for quantity in ("pressure", "vertical_displacement"):
+        for quantity in LINES:
             if quantity in known:
                 picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
-                picture.savefig(draft / f"{quantity}_lines.png")
+                files[f"{quantity}_lines.png"] = _png(picture)
     if not isinstance(result, Result):
         return []
     from .view import missing_for_view
@@ -219,16 +260,32 @@ def _write_pictures(result: Pictured, draft: Path) -> list[str]:
         views = {"view": "pressure"} | ({"von_mises": "von_mises"} if result.parts else {})
         for name, quantity in views.items():
             plotter = result.plot(quantity, "3d", off_screen=True)
-            plotter.screenshot(draft / f"{name}.png")
+            buffer = io.BytesIO()
+            Image.fromarray(plotter.screenshot(return_img=True)).save(buffer, "PNG")
+            files[f"{name}.png"] = buffer.getvalue()
             plotter.close()
         return []
     return [f"no view.png: {missing}"]
 
 
-def _files_of_earlier_result(directory: Path) -> set[str]:
-    """Names that the summary of an earlier result lists; only plain names inside the directory."""
+def _png(figure: Any) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()
+
+
+def _listing(directory: Path) -> list[Any] | None:
+    """The files that the summary of an earlier result lists; None without such a summary."""
     try:
-        listed = json.loads((directory / "summary.json").read_text(encoding="utf-8"))["files"]
-        return {name for name in listed if Path(name).name == name}
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+        found = json.loads(read_text(directory / SUMMARY))
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict) or not isinstance(found.get("mtb_rs"), str):
+        return None
+    listed = found.get("files")
+    return listed if isinstance(listed, list) else None
+
+
+def _files_of_earlier_result(directory: Path) -> set[str]:
+    """What an earlier result wrote: names that its summary lists and that a result can have."""
+    return {name for name in _listing(directory) or () if isinstance(name, str) and _OWN.fullmatch(name)}

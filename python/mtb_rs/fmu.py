@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 from . import __version__
 from .check import path_of
+from .files import read_bytes
 
 #: Name of the library inside a unit.
 IDENTIFIER = "mtb_contact"
@@ -52,7 +53,7 @@ def packed(
     """The unit of a contact, given as the bytes of its file, whose inputs are those with a start value."""
     source = path_of("library", library)
     platform = PLATFORMS.get(source.suffix)
-    compiled = source.read_bytes() if platform and source.is_file() else b""
+    compiled = read_bytes(source, "library") if platform else b""
     fitting = f"mtb-fmu-{__version__}-"
     if fitting.encode() not in compiled:
         raise ValueError(

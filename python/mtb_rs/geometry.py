@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .check import choice, number, path_of, positive, reals
+from .files import read_text
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -123,11 +124,7 @@ class Profile:
         path = path_of("path", path)
         choice("interpolation", interpolation, INTERPOLATIONS)
         choice("z_axis", z_axis, Z_AXES)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise ValueError(f"profile file {str(path)!r} cannot be read: {reason}") from None
+        text = read_text(path, "profile file")
         try:
             core = _mtb_rs.Profile.parse(text, metres(unit), z_axis, interpolation)
         except ValueError as error:

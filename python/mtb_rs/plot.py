@@ -25,7 +25,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from PIL import Image
 
-from .check import path_of
+from .files import check_target, write_bytes
 from .grids import corners, flat, patches, row_borders
 from .result import Array, Patch, Pictured, Result
 from .sweep_table import UNITS, SweepTable
@@ -246,7 +246,7 @@ def animate(
     **options
         As for :func:`plot`, `kind` and `y` included; not `ax`.
     """
-    target = path_of("path", path)
+    target = check_target(path)
     if target.suffix not in (".gif", ".webp", ".png"):
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
     history = list(history)
@@ -258,7 +258,10 @@ def animate(
     plot_options = {"limits": _shared_limits(history, quantity, options), **options}
     first, *others = [Image.fromarray(_frame(result, quantity, plot_options)) for result in history]
     pause = round(1000.0 / frames_per_second)
-    first.save(target, save_all=True, append_images=others, duration=pause, loop=0)
+    moving = io.BytesIO()
+    kind = {".gif": "GIF", ".webp": "WEBP", ".png": "PNG"}[target.suffix]
+    first.save(moving, kind, save_all=True, append_images=others, duration=pause, loop=0)
+    write_bytes(target, moving.getbuffer())
     return target
 
 

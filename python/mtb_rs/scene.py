@@ -776,16 +776,21 @@ def check_options(
     choice("quantity", quantity, QUANTITIES)
     if positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
-    steps = inspect.signature(staggered).parameters.values()
-    known = {
-        "direct": [],
-        "incremental": [f.name for f in fields(IncrementalOptions)],
-        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
-    }[method]
+    known = method_options(method)
     for name in options:
         if name not in known:
             has = f": it has {', '.join(known)}" if known else ""
             raise ValueError(f"unknown option {name!r} of the {method} method{has}")
+
+
+def method_options(method: str) -> list[str]:
+    """Options that a method has beside those of all."""
+    steps = inspect.signature(staggered).parameters.values()
+    return {
+        "direct": [],
+        "incremental": [f.name for f in fields(IncrementalOptions)],
+        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
+    }[method]
 
 
 def gap_field(gap: ArrayLike | None) -> Array:

@@ -6,16 +6,15 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs, fmu
-from .check import number, path_of, positive
+from .check import number, positive
 from .errors import ConvergenceError, ResultantError
+from .files import check_target, read_bytes, write_bytes
 from .loads import PressureDependentFriction, VelocityTable, friction_field
 from .result import Patch, Pictured
 from .solve import ContactProblem, Side, magnetic_field, to_global, to_local
@@ -295,7 +294,7 @@ class PreparedContact:
         OSError
             If nothing can be written there.
         """
-        write_whole(path_of("path", path), self._core.to_bytes())
+        write_bytes(path, self._core.to_bytes())
 
     def save_fmu(
         self,
@@ -343,10 +342,10 @@ class PreparedContact:
             place[POSE.index(component)] = value
         if magnetic_pressure is not None:
             starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
-        target = path_of("path", path)
+        target = check_target(path)
         # what cannot be solved shows here, not in the importing program
         self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
-        write_whole(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
+        write_bytes(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:
@@ -355,10 +354,11 @@ class PreparedContact:
         Raises
         ------
         ValueError
-            If the file holds no prepared contact, or not all of one.
+            If the file cannot be read, or holds no prepared contact, or not all of one.
         """
+        data = read_bytes(path, "prepared contact")
         try:
-            return cls(_mtb_rs.PreparedContact.from_bytes(path_of("path", path).read_bytes()))
+            return cls(_mtb_rs.PreparedContact.from_bytes(data))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
@@ -393,19 +393,6 @@ class PreparedContact:
             raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
         vx, vy = velocity  # type: ignore[misc]
         return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
-
-
-def write_whole(target: Path, data: bytes) -> None:
-    """Writes a file so that what stands there is complete."""
-    if target.is_dir():
-        raise ValueError(f"cannot save into {target}: it is a directory, a file is needed")
-    # beside the target, as a file of the user's own mode
-    draft = target.with_name(f".{target.name}-{uuid4().hex}")
-    try:
-        draft.write_bytes(data)
-        os.replace(draft, target)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def pose_of(pose: Any) -> Array:

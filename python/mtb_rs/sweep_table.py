@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .files import write_bytes
 
 #: Units of the quantities a sweep measures by itself.
 UNITS = {
@@ -89,12 +91,13 @@ class SweepTable:
         ]
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Writes the rows; the heading names the columns, with units."""
+        """Writes the rows; the heading names the columns, with units. OSError if nothing can be written."""
         rows = self.rows()
-        with Path(path).open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
-            writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
+        stream = io.StringIO(newline="")
+        writer = csv.writer(stream)
+        writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
+        writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
+        write_bytes(path, stream.getvalue().encode())
 
     def plot(self, quantity: str = "peak_pressure", *, ax: Any = None) -> Any:
         """Draws one quantity over the first parameter, a line for each value of the others.
@@ -130,13 +133,16 @@ class SweepTable:
         return xarray.Dataset(data, coordinates, dict(self.attributes))
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
-        """Writes the table as netCDF-4 (extra ``sweep``)."""
+        """Writes the table as netCDF-4 (extra ``sweep``). OSError if nothing can be written."""
         table = self.to_xarray()
         try:
             import h5netcdf  # noqa: F401
         except ImportError as error:
             raise ImportError("h5netcdf is missing: pip install 'mtb-rs[sweep]'") from error
-        table.to_netcdf(path, engine="h5netcdf")
+        # made in memory: HDF5 itself ends the process on a full disk
+        stream = io.BytesIO()
+        table.to_netcdf(stream, engine="h5netcdf")
+        write_bytes(path, stream.getbuffer())
 
     def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         for at in np.ndindex(self.status.shape):

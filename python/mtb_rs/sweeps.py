@@ -29,6 +29,7 @@ import numpy as np
 
 from . import scenes
 from ._mtb_rs import __version__
+from .check import shortened
 from .direct import choose
 from .errors import ConvergenceError
 from .fingerprint import fingerprint
@@ -116,7 +117,7 @@ def sweep(
         raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
     cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
     key = "" if checkpoint is None else _key(scene, grid, options, measure)
-    with Checkpoint(checkpoint, key) as kept:
+    with Checkpoint(checkpoint, key, count) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(cases)) if k not in records)
         done = len(records)
@@ -237,7 +238,10 @@ def _solved(
         for index in waiting:
             yield index, work(cases[index])
         return
-    pool, own = _pool(executor)
+    # not more than have something to do: all are started at once
+    pool, own = _pool(
+        executor if isinstance(executor, Executor) else min(int(executor), max(len(waiting), 1))
+    )
     workers: int = getattr(pool, "_max_workers", IN_FLIGHT)
     suspects: deque[int] = deque()
     flying: dict[Future[Record], int] = {}
@@ -322,6 +326,11 @@ def _end_processes(pool: Executor) -> None:
         process.terminate()
 
 
+def most_processes() -> int:
+    """Processes that a sweep starts at most: further ones take memory and no work off the others."""
+    return max(8, 4 * (os.cpu_count() or 1))
+
+
 def _check_executor(executor: Any) -> None:
     if executor is None or isinstance(executor, Executor):
         return
@@ -329,6 +338,11 @@ def _check_executor(executor: Any) -> None:
         raise ValueError(
             f"executor is {executor!r}: a concurrent.futures.Executor, a number of processes from 1 on, "
             "or None is needed"
+        )
+    if executor > most_processes():
+        raise ValueError(
+            f"executor is {shortened(executor)}: at most {most_processes()} processes, four for each "
+            "processor, are started; an Executor of your own may have more"
         )
 
 

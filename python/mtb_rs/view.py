@@ -21,6 +21,7 @@ import numpy as np
 
 from .check import number
 from .errors import ViewError
+from .files import check_target, write_bytes
 from .grids import corners, flat, patches, quads
 from .result import Array, Pictured, Result, Surface
 
@@ -338,6 +339,22 @@ def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
     return pyvista.PolyData.from_regular_faces(vertices.T, surface.triangles)
 
 
+def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
+    """A mesh as VTK's XML files hold it, made in memory: VTK itself ends the process on a full disk."""
+    import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+    is_surface = isinstance(mesh, pyvista.PolyData)
+    writer = vtkXMLPolyDataWriter() if is_surface else vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()
+    writer.WriteToOutputStringOn()
+    if not writer.Write():
+        raise MemoryError(f"VTK cannot make a file of {mesh.n_points} points in memory")
+    text: str = writer.GetOutputString()
+    return text.encode()
+
+
 def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
 
@@ -352,19 +369,36 @@ def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", *
     ------
     ViewError
         Without the packages trame-pyvista and nest-asyncio2, pyvista or a GL driver; names what to install.
+    OSError
+        If nothing can be written there.
     """
+    target = check_target(path)
     plotter = view(result, quantity, off_screen=True, **options)
-    target = Path(path)
     try:
-        with _signals_as_they_were():
-            plotter.trame.export_html(target)
+        with _signals_as_they_were(), _without_download():
+            page = plotter.trame.export_html(None).getvalue()
     except (ImportError, AttributeError) as error:
         raise ViewError(
             "the HTML page needs trame-pyvista and nest-asyncio2: pip install 'mtb-rs[html]'"
         ) from error
     finally:
         plotter.close()
+    write_bytes(target, page.encode())
     return target
+
+
+@contextmanager
+def _without_download() -> Iterator[None]:
+    """Hides the viewer that the server fetches from the network when it begins: a page has no use for it."""
+    hidden = "trame.widgets.vtklocal"
+    if hidden in sys.modules:
+        yield
+        return
+    sys.modules[hidden] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[hidden]
 
 
 @contextmanager

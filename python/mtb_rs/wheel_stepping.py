@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace
-from .check import choice, number, numbers, path_of, positive
+from .check import choice, number, numbers, positive
 from .errors import ConvergenceError
+from .files import read_bytes, write_bytes
 from .friction import Coulomb, Friction, InterfaceLayer, native_law
 from .geometry import as_profile, spacing_pair, wheel_on_rail_gap
-from .stepping import pose_of, write_whole
+from .stepping import pose_of
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ class PreparedWheels:
         OSError
             If nothing can be written there.
         """
-        write_whole(path_of("path", path), self._core.to_bytes())
+        write_bytes(path, self._core.to_bytes())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedWheels:
@@ -132,10 +133,11 @@ class PreparedWheels:
         Raises
         ------
         ValueError
-            If the file holds no prepared wheels, or not all of them.
+            If the file cannot be read, or holds no prepared wheels, or not all of them.
         """
+        data = read_bytes(path, "file of prepared wheels")
         try:
-            return cls(_mtb_rs.PreparedWheels.from_bytes(path_of("path", path).read_bytes()))
+            return cls(_mtb_rs.PreparedWheels.from_bytes(data))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
