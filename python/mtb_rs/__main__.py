@@ -25,7 +25,7 @@ from . import __version__
 from .chart import QUANTITIES
 from .check import path_of, shortened
 from .errors import CaseError, ConvergenceError
-from .files import check_folder
+from .files import DATA, check_folder, read_text
 from .geometry import STANDARD_PROFILES
 from .result import Result
 from .sweeps import MOST_CASES, most_processes
@@ -289,20 +289,28 @@ def _meant(case: Case, key: str, values: list[Any]) -> Any:
 
 
 def _processes(text: str) -> int:
-    if not text.strip().isdecimal() or len(text) > 9 or not 1 <= int(text) <= most_processes():
-        wanted = f"a whole number from 1 to {most_processes()}, four for each processor"
-        raise argparse.ArgumentTypeError(f"{shortened(text)}: {wanted}, is needed")
+    if not text.strip().isdecimal() or not text.strip().lstrip("0"):
+        raise argparse.ArgumentTypeError(f"{shortened(text)}: a whole number from 1 on is needed")
+    most = most_processes()
+    if len(text) > 9 or int(text) > most:
+        raise argparse.ArgumentTypeError(
+            f"{shortened(text)}: at most {most} processes, four for each processor, are started"
+        )
     return int(text)
 
 
 def _check_sweep_saveable(directory: Path) -> Path:
-    """The directory, if what is replaced there is a sweep's, as its checkpoint tells."""
+    """The directory, if what is replaced there is a sweep's, as its table or its checkpoint tells."""
     check_folder(directory)
-    for name in ("sweep.csv", "sweep.nc"):
-        if (directory / name).exists() and not (directory / "sweep.jsonl").exists():
+    table = directory / "sweep.csv"
+    is_own = (directory / "sweep.jsonl").exists()
+    if not is_own and table.is_file():
+        is_own = "status" in read_text(table, "table", DATA).partition("\n")[0].strip().split(",")
+    for path in (table, directory / "sweep.nc"):
+        if os.path.lexists(path) and not is_own:
             raise ValueError(
-                f"{directory / name} is there without the sweep.jsonl of an earlier sweep: it would be lost; "
-                "move it, or write into another directory"
+                f"{path} is there, and no earlier sweep's: it would be lost; move it, or write into another "
+                "directory"
             )
     return directory
 

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import io
-import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,8 +14,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from .check import path_of, positive
+from .files import check_readable
 from .geometry import metres
 from .mesh import EDGES, TetraMesh, check_unknowns
+from .mesher import gmsh_beside
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -32,6 +32,8 @@ SOLID_FILES = (".step", ".stp", ".iges", ".igs")
 ELEMENTS_A_TURN = 16
 #: The smallest of these, in parts of the size at the contact.
 SMALLEST = 4.0
+#: Most bytes of a file of a mesh or a solid.
+MOST_BYTES = 1_000_000_000
 #: Triangles from which on the size is taken for a mistake.
 MOST_TRIANGLES = 2_000_000
 
@@ -92,6 +94,7 @@ def read_mesh(
         path = path_of("mesh file", source)
         if not path.is_file():
             raise ValueError(f"{path} is no file")
+        check_readable(path, "mesh file", MOST_BYTES)
         if path.stat().st_size == 0:
             raise ValueError(f"{path} is empty: a mesh is needed")
         is_solid = path.suffix.lower() in SOLID_FILES
@@ -396,36 +399,11 @@ def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, si
 
 @contextlib.contextmanager
 def _gmsh(purpose: str) -> Iterator[Any]:
-    """gmsh, silent and on one thread: the same mesh every time."""
-    with extra_mesh(purpose):
-        import gmsh
-    with _broken_pipes_as_they_were():
-        gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
+    """gmsh, in a process of its own."""
+    with contextlib.ExitStack() as stack:
+        with extra_mesh(purpose):
+            gmsh = stack.enter_context(gmsh_beside())
         yield gmsh
-    finally:
-        gmsh.finalize()
-
-
-@contextlib.contextmanager
-def _broken_pipes_as_they_were() -> Iterator[None]:
-    """gmsh makes writing to a closed pipe end the process (SIGPIPE): put Python's handling back.
-
-    By the C functions, as `signal.signal` works in the main thread only.
-    """
-    if not hasattr(signal, "SIGPIPE"):  # no such signal on Windows
-        yield
-        return
-    get, put = ctypes.pythonapi.PyOS_getsig, ctypes.pythonapi.PyOS_setsig
-    get.restype, get.argtypes = ctypes.c_void_p, [ctypes.c_int]
-    put.restype, put.argtypes = ctypes.c_void_p, [ctypes.c_int, ctypes.c_void_p]
-    handler = get(signal.SIGPIPE)
-    try:
-        yield
-    finally:
-        put(signal.SIGPIPE, handler)
 
 
 def _gmsh_tetrahedra(
