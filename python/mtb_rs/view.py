@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,7 +37,7 @@ _PROBE = (
     "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.AddRenderer(vtkRenderer()); w.Render()"
 )
 
-_BODY_COLOURS = {"lower": "#CDD2DA", "upper": "#8FA7BF"}
+_BODY_COLOUR, _EDGE_COLOUR, _INK = "#CDD2DA", "#4A5560", "#333333"
 
 
 @cache
@@ -128,7 +128,7 @@ def view(
 
     span = float(np.ptp(_places(result), axis=1).max())
     for surface in surfaces:
-        _add_body(plotter, surface, result.points[2], scale)
+        _add_body(plotter, surface, _places(result), scale)
 
     values = flat(result, asked.values(result, body)).astype(float)
     closed = flat(result, result.status) > 0
@@ -153,7 +153,9 @@ def view(
                 bar_title(asked.label.replace(" displacement", "\ndisplacement"), values[shown], shades)
             ),
         }
-    patch = contact_mesh(result, scale=scale, lift=2e-3 * span)
+    # on a half-space, whose surface is drawn as it was, the patch would sink out of sight
+    sinks = any(s.displacement is None and not _is_upper(s, _places(result)) for s in surfaces)
+    patch = contact_mesh(result, scale=0.0 if sinks else scale, lift=2e-3 * span)
     patch.cell_data["drawn"] = np.where(shown, values / factor, np.nan)
     if not patches(result):
         style |= {"point_size": 12.0}  # scattered points
@@ -203,7 +205,7 @@ def view_von_mises(
     shades = colour_scale(everything, asked, limits)
     for surface in surfaces:
         if id(surface) not in stress:
-            plotter.add_mesh(body_mesh(surface), color=_BODY_COLOURS["lower"], opacity=0.12)
+            _add_outline(plotter, _around(body_mesh(surface), _places(result)))
             continue
         mesh = body_mesh(surface, scale)
         mesh.point_data["drawn"] = stress[id(surface)] / shades.factor
@@ -212,12 +214,12 @@ def view_von_mises(
             scalars="drawn",
             cmap=shades.colours,
             clim=(shades.norm.vmin, shades.norm.vmax),
-            smooth_shading=True,
-            split_sharp_edges=True,
-            feature_angle=35.0,
+            # colours are those of the bar; edges tell the shape
+            lighting=False,
             scalar_bar_args=_bar(bar_title(label, everything, shades)),
             copy_mesh=True,
         )
+        _add_outline(plotter, mesh)
     below = all(part.upper for part in result.parts)
     return _framed(plotter, result, scale, np.array([1.3, -1.5, -1.1 if below else 1.25]))
 
@@ -246,7 +248,7 @@ def _framed(plotter: pyvista.Plotter, result: Pictured, scale: float, direction:
     plotter.enable_anti_aliasing("ssaa")
     plotter.camera_position = [tuple(centre + span * direction), tuple(centre), (0, 0, 1)]
     plotter.reset_camera()
-    plotter.camera.zoom(1.0)
+    plotter.camera.zoom(1.1)
     # the bodies to the left, the colour bar beside them
     plotter.camera.SetWindowCenter(0.14, 0.0)
     return plotter
@@ -433,25 +435,73 @@ def _bar(title: str) -> dict[str, Any]:
     }
 
 
-def _add_body(plotter: pyvista.Plotter, surface: Surface, contact_z: Array, scale: float) -> None:
-    """Lower bodies solid, upper ones as glass: the patch between them is what one looks at."""
+def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale: float) -> None:
+    """Lower bodies solid, upper ones as their edges: nothing lies over the colours of the patch between."""
     mesh = body_mesh(surface, scale)
+    upper = _is_upper(surface, contact)
+    if not upper:
+        mesh = _around(mesh, contact)
+        plotter.add_mesh(
+            mesh,
+            color=_BODY_COLOUR,
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=35.0,
+            specular=0.2,
+        )
+    _add_outline(plotter, mesh)
+    _add_label(plotter, surface, mesh, upper=upper)
+
+
+def _is_upper(surface: Surface, contact: Array) -> bool:
     z = surface.vertices[2]
-    upper = z.max() - contact_z.max() > contact_z.min() - z.min()
-    # the patch sinks into a half-space, whose surface is not moved
-    fixed = bool(scale) and surface.displacement is None
-    plotter.add_mesh(
-        mesh,
-        color=_BODY_COLOURS["upper" if upper else "lower"],
-        opacity=0.18 if upper else 0.4 if fixed else 1.0,
-        smooth_shading=True,
-        split_sharp_edges=True,
-        feature_angle=35.0,
-        specular=0.2,
-    )
+    return bool(z.max() - contact[2].max() > contact[2].min() - z.min())
+
+
+def _add_outline(plotter: pyvista.Plotter, mesh: pyvista.PolyData) -> None:
+    """The edges of a body; of a smooth one a few of its lines."""
     edges = mesh.extract_feature_edges(feature_angle=35.0, manifold_edges=False, non_manifold_edges=False)
     if edges.n_points:
-        plotter.add_mesh(edges, color="#4A5560", line_width=1.5, lighting=False)
+        plotter.add_mesh(edges, color=_EDGE_COLOUR, line_width=1.5, lighting=False)
+    else:
+        plotter.add_mesh(mesh, style="wireframe", color=_EDGE_COLOUR, opacity=0.15, lighting=False)
+
+
+def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyData, *, upper: bool) -> None:
+    """The name of a body: at the back of its top, or under the front of a lower one."""
+    if surface.name.endswith(" mirrored"):
+        return
+    (back, front), (near, far), (bottom, top) = np.array(mesh.bounds).reshape(3, 2)
+    place = (back, far, top) if upper else (front, near, bottom)
+    plotter.add_point_labels(
+        np.array([place]),
+        [{"upper": "upper body", "lower": "lower body"}.get(surface.name, surface.name)],
+        show_points=False,
+        shape=None,
+        always_visible=True,
+        justification_horizontal="center",
+        font_size=26,
+        text_color=_INK,
+        bold=False,
+    )
+
+
+def _around(mesh: pyvista.PolyData, contact: Array) -> pyvista.PolyData:
+    """What of a long or deep body lies around the contact: the rest would only take room."""
+    low, high = contact.min(axis=1), contact.max(axis=1)
+    room = 0.35 * float((high - low).max())
+    for axis, (first, last) in enumerate(zip(low - room, high + room, strict=True)):
+        for value, sign in ((first, 1.0), (last, -1.0)):
+            if not mesh.bounds[2 * axis] < value < mesh.bounds[2 * axis + 1]:
+                continue
+            origin, normal = np.zeros(3), np.zeros(3)
+            origin[axis], normal[axis] = value, sign
+            # a closed body stays closed
+            closed = mesh.is_manifold
+            cut = mesh.clip_closed_surface if closed else partial(mesh.clip, invert=False)
+            mesh = cut(normal=normal, origin=origin)
+            mesh = mesh.extract_surface(algorithm=None).triangulate() if not closed else mesh
+    return mesh
 
 
 def _default_scale(surfaces: tuple[Surface, ...], result: Pictured) -> float:
