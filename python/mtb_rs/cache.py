@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Arrays kept under a content hash: in memory for this process, on disk for the next ones.
+"""What is dear to make, kept under a hash of what it was made from.
+
+Arrays are kept in memory for this process and on disk for the next ones, other objects in memory only.
 
 A file holds a line of identification, the SHA-256 of what follows, and an NPZ archive. It is written
 beside its place and then renamed, so several processes may share the folder; what does not match its
@@ -16,10 +18,10 @@ import logging
 import os
 import sys
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,7 @@ from .errors import MissingFileError
 from .files import drafted, read_arrays, read_bytes
 
 Arrays = dict[str, NDArray[Any]]
+T = TypeVar("T")
 
 #: Folder of the cache; "off" keeps nothing on disk.
 VARIABLE = "MTB_RS_CACHE"
@@ -36,11 +39,25 @@ VARIABLE = "MTB_RS_CACHE"
 DISK_LIMIT = 4e9
 #: Results kept in memory.
 MEMORY_LIMIT = 8
+#: Memory for objects besides the newest one [bytes].
+OBJECTS_LIMIT = 1e9
+
+
+class Sized(Protocol):
+    """An object that knows about how much memory it takes."""
+
+    @property
+    def nbytes(self) -> float:
+        """Memory [bytes]."""
+
+
+Kept = TypeVar("Kept", bound=Sized)
 
 _HEADER = b"mtb_rs arrays 1\n"
 _SUFFIX = ".mtb"
 _log = logging.getLogger("mtb_rs.cache")
 _memory: OrderedDict[str, Arrays] = OrderedDict()
+_objects: OrderedDict[str, Sized] = OrderedDict()
 _lock = Lock()
 _on_disk = True
 
@@ -127,10 +144,45 @@ def fetch(
     return arrays, origin
 
 
+def recalled(key: str, build: Callable[[], Kept]) -> Kept:
+    """The object under `key` in the memory of this process, built if need be."""
+    with _lock:
+        if key in _objects:
+            _objects.move_to_end(key)
+            return _objects[key]  # type: ignore[return-value]
+    made = build()
+    with _lock:
+        _objects[key] = made
+        while len(_objects) > 1 and sum(o.nbytes for o in _objects.values()) - made.nbytes > OBJECTS_LIMIT:
+            _objects.popitem(last=False)
+    return made
+
+
+class Memory:
+    """The last thing made under each name, for as long as it is asked for with the same ingredients."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[tuple[Any, ...], Any]] = {}
+
+    def recall(self, name: str, ingredients: Sequence[Any], build: Callable[[], T]) -> T:
+        """What `build` made under `name` if it was of the same `ingredients`, otherwise what it makes now.
+
+        Arrays are the same by their values, other objects as they say themselves.
+        """
+        key = tuple(v.tobytes() if isinstance(v, np.ndarray) else v for v in ingredients)
+        known = self._kept.get(name)
+        if known is None or known[0] != key:
+            known = key, build()
+            self._kept[name] = known
+        made: T = known[1]
+        return made
+
+
 def forget() -> None:
     """Empties the cache in memory."""
     with _lock:
         _memory.clear()
+        _objects.clear()
 
 
 def _read(path: Path, fits: Callable[[Arrays], bool]) -> Arrays | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 import os
+import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -129,3 +131,11 @@ def shortened(value: Any) -> str:
 
 def _in(unit: str) -> str:
     return f" [{unit}]" if unit else ""
+
+
+def warn(message: str, kind: type[Warning] = UserWarning) -> None:
+    """Warns at the line that called this package, however deep in it the reason was found."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == __package__:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, kind, stacklevel=level - 1)

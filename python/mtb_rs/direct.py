@@ -127,6 +127,8 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
     With a `free` spacing a larger share of the tolerance is left to the cells.
     """
     assert scene.layout is not None
+    if scene.own_model is not None:
+        return given(scene, scene.own_model)
     clock = time.perf_counter()
     models = ["half-space"]
     if scene.magnetic_pressure is not None:
@@ -157,6 +159,8 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
 def given(scene: Scene, model: str) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     assert scene.layout is not None
+    if scene.own_model is not None:
+        return Choice(scene.own_model, {}, {})
     if scene.magnetic_pressure is None:
         return Choice(model)
     models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))

@@ -167,7 +167,7 @@ def can_be_elastic(layout: Layout, model: str) -> bool:
     """Whether the bodies of a layout have the geometry a model needs."""
     if model == "elastic-upper":
         return isinstance(layout, (BlockLayout, ShoeLayout))
-    return isinstance(layout, ShoeLayout)
+    return model == "elastic-both" and isinstance(layout, ShoeLayout)
 
 
 def upper_side(
@@ -354,12 +354,12 @@ class Averages:
     places: Array
 
 
-def averages(side: Side) -> Averages:
-    """Averages over the contact points of a side of elastic bodies."""
+def averages(parts: Sequence[ElasticPart]) -> Averages:
+    """Averages over the contact points of elastic bodies side by side."""
     means, places = [], []
-    n = side.displacement.shape[1]
+    n = sum(part.pull.size for part in parts)
     shares = np.zeros((n, n))
-    for part in side.state:
+    for part in parts:
         sampling = part.sampling()
         arrays, own = sampling.arrays(), sampling.n_points
         owner = owners(arrays)

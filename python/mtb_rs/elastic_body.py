@@ -292,7 +292,21 @@ class ElasticBody:
     def __getstate__(self) -> dict[str, Any]:
         """The body without what can be made again from it."""
         names = [f.name for f in fields(self) if f.init]
-        return {**{name: getattr(self, name) for name in names}, "_nodes": {}}
+        return {**{name: getattr(self, name) for name in names}, "_nodes": {}, "content": self.content}
+
+    @cached_property
+    def content(self) -> str:
+        """Hash of all that the contact can know of the body; the same in any process."""
+        parts: dict[str, Any] = {
+            "nodes": np.asarray(self.mesh.nodes, dtype=np.float64),
+            "cells": np.asarray(self.mesh.cells, dtype=np.int64),
+            "material": (self.material.young_modulus, self.material.poisson_ratio),
+            "contact": self.contact_faces,
+        }
+        for k, support in enumerate(self.supports):
+            parts[f"support {k}"] = (support.name, support.values)
+            parts[f"support {k} nodes"] = self.support_nodes(k)
+        return cache.content_key(parts)
 
     @classmethod
     def from_mesh(

@@ -73,6 +73,11 @@ def extrapolated(difference: float, fine: tuple[float, float], rough: tuple[floa
     return float(difference / (ratio**ORDER - 1.0))
 
 
+def hat_means(points: Array, onto: Array) -> Array:
+    """Weights (points, onto) of the means over the hats of `points` of a field linear between `onto`."""
+    return _averaging(points, onto, (False, False))
+
+
 def _averaging(points: Array, onto: Array, are_cells: tuple[bool, bool]) -> Array:
     """Weights (points, onto) that average a field over the cells, or with the hats, of other points.
 

@@ -128,6 +128,7 @@ def field(
     velocity: float | None,
     lowest: float | None = None,
     highest: float = LARGEST,
+    kept: NDArray[np.intp] | None = None,
 ) -> Array:
     """Values (n,) at the contact points of anything a user may state a field by.
 
@@ -139,6 +140,9 @@ def field(
     points : (3, n) [m]
     lowest, highest : float
         Smallest and largest value accepted.
+    kept : (n,) int or None
+        The contact points among those of the patches, where these are not all; arrays have a value for
+        each of the latter.
 
     Raises
     ------
@@ -151,7 +155,9 @@ def field(
         if velocity is None:
             raise ValueError(f"{name} is a table over velocity: give velocity=... [m/s]")
         first, second, weight = spec.bracket(velocity)
-        parts = [field(name, part, points, patches, velocity, lowest, highest) for part in (first, second)]
+        parts = [
+            field(name, part, points, patches, velocity, lowest, highest, kept) for part in (first, second)
+        ]
         return (1.0 - weight) * parts[0] + weight * parts[1]
     if isinstance(spec, (list, tuple)) and len(spec) == len(patches) > 1:
         out = np.empty(n)
@@ -168,14 +174,22 @@ def field(
     values = reals(name, spec)
     if values.ndim == 0:
         values = np.full(n, float(values))
-    if not fits(values, patches):
+    elif not fits(values, patches):
         raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
-    return _within(name, values.reshape(n), lowest, highest)
+    else:
+        values = values.reshape(-1) if kept is None else values.reshape(-1)[kept]
+    return _within(name, values, lowest, highest)
 
 
-def friction_field(spec: Any, points: Array, patches: tuple[Patch, ...], velocity: float | None) -> Array:
+def friction_field(
+    spec: Any,
+    points: Array,
+    patches: tuple[Patch, ...],
+    velocity: float | None,
+    kept: NDArray[np.intp] | None = None,
+) -> Array:
     """Friction coefficients (n,) at the contact points, as :func:`field`."""
-    return field("friction", spec, points, patches, velocity, 0.0, LARGEST_FRICTION)
+    return field("friction", spec, points, patches, velocity, 0.0, LARGEST_FRICTION, kept)
 
 
 _FORMS = "a number, an array, one entry per pole, a callable of x and y, or a table over velocity"

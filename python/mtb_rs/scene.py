@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid, Simple, as_body
 from .chart import QUANTITIES, Chart, silent
-from .check import LARGEST, choice, number, pair, positive, reals
+from .check import LARGEST, choice, number, pair, positive, reals, warn
 from .coupled_start import at_rest
 from .direct import choose
 from .direct import solve as solve_scene
@@ -25,12 +25,13 @@ from .friction import Coulomb, Friction, InterfaceLayer
 from .geometry import ContactSheet, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
 from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
-from .loads import PressureDependentFriction, fits, friction_field
+from .loads import PressureDependentFriction, VelocityTable, fits, friction_field
 from .material import Material
 from .result import Patch, Result
-from .solids import BodyLayout, body_contact, check_faces, on_grid
+from .solids import BodyLayout, body_contact, check_faces
 from .solve import (
     ContactProblem,
+    Kept,
     Side,
     Solution,
     finish,
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MODELS = ("auto", "half-space", "elastic-upper", "elastic-both")
+MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
 METHODS = ("direct", "incremental", "staggered")
 
 
@@ -156,7 +157,12 @@ class Scene:
             # of these bodies and this gap, which may be others than those of a scene this is a copy of
             lower = self.lower
             opponent = lower if isinstance(lower, ElasticBody) and solid is not lower else None
-            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent))
+            step = self._pair
+            before = layout.gap if isinstance(layout, BodyLayout) else None
+            if isinstance(layout, BodyLayout) and before is not None and gap is not None:
+                # what was given before is thinned
+                step = layout.step or step if np.array_equal(gap, before) else step
+            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step))
         elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
             put(self, "layout", FieldLayout(gap_field(self.gap), self._pair))
         elif min(s / d for s, d in zip(self._pair, layout.step, strict=True)) < 0.999:
@@ -212,6 +218,12 @@ class Scene:
         """The elastic body whose contact face carries the grid."""
         return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
 
+    @property
+    def own_model(self) -> str | None:
+        """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
+        names = [k for k in ("upper", "lower") if isinstance(getattr(self, k), ElasticBody)]
+        return None if not names else "elastic-both" if len(names) == 2 else f"elastic-{names[0]}"
+
     def solve(
         self,
         model: str = "auto",
@@ -224,8 +236,8 @@ class Scene:
 
         Parameters
         ----------
-        model : "auto", "half-space", "elastic-upper" or "elastic-both"
-            What is modelled.
+        model : "auto", "half-space", "elastic-upper", "elastic-lower" or "elastic-both"
+            What is modelled. A scene with an ElasticBody has one model, its bodies: "auto", or by its name.
         method : "direct", "incremental" or "staggered"
             The algorithm; the latter two are the thesis' and take its parameters as `options`.
         tolerance : float [-]
@@ -245,111 +257,23 @@ class Scene:
             If no solution exists or none was found; the last state is its `result`.
         """
         check_options(model, method, tolerance, quantity, **options)
-        assert self.layout is not None
-        if self._solid() is not None:
-            if model != "auto" or method != "direct" or options:
-                raise ValueError(
-                    "a scene with an ElasticBody has its model in its bodies and is solved directly: "
-                    "model, method and options cannot be chosen"
-                )
-            return self._solve_bodies()
         if method == "direct":
-            if model not in ("auto", "half-space"):
-                self._check_elastic(model)
+            self._check_model(model)
             return solve_scene(self, model, tolerance, quantity)
+        if self.own_model is not None:
+            raise ValueError(
+                f'method is {method!r}: a scene with an ElasticBody takes "direct"; the methods of the '
+                "thesis are for the ready scenes and half-spaces"
+            )
         if model == "auto":
             model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
-        if model != "half-space":
-            self._check_elastic(model)
+        self._check_model(model)
         if method == "incremental":
             return self._solve_incremental(model, options)
         return self._solve_staggered(model, options)
 
-    def _solve_bodies(self) -> Result:
-        """Bodies of any geometry, on the nodes of the grid that lie on them."""
-        layout = self.layout
-        assert isinstance(layout, BodyLayout)
-        time_s: dict[str, float] = {}
-        spacing = self._pair
-        whole = layout.sheet(spacing)
-        patch = whole.node_patches[0]
-
-        def pulls(points: SheetPoints, upper: bool) -> Array:
-            n = points.gap.size
-            if self.magnetic_pressure is None or not (upper or self.attraction == "both"):
-                return np.zeros(n)
-            spec = self.magnetic_pressure
-            if isinstance(spec, np.ndarray) and fits(spec, (patch,)):
-                spec = spec.reshape(-1)[contact_nodes(points)]
-            return magnetic_field(spec, points, (replace(patch, nx=n, ny=1),), self.velocity)
-
-        def contact_nodes(points: SheetPoints) -> NDArray[np.intp]:
-            order = {tuple(p): k for k, p in enumerate(whole.nodes.points.T.tolist())}
-            return np.array([order[tuple(p)] for p in points.points.T.tolist()], dtype=np.intp)
-
-        bodies = (self.upper, self.lower)
-        middle = whole.nodes.points.mean(axis=1)
-        wrench = np.zeros(6)
-        if isinstance(self.upper, ElasticBody):
-            wrench = self._wrench(middle, self.upper)
-        contact = body_contact(layout, bodies, spacing, pulls, wrench, time_s)  # type: ignore[arg-type]
-        points, n = contact.points, contact.kept.size
-        friction = self.friction
-        if isinstance(friction, np.ndarray) and fits(friction, (patch,)):
-            friction = friction.reshape(-1)[contact.kept]
-        if not isinstance(friction, PressureDependentFriction):
-            line = (replace(patch, nx=n, ny=1),)
-            friction = friction_field(friction, points.points, line, self.velocity)
-        upper = contact.upper
-        loads: dict[str, Any] = {}
-        side = contact.upper if contact.upper.state else contact.lower
-        known = averages(side)
-        if self.magnetic_pressure is not None:
-            loads["magnetic"] = -(pulls(points, True) * contact.area * known.frames[2]).sum(axis=1)
-        if not isinstance(self.upper, ElasticBody) and self.approach is None:
-            # a half-space or rigid body above has no supports: it is pressed by its load and free to approach
-            pressed = self.force if self.force is not None else -float(loads.pop("magnetic")[2])
-            motion = np.zeros((1, 3, n))
-            motion[0, 2] = 1.0
-            work = [-pressed]
-            if self.moments is not None:
-                motion = np.concatenate([motion, tilts(known.places - middle[:, None])])
-                work.extend(self.moments)
-            upper = with_loads(replace(upper, displacement=0.0 * upper.displacement), motion, np.array(work))
-            loads["pull"] = np.array([0.0, 0.0, -pressed])
-        names = [
-            k for k, body in zip(("upper", "lower"), bodies, strict=True) if isinstance(body, ElasticBody)
-        ]
-        problem = ContactProblem(
-            points=points,
-            area=contact.area,
-            patches=(),
-            friction=friction,
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=points.gap - (self.approach or 0.0),
-            upper=upper,
-            lower=contact.lower,
-            model="elastic-both" if len(names) == 2 else f"elastic-{names[0]}",
-            approach=self.approach,
-            loads=loads,
-            shape=(n,),
-            averages=known,
-            time_s=time_s,
-        )
-        if self.approach is not None:
-            self._check_pressed(problem)
-        solution = solve_direct(problem)
-        try:
-            result = self._finish(problem, solution, "direct")
-        except ConvergenceError as error:
-            raise type(error)(str(error), on_grid(error.result, contact.kept, contact.sheet)) from None
-        if result.report.contact_area == 0.0:
-            raise ValueError(self._why_apart(points, loads))
-        check_faces(bodies, contact, result.status > 0, result.gap)  # type: ignore[arg-type]
-        return on_grid(result, contact.kept, contact.sheet)
-
-    def _why_apart(self, points: SheetPoints, loads: dict[str, Any]) -> str:
-        """Why bodies do not touch, in words."""
+    def _why_apart(self, points: SheetPoints, loads: Mapping[str, Any]) -> str:
+        """Why bodies of any geometry do not touch, in words."""
         pull = -float(np.asarray(loads.get("magnetic", np.zeros(3)))[2])
         if self.magnetic_pressure is not None and pull <= 0.0:
             return (
@@ -382,11 +306,11 @@ class Scene:
                         "magnetic_pressure [Pa] instead"
                     )
 
-    def _wrench(self, middle: Array, body: ElasticBody) -> Array:
-        """Force and moment about the centre of volume (6,) that press an elastic upper body."""
+    def _wrench(self, arm: Array) -> Array:
+        """Force and moment (6,) on an elastic upper body, pressed at `arm` (3,) [m] from its centre."""
         force = np.array([0.0, 0.0, -(self.force or 0.0)])
         moment = np.array([*(self.moments or (0.0, 0.0)), 0.0])
-        return np.concatenate([force, moment + np.cross(middle - body.core.centre, force)])
+        return np.concatenate([force, moment + np.cross(arm, force)])
 
     def start_of_sliding(
         self,
@@ -416,12 +340,9 @@ class Scene:
         assert self.layout is not None
         choice("model", model, MODELS)
         choice("pressure", pressure, ("held", "follows"))
-        if self._solid() is not None:
-            raise ValueError("start_of_sliding is for the ready scenes and half-spaces, not an ElasticBody")
+        self._check_model(model)
         if model == "auto":
             model = "elastic-upper" if can_be_elastic(self.layout, "elastic-upper") else "half-space"
-        if model != "half-space":
-            self._check_elastic(model)
         problem = self.problem(model)
         problem = replace(problem, direction=np.zeros((2, problem.n)))
         solution = solve_direct(problem, with_margin=False)
@@ -432,8 +353,8 @@ class Scene:
         )
         friction = problem.friction_at(solution.pressure)
         if pressure == "follows":
-            contact = coupled_contact(problem, pair.compliance, friction, self.layer, tolerance)
-            rest = at_rest(contact, solution.pressure, solution.motion)
+            contact, shares = coupled_contact(problem, pair.compliance, friction, self.layer, tolerance)
+            rest = at_rest(contact, solution.pressure, solution.motion @ shares)
             start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
         else:
             start = start_of_sliding(
@@ -531,8 +452,7 @@ class Scene:
         if isinstance(self.layout, WheelLayout):
             from .wheel_stepping import prepare_wheels
 
-            if model not in ("auto", "half-space"):
-                self._check_elastic(model)
+            self._check_model(model)
             law = Coulomb(0.3) if friction is None else friction
             return prepare_wheels(
                 self, self.layout, side or "left", law, layer, reference_point, standstill_speed
@@ -542,15 +462,30 @@ class Scene:
         for name, value in (("friction", friction), ("layer", layer), ("side", side)):
             if value is not None:
                 raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
+        self._check_model(model)
         if model == "auto":
             model = choose(at_some_speed(self), tolerance, quantity).model
-        if model != "half-space":
-            self._check_elastic(model)
         origin = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return prepare(self, model, origin, standstill_speed)
 
-    def _check_elastic(self, model: str) -> None:
+    def has_model(self, model: str) -> bool:
+        """Whether the scene has the geometry and the bodies of a model."""
+        try:
+            self._check_model(model)
+        except ValueError:
+            return False
+        return True
+
+    def _check_model(self, model: str) -> None:
+        """Whether the scene has the geometry and the bodies of a model."""
         assert self.layout is not None
+        own = self.own_model
+        if model == "auto" or model == (own or "half-space"):
+            return
+        if own is not None:
+            raise ValueError(
+                f"model is {model!r}: a scene with an ElasticBody has its model in its bodies, {own!r}"
+            )
         if not can_be_elastic(self.layout, model):
             raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
         for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
@@ -595,9 +530,64 @@ class Scene:
     def problem(self, model: str, spacing: tuple[float, float] | None = None) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default)."""
         spacing = self._pair if spacing is None else spacing
+        if isinstance(self.layout, BodyLayout):
+            return self._bodies_problem(self.layout, spacing)
         if model == "half-space":
             return self._half_space_problem(spacing)
         return self._elastic_problem(model, spacing)
+
+    def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
+        """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
+        time_s: dict[str, float] = {}
+        contact = body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
+        points, patches, kept = contact.points, contact.sheet.node_patches, contact.kept
+        n = contact.area.size
+        pull = none = np.zeros(n)
+        loads: dict[str, Any] = {}
+        if self.magnetic_pressure is not None:
+            pull = self.pull_at(points, patches, kept)
+            loads["magnetic"] = -(pull * contact.area * contact.averages.frames[2]).sum(axis=1)
+        middle = kept.nodes.points.mean(axis=1)
+        wrench = np.zeros(6)
+        if contact.upper.condensed is not None:
+            wrench = self._wrench(middle - contact.upper.condensed.centre)
+        upper = contact.side(pull, wrench, upper=True)
+        lower_pull = pull if self.attraction == "both" else none
+        if contact.upper.condensed is None and self.approach is None:
+            # a half-space or rigid body above has no supports: it is pressed by its load and free to approach
+            pressed = self.force if self.force is not None else -float(loads.pop("magnetic", np.zeros(3))[2])
+            motion = np.zeros((1, 3, n))
+            motion[0, 2] = 1.0
+            work = [-pressed]
+            if self.moments is not None:
+                motion = np.concatenate([motion, tilts(contact.averages.places - middle[:, None])])
+                work.extend(self.moments)
+            upper = with_loads(upper, motion, np.array(work))
+            loads["pull"] = np.array([0.0, 0.0, -pressed])
+        problem = ContactProblem(
+            points=points,
+            area=contact.area,
+            patches=patches,
+            friction=self._friction(points, patches, kept),
+            direction=sliding_direction(self.sliding_direction, points),
+            gap=points.gap - (self.approach or 0.0),
+            upper=upper,
+            lower=contact.side(lower_pull, np.zeros(6), upper=False),
+            model=str(self.own_model),
+            approach=self.approach,
+            loads=loads,
+            shape=(patches[0].ny, patches[0].nx),
+            averages=contact.averages,
+            time_s=time_s,
+            kept=kept,
+            memory=contact.memory,
+        )
+        if self.approach is not None:
+            self._check_pressed(problem)
+        if spacing == self._pair:
+            for doubt in contact.doubts:
+                warn(doubt)
+        return problem
 
     def _elastic_problem(self, model: str, spacing: tuple[float, float]) -> ContactProblem:
         """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
@@ -606,8 +596,7 @@ class Scene:
         sheet = self.layout.sheet(spacing)
         points, patches = sheet.nodes, sheet.node_patches
         n = points.gap.size
-        spec = self._on(points, patches, self.magnetic_pressure)
-        pull = magnetic_field(spec, points, patches, self.velocity)
+        pull = self.pull_at(points, patches)
         for patch in patches:
             total = float(pull[_cut(patch)].sum())
             if total < 1.0 / LARGEST:
@@ -621,7 +610,7 @@ class Scene:
         upper, area = upper_side(
             self.layout, sheet, upper_body, self.supports, pull, time_s, self.element_size, self.moments
         )
-        known = averages(upper)
+        known = averages(upper.state)
         grid = patches[0]
         problem = ContactProblem(
             points=points,
@@ -677,34 +666,44 @@ class Scene:
             shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
         )
 
-    def _friction(self, points: SheetPoints, patches: tuple[Patch, ...]) -> Array | PressureDependentFriction:
+    def _friction(
+        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
+    ) -> Array | PressureDependentFriction:
         if isinstance(self.friction, PressureDependentFriction):
             return self.friction
-        spec = self._on(points, patches, self.friction)
-        return friction_field(spec, points.points, patches, self.velocity)
+        return self.friction_at(points, patches, kept, self.velocity)
 
-    def _on(self, points: SheetPoints, patches: tuple[Patch, ...], spec: Any) -> Any:
-        """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `points`."""
-        if not isinstance(spec, np.ndarray) or spec.ndim == 0 or fits(spec, patches):
+    def friction_at(
+        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None, velocity: float | None
+    ) -> Array:
+        """Friction coefficients (n,) at contact points, which are those `kept` of the points of `patches`."""
+        numbers = None if kept is None else kept.numbers
+        return friction_field(self._on(patches, self.friction), points.points, patches, velocity, numbers)
+
+    def pull_at(
+        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None, **given: Any
+    ) -> Array:
+        """Magnetic pressure (n,) [Pa] at contact points, as :meth:`friction_at`.
+
+        With `magnetic_pressure` or `velocity` in place of the scene's.
+        """
+        spec = given.get("magnetic_pressure", self.magnetic_pressure)
+        velocity = given.get("velocity", self.velocity)
+        return magnetic_field(self._on(patches, spec), points, patches, velocity, kept)
+
+    def _on(self, patches: tuple[Patch, ...], spec: Any) -> Any:
+        """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `patches`."""
+        if not _has_arrays(spec):
             return spec
         assert self.layout is not None
         own = self.layout.sheet(self._pair)
-        given = next((p for p in (own.patches, own.node_patches) if fits(spec, p)), None)
-        if given is None:
-            return spec
-        values = np.empty(points.gap.size)
-        for to, patch in zip(patches, given, strict=True):
-            rows = np.minimum(((np.arange(to.ny) + 0.5) * patch.ny / to.ny).astype(int), patch.ny - 1)
-            columns = np.minimum(((np.arange(to.nx) + 0.5) * patch.nx / to.nx).astype(int), patch.nx - 1)
-            values[_cut(to)] = patch.view(spec.reshape(-1))[np.ix_(rows, columns)].ravel()
-        return values
+        return _carried(spec, patches, (own.patches, own.node_patches))
 
     def _pressed(self, upper: Side, sheet: ContactSheet, loads: dict[str, Any]) -> Side:
         """The upper body free to approach, each patch on its own, under its share of the load."""
         points, n = sheet.cells, sheet.area.size
         if self.magnetic_pressure is not None:
-            spec = self._on(points, sheet.patches, self.magnetic_pressure)
-            pull = magnetic_field(spec, points, sheet.patches, self.velocity)
+            pull = self.pull_at(points, sheet.patches)
             load = -pull * sheet.area * points.normal
             shares = [load[2, _cut(p)].sum() for p in sheet.patches]
         else:
@@ -733,6 +732,10 @@ class Scene:
         """Contact must exist, and must not be cut off by the edge of the grid."""
         assert self.layout is not None
         contact = result.report.contact_area > 0.0
+        if isinstance(self.layout, BodyLayout):
+            if not contact:
+                raise ValueError(self._why_apart(problem.points, problem.loads))
+            check_faces((self.upper, self.lower), problem, result)  # type: ignore[arg-type]
         if not contact:
             raise ValueError(
                 f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
@@ -816,3 +819,41 @@ def _simple(body: Any) -> HalfSpace | Rigid:
 
 def _cut(patch: Patch) -> slice:
     return slice(patch.start, patch.start + patch.nx * patch.ny)
+
+
+def _has_arrays(spec: Any) -> bool:
+    """Whether a number or a field as users state it has values on a grid in it."""
+    if isinstance(spec, VelocityTable):
+        return any(_has_arrays(value) for value in spec.value)
+    if isinstance(spec, (list, tuple)):
+        return any(isinstance(part, (list, tuple)) or _has_arrays(part) for part in spec)
+    return isinstance(spec, np.ndarray) and spec.ndim > 0
+
+
+def _carried(spec: Any, to: tuple[Patch, ...], given: Sequence[tuple[Patch, ...]]) -> Any:
+    """Arrays over one of the `given` grids at the nearest points of the grids `to`; all else as it is."""
+    if isinstance(spec, VelocityTable):
+        return VelocityTable(spec.velocity, [_carried(value, to, given) for value in spec.value])
+    if isinstance(spec, (list, tuple)) and len(spec) == len(to) > 1:
+        own = [[(replace(grids[k], start=0),) for grids in given] for k in range(len(to))]
+        return [
+            _carried(part, (replace(patch, start=0),), choices)
+            for part, patch, choices in zip(spec, to, own, strict=True)
+        ]
+    if not isinstance(spec, (list, tuple, np.ndarray)):
+        return spec
+    try:
+        values = reals("values on a grid", spec)
+    except ValueError:  # for the field to name
+        return spec
+    if values.ndim == 0 or fits(values, to):
+        return spec
+    found = next((grids for grids in given if fits(values, grids)), None)
+    if found is None:
+        return spec
+    carried = np.empty(sum(patch.nx * patch.ny for patch in to))
+    for here, patch in zip(to, found, strict=True):
+        rows = np.minimum(((np.arange(here.ny) + 0.5) * patch.ny / here.ny).astype(int), patch.ny - 1)
+        columns = np.minimum(((np.arange(here.nx) + 0.5) * patch.nx / here.nx).astype(int), patch.nx - 1)
+        carried[_cut(here)] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()
+    return carried

@@ -3,18 +3,21 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _mtb_rs
+from . import _mtb_rs, cache
 from .bodies import HalfSpace, Rigid
+from .cache import Memory
+from .check import warn
 from .elastic import (
+    Averages,
     ElasticPart,
+    averages,
     condensed_part,
     elastic_side,
     moved_by,
@@ -22,13 +25,17 @@ from .elastic import (
     restricted_sampling,
     thinned,
 )
-from .elastic_body import ElasticBody
+from .elastic_body import Condensed, ElasticBody
+from .estimate import hat_means
 from .geometry import ContactSheet, SheetPoints
-from .layout import cells_over, flat_points, flat_sheet, height_surface
-from .result import Displacement, Result, Surface
-from .solve import Side
+from .layout import Spacing, cells_over, flat_points, flat_sheet, height_surface
+from .result import Result, Surface
+from .solve import ContactProblem, Kept, Side
 
 Array = NDArray[np.float64]
+Body = ElasticBody | HalfSpace | Rigid
+#: Upper and lower one.
+Bodies = tuple[Body, Body]
 
 #: Share of a cell below which a contact point is left out.
 LEAST_SHARE = 0.02
@@ -76,12 +83,15 @@ class BodyLayout:
     gap : (ny, nx) [m] or None
         At the nodes of the grid.
     opponent : ElasticBody or None
+    step : (dx, dy) [m] or None
+        Spacing at which the gap is given; on wider cells it is the mean over the hats of their nodes.
     """
 
     body: ElasticBody
     upper: bool
     gap: Array | None = None
     opponent: ElasticBody | None = None
+    step: Spacing | None = None
     is_body_edge: bool = True
     is_grid: bool = True
     start: None = None
@@ -99,15 +109,27 @@ class BodyLayout:
                     "seen along z they lie beside each other"
                 )
         size = high - low
-        nx, ny = cells_over((float(size[0]), float(size[1])), spacing)
+        area = float(size[0]), float(size[1])
+        nx, ny = cells_over(area, spacing)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
-        gap = np.zeros((ny + 1, nx + 1)) if self.gap is None else self.gap
-        if gap.shape != (ny + 1, nx + 1):
-            raise ValueError(
-                f"gap has shape {gap.shape}: the contact face of {self.body.name} has "
-                f"({ny + 1}, {nx + 1}) nodes at this spacing"
-            )
+        gap = np.zeros((ny + 1, nx + 1))
+        if self.gap is not None:
+            gap = self.gap
+            own = cells_over(area, spacing if self.step is None else self.step)
+            if gap.shape != (own[1] + 1, own[0] + 1):
+                raise ValueError(
+                    f"gap has shape {gap.shape}: the contact face of {self.body.name} has "
+                    f"({own[1] + 1}, {own[0] + 1}) nodes at this spacing"
+                )
+            if own[0] < nx or own[1] < ny:
+                raise ValueError(
+                    f"spacing is {spacing} m, the gap is given on {own[0]} x {own[1]} cells: give it on the "
+                    f"nodes of {nx} x {ny} cells as well"
+                )
+            if own != (nx, ny):
+                at_x, at_y = (np.linspace(low[k], high[k], own[k] + 1) for k in (0, 1))
+                gap = hat_means(y, at_y) @ gap @ hat_means(x, at_x).T
         nodes = _at_level(flat_points(x, y, gap), level)
         middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
@@ -161,59 +183,111 @@ def _at_level(points: SheetPoints, level: float) -> SheetPoints:
 
 
 @dataclass(frozen=True)
+class Standing:
+    """One body where it stands in a contact, without what presses it.
+
+    Attributes
+    ----------
+    compliance : Compliance or None
+        None for a rigid body.
+    part : ElasticPart or None
+        Finite elements.
+    condensed : Condensed or None
+        Of these.
+    """
+
+    compliance: _mtb_rs.Compliance | None
+    part: ElasticPart | None = None
+    condensed: Condensed | None = None
+
+
+@dataclass(frozen=True)
 class BodyContact:
-    """The contact of bodies of any geometry, on the nodes of a sheet that lie on them.
+    """The contact of bodies of any geometry, on the nodes of a sheet that lie on them, without loads.
 
     Attributes
     ----------
     sheet : ContactSheet
     points : SheetPoints
         The nodes kept.
-    kept : (n,) int
-        Their numbers among all nodes of the sheet.
+    kept : Kept
     area : (n,) [m2]
-    rise : (n,) [m]
-        Of the gap between the faces over the cells around each node; 0 where a gap is given.
-    upper, lower : Side
+    averages : Averages
+    upper, lower : Standing
+    memory : Memory
+        What is made of them for one load and serves the next.
+    doubts : tuple of str
     """
 
     sheet: ContactSheet
     points: SheetPoints
-    kept: NDArray[np.intp]
+    kept: Kept
     area: Array
-    rise: Array
-    upper: Side
-    lower: Side
+    averages: Averages
+    upper: Standing
+    lower: Standing
+    memory: Memory
+    doubts: tuple[str, ...]
+
+    @property
+    def nbytes(self) -> float:
+        """Memory of the matrices [bytes]: the blocks of two bodies, their halves, those of the pair."""
+        return 24.0 * 8.0 * self.area.size**2
+
+    def side(self, pull: Array, wrench: Array, *, upper: bool) -> Side:
+        """One body under its load.
+
+        Parameters
+        ----------
+        pull : (n,) [Pa]
+            Magnetic pressure on it. A half-space above is not moved by it: its resultant presses.
+        wrench : (6,)
+            Force [N] and moment about its centre of volume [N m] spread over an elastic body.
+        """
+        body, n = self.upper if upper else self.lower, self.area.size
+        if body.part is not None and body.condensed is not None:
+            part = replace(body.part, pull=pull, spread=wrench).on(body.condensed)
+            return elastic_side([part], [body.condensed], [body.condensed.compliance], self.points)
+        displacement = np.zeros((3, n))
+        if body.compliance is not None and not upper and pull.any():
+            displacement = moved_by(
+                body.compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), self.points, -1.0
+            )
+        return Side(body.compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
 
 
 def body_contact(
-    layout: BodyLayout,
-    bodies: tuple[ElasticBody | HalfSpace | Rigid, ElasticBody | HalfSpace | Rigid],
-    spacing: tuple[float, float],
-    pulls: Callable[[SheetPoints, bool], Array],
-    wrench: Array,
-    time_s: dict[str, float],
+    layout: BodyLayout, bodies: Bodies, spacing: tuple[float, float], time_s: dict[str, float]
 ) -> BodyContact:
     """Upper and lower body condensed, or half-spaces, on the nodes that lie on all elastic faces.
+
+    It is made once for the same bodies, gap and spacing.
 
     Parameters
     ----------
     bodies : (upper, lower)
-    pulls : callable
-        Magnetic pressure (n,) [Pa] at given points on the upper (True) or lower body.
-    wrench : (6,)
-        Force [N] and moment about its centre of volume [N m] spread over an elastic upper body.
     """
     sheet = layout.sheet(spacing)
+    parts: dict[str, Any] = {
+        "sheet": sheet.spacing,
+        "nodes": sheet.nodes.points,
+        "gap": None if layout.gap is None else sheet.nodes.gap,
+        "carries the grid": "upper" if layout.upper else "lower",
+    }
+    for name, body in zip(("upper", "lower"), bodies, strict=True):
+        parts[name] = (body.name, body.content) if isinstance(body, ElasticBody) else body
+    return cache.recalled(cache.content_key(parts), lambda: _condensed_contact(layout, bodies, sheet, time_s))
+
+
+def _condensed_contact(
+    layout: BodyLayout, bodies: Bodies, sheet: ContactSheet, time_s: dict[str, float]
+) -> BodyContact:
     nodes, patches = sheet.nodes, sheet.node_patches
     whole = {
         upper: body.sample(nodes, patches, upper=upper)
         for body, upper in zip(bodies, (True, False), strict=True)
         if isinstance(body, ElasticBody)
     }
-    for body in bodies:
-        if isinstance(body, ElasticBody):
-            _check_fineness(body, sheet.spacing)
     covered = _covered_by_both(whole)
     if covered is not None:
         whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
@@ -221,18 +295,16 @@ def body_contact(
     kept = np.flatnonzero(common.weights > LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1])
     if kept.size == 0:
         raise ValueError("the contact faces of the bodies have no area in common")
+    doubts = [_coarse(body, sheet.spacing) for body in bodies if isinstance(body, ElasticBody)]
     rise = np.zeros(nodes.gap.size)
     if layout.gap is None:
         gap, rise = _gap(layout, bodies, whole)
         nodes = replace(nodes, gap=gap)
         sheet = replace(sheet, nodes=nodes)
-        _check_overlap(layout, float(gap[kept].min()))
+        doubts.append(_overlapping(layout, float(gap[kept].min())))
     points = SheetPoints(**{k: np.ascontiguousarray(v[..., kept]) for k, v in vars(nodes).items()})
-    n = kept.size
-    area = restricted_sampling(common, kept).weights
-    sides = []
+    standing = []
     for body, upper in zip(bodies, (True, False), strict=True):
-        pull = pulls(points, upper)
         if isinstance(body, ElasticBody):
             part = ElasticPart(
                 body,
@@ -240,21 +312,16 @@ def body_contact(
                 nodes,
                 0,
                 upper,
-                pull,
+                np.zeros(kept.size),
                 np.zeros((0, 9)),
                 kept,
-                spread=wrench if upper else np.zeros(6),
                 covered=None if covered is None else covered[upper],
             )
             flexible = condensed_part(part, time_s)
-            part = part.on(flexible)
-            sides.append(elastic_side([part], [flexible], [flexible.compliance], points))
-            continue
-        compliance = None
-        displacement = np.zeros((3, n))
-        if isinstance(body, HalfSpace):
+            standing.append(Standing(flexible.compliance, part, flexible))
+        elif isinstance(body, HalfSpace):
             first = nodes.points[:, patches[0].start]
-            compliance = _mtb_rs.half_space_cut_hats(
+            cut = _mtb_rs.half_space_cut_hats(
                 body.material.shear_modulus,
                 body.material.poisson_ratio,
                 (float(first[0]), float(first[1]), patches[0].nx, patches[0].ny),
@@ -262,11 +329,22 @@ def body_contact(
                 common,
                 kept.tolist(),
             )
-            if pull.any():
-                load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-                displacement = moved_by(compliance, load, points, 1.0 if upper else -1.0)
-        sides.append(Side(compliance, displacement, np.zeros((0, 3, n)), np.zeros(0)))
-    return BodyContact(sheet, points, kept, area, rise[kept], sides[0], sides[1])
+            standing.append(Standing(cut))
+        else:
+            standing.append(Standing(None))
+    carrier = standing[0 if layout.upper else 1].part
+    assert carrier is not None
+    return BodyContact(
+        sheet=sheet,
+        points=points,
+        kept=Kept(nodes, kept, rise[kept]),
+        area=restricted_sampling(common, kept).weights,
+        averages=averages([carrier]),
+        upper=standing[0],
+        lower=standing[1],
+        memory=Memory(),
+        doubts=tuple(doubt for doubt in doubts if doubt),
+    )
 
 
 def _covered_by_both(whole: Mapping[bool, _mtb_rs.Sampling]) -> dict[bool, NDArray[np.bool_]] | None:
@@ -287,7 +365,7 @@ def _covered_by_both(whole: Mapping[bool, _mtb_rs.Sampling]) -> dict[bool, NDArr
 
 def _gap(
     layout: BodyLayout,
-    bodies: Sequence[ElasticBody | HalfSpace | Rigid],
+    bodies: Bodies,
     whole: Mapping[bool, _mtb_rs.Sampling],
 ) -> tuple[Array, Array]:
     """Gap (n,) [m] between the faces, the mean over the hat of each node, and its rise there; 0 beside them.
@@ -314,79 +392,66 @@ def _gap(
     return np.where(there, gap / np.where(there, total, 1.0), 0.0), np.where(there, high - low, 0.0)
 
 
-def _check_fineness(body: ElasticBody, spacing: tuple[float, float]) -> None:
+def _coarse(body: ElasticBody, spacing: tuple[float, float]) -> str:
     """A mesh coarser than the grid makes ripples, or more contact points than its nodes can tell apart."""
     faces = body.faces[body.contact_faces].astype(np.int64)
     order = 2.0 if faces.shape[1] == 6 else 1.0
     apart = np.median(np.ptp(body.mesh.nodes[faces[:, :3], :2], axis=1), axis=0) / order
-    if (apart > COARSE * np.array(spacing)).any():
-        warnings.warn(
-            f"the nodes of {body.name} at the contact are about {apart[0]:.3g} x {apart[1]:.3g} m apart, the "
-            f"cells of the grid {spacing[0]:.3g} x {spacing[1]:.3g} m wide: its mesh is too coarse for them; "
-            "smaller elements (size) are needed, or a wider spacing",
-            stacklevel=5,
-        )
+    if (apart <= COARSE * np.array(spacing)).all():
+        return ""
+    return (
+        f"the nodes of {body.name} at the contact are about {apart[0]:.3g} x {apart[1]:.3g} m apart, the "
+        f"cells of the grid {spacing[0]:.3g} x {spacing[1]:.3g} m wide: its mesh is too coarse for them; "
+        "smaller elements (size) are needed, or a wider spacing"
+    )
 
 
-def check_faces(
-    bodies: Sequence[ElasticBody | HalfSpace | Rigid],
-    contact: BodyContact,
-    touching: NDArray[np.bool_],
-    gap: Array,
-) -> None:
-    """Warns where faces are steep as they touch, part within a cell, or have facets that are not small.
-
-    Parameters
-    ----------
-    touching : (n,) bool
-        Points in contact.
-    gap : (n,) [m]
-        When loaded.
-    """
-    _check_edges(contact, touching, gap)
-    points = contact.points.points[:, touching]
-    closed = float(np.ptp(contact.points.gap[touching]))
+def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None:
+    """Warns where faces are steep as they touch, part within a cell, or have facets that are not small."""
+    assert problem.kept is not None
+    touching = result.status.ravel()[problem.kept.numbers] > 0
+    gap = result.gap.ravel()[problem.kept.numbers]
+    _check_edges(problem, problem.kept, touching, gap)
+    closed = float(np.ptp(problem.points.gap[touching]))
     for body in bodies:
         if not isinstance(body, ElasticBody):
             continue
         faces = body.faces[body.contact_faces].astype(np.int64)
         middles = body.mesh.nodes[faces[:, :3]].mean(axis=1)
-        near = _beside(middles, points, 2.0 * np.array(contact.sheet.spacing))
+        near = _beside(middles, problem, problem.kept, touching, 2.0)
         slope = _slope(body, faces[near])
         if slope > STEEP:
-            warnings.warn(
+            warn(
                 f"the contact face of {body.name} has a slope of {slope:.2g} where it touches: pressure and "
-                "gap are taken along z, friction along x and y, which is right for small slopes only",
-                stacklevel=4,
+                "gap are taken along z, friction along x and y, which is right for small slopes only"
             )
         sag = _sagitta(body, faces[near])
         if closed > 0.0 and sag > max(
             FACETS * closed, ROUNDING * float(np.ptp(body.mesh.nodes, axis=0).max())
         ):
-            warnings.warn(
+            warn(
                 f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
                 f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
-                "smaller facets, elements of second order with their nodes on the surface, or gap",
-                stacklevel=4,
+                "smaller facets, elements of second order with their nodes on the surface, or gap"
             )
 
 
-def _check_edges(contact: BodyContact, touching: NDArray[np.bool_], gap: Array) -> None:
+def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_], gap: Array) -> None:
     """The gap of a node is the mean over its cells: where it opens all at once, they do not know the edge."""
-    places, spacing = contact.points.points, np.array(contact.sheet.spacing)
-    near = _beside(places.T, places[:, touching], 1.01 * spacing)
+    places = problem.points.points
+    near = _beside(places.T, problem, kept, touching, 1.01)
     if touching[near].all():
         return
-    worst = np.flatnonzero(near)[contact.rise[near].argmax()]
-    closed = float(np.ptp((contact.points.gap - gap)[near]))
-    if contact.rise[worst] > ABRUPT * closed:
+    worst = np.flatnonzero(near)[kept.rise[near].argmax()]
+    closed = float(np.ptp((problem.points.gap - gap)[near]))
+    if kept.rise[worst] > ABRUPT * closed:
         x, y = places[:2, worst]
-        warnings.warn(
-            f"the gap opens by {contact.rise[worst]:.2g} m within the cells at the edge of the contact, near "
+        dx, dy = problem.patches[0].spacing
+        warn(
+            f"the gap opens by {kept.rise[worst]:.2g} m within the cells at the edge of the contact, near "
             f"x = {x:.4g}, y = {y:.4g} m, where the bodies close by {closed:.2g} m: the edge is known to a "
-            f"cell of {spacing[0]:.3g} x {spacing[1]:.3g} m only. Give a narrower spacing, or end the "
-            "contact face where it turns away",
-            stacklevel=5,
+            f"cell of {dx:.3g} x {dy:.3g} m only. Give a narrower spacing, or end the "
+            "contact face where it turns away"
         )
 
 
@@ -402,12 +467,20 @@ def _slope(body: ElasticBody, faces: NDArray[np.int64]) -> float:
     return float(np.sqrt(rise.sum() / seen[level].sum()))
 
 
-def _beside(places: Array, points: Array, reach: Array) -> NDArray[np.bool_]:
-    """Which places (k, 3) are within `reach` (2,) of some points (3, n), seen along z."""
-    found = np.zeros(len(places), dtype=bool)
-    for point in points[:2].T:
-        found |= (np.abs(places[:, :2] - point) <= reach).all(axis=1)
-    return found
+def _beside(
+    places: Array, problem: ContactProblem, kept: Kept, chosen: NDArray[np.bool_], reach: float
+) -> NDArray[np.bool_]:
+    """Which places (k, 3) are within `reach` cells of some `chosen` (n,) points, seen along z."""
+    patch = problem.patches[0]
+    # how many are chosen in the corner below each node
+    counts = np.zeros((patch.ny + 1, patch.nx + 1), dtype=np.int64)
+    counts[1:, 1:] = patch.view(kept.put(chosen)).cumsum(axis=0).cumsum(axis=1)
+    at = (places[:, :2] - kept.nodes.points[:2, 0]) / np.array(patch.spacing)
+    sides = np.array([patch.nx, patch.ny])
+    first = np.clip(np.ceil(at - reach), 0, sides).astype(np.int64)
+    last = np.clip(np.floor(at + reach) + 1, first, sides).astype(np.int64)
+    (x0, y0), (x1, y1) = first.T, last.T
+    return np.asarray(counts[y1, x1] - counts[y0, x1] - counts[y1, x0] + counts[y0, x0] > 0)
 
 
 def _sagitta(body: ElasticBody, faces: NDArray[np.int64]) -> float:
@@ -435,41 +508,12 @@ def _sagitta(body: ElasticBody, faces: NDArray[np.int64]) -> float:
     return float(sag.max(initial=0.0))
 
 
-def _check_overlap(layout: BodyLayout, gap: float) -> None:
+def _overlapping(layout: BodyLayout, gap: float) -> str:
     """Bodies that lie in one another before any load may be a slip of the pen."""
     size = float(np.ptp(layout.body.mesh.nodes, axis=0).max())
-    if layout.opponent is not None and gap < -OVERLAP * size:
-        warnings.warn(
-            f"{layout.body.name} and {layout.opponent.name} overlap by up to {-gap:.4g} m before any load: "
-            "they are pressed apart by that much",
-            stacklevel=5,
-        )
-
-
-def on_grid(result: Result, kept: NDArray[np.intp], sheet: ContactSheet) -> Result:
-    """A result on some nodes of a grid as one on all; beside the bodies there is no area and no load."""
-    patch = sheet.node_patches[0]
-    shape = (patch.ny, patch.nx)
-
-    def put(values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
-        whole = np.broadcast_to(
-            np.asarray(rest, dtype=values.dtype), (*values.shape[:-1], patch.nx * patch.ny)
-        )
-        out = np.array(whole)
-        out[..., kept] = values
-        return out.reshape(*values.shape[:-1], *shape)
-
-    nodes = sheet.nodes
-    return replace(
-        result,
-        points=nodes.points.reshape(3, *shape),
-        area=put(result.area),
-        normal=nodes.normal.reshape(3, *shape),
-        pressure=put(result.pressure),
-        traction=put(result.traction),
-        gap=put(result.gap, nodes.gap),
-        initial_gap=nodes.gap.reshape(shape),
-        status=put(result.status),
-        displacement=Displacement(*(put(u) for u in result.displacement)),
-        patches=sheet.node_patches,
+    if layout.opponent is None or gap >= -OVERLAP * size:
+        return ""
+    return (
+        f"{layout.body.name} and {layout.opponent.name} overlap by up to {-gap:.4g} m before any load: "
+        "they are pressed apart by that much"
     )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid
+from .cache import Memory
 from .errors import ConvergenceError, ResultantError
 from .geometry import SheetPoints
 from .loads import PressureDependentFriction
@@ -70,6 +71,32 @@ class Side:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """Which nodes of regular grids are contact points, where the others lie beside a body.
+
+    Attributes
+    ----------
+    nodes : SheetPoints
+        All nodes of the grids.
+    numbers : (n,) int
+        The contact points among them.
+    rise : (n,) [m]
+        Of the gap between the faces of the bodies over the cells around each contact point.
+    """
+
+    nodes: SheetPoints
+    numbers: NDArray[np.intp]
+    rise: Array
+
+    def put(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        """`values` (..., n) at the contact points and `rest` beside them, at all nodes (..., N)."""
+        out = np.empty((*values.shape[:-1], self.nodes.gap.size), dtype=values.dtype)
+        out[...] = rest
+        out[..., self.numbers] = values
+        return out
+
+
+@dataclass(frozen=True)
 class ContactProblem:
     """Everything the solver needs, at the contact points.
 
@@ -77,14 +104,24 @@ class ContactProblem:
     ----------
     points : SheetPoints
     area : (n,) [m2]
+    patches : tuple of Patch
+        The grids that the contact points are nodes or cells of.
     friction
         Number field (n,) or :class:`PressureDependentFriction`.
     direction : (2, n) [-]
         Sliding direction of the upper body in the tangent plane; zero where nothing slides.
     gap : (n,) [m]
         Undeformed gap, prescribed approach taken off.
+    shape : tuple of int
+        Of the fields of a result, over all points of the grids.
     averages : Averages or None
         For unknowns that are coefficients of hats; None where they are pressures of cells.
+    kept : Kept or None
+        Where not all points of the grids are contact points.
+    memory : Memory
+        What depends on the bodies alone; further loads on the same ones share it.
+    doubts : tuple of str
+        What its geometry makes doubtful, in whole sentences.
     """
 
     points: SheetPoints
@@ -101,6 +138,9 @@ class ContactProblem:
     shape: tuple[int, ...]
     averages: Averages | None = None
     time_s: dict[str, float] = field(default_factory=dict)
+    kept: Kept | None = None
+    memory: Memory = field(default_factory=Memory)
+    doubts: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
@@ -137,6 +177,10 @@ class ContactProblem:
     def axes(self) -> list[tuple[Patch, Array, Array]]:
         """Each patch with the coordinates [m] of its columns (x) and rows (arc length)."""
         return [(patch, *patch.axes()) for patch in self.patches]
+
+    def on_grid(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        """`values` (..., n) of the contact points at all points of the grids; `rest` beside the bodies."""
+        return values if self.kept is None else self.kept.put(values, rest)
 
     def opening(self) -> Array:
         """Gap (n,) [m] with the motions prescribed on both bodies, before contact."""
@@ -231,9 +275,8 @@ def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_
     frictional = bool(problem.direction.any()) and not (
         isinstance(problem.friction, np.ndarray) and not problem.friction.any()
     )
-    pair = _mtb_rs.SlidingPair(
-        problem.lower.compliance, problem.upper.compliance, problem.direction, frictional
-    )
+    made_from = (problem.lower.compliance, problem.upper.compliance, problem.direction, frictional)
+    pair = problem.memory.recall("pair", made_from, lambda: _mtb_rs.SlidingPair(*made_from))
     problem.time_s["influence matrix"] = time.perf_counter() - clock
     clock = time.perf_counter()
     motions, work = problem.relative_motions()
@@ -255,7 +298,11 @@ def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_
     clock = time.perf_counter()
     margin: float | None = None
     if frictional and with_margin:
-        factor = pair.wedging_factor(problem.area, friction, motions)
+        factor = problem.memory.recall(
+            "wedging factor",
+            [pair, problem.area, friction, motions],
+            lambda: pair.wedging_factor(problem.area, friction, motions),
+        )
         margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
     problem.time_s["wedging margin"] = time.perf_counter() - clock
     return Solution(
@@ -325,7 +372,11 @@ def finish(
     reference_point = np.zeros(3)
     moment = np.cross(problem.places, load, axis=0).sum(axis=1)
     balance, reactions = _balance(problem, coefficients, force)
-    shape = problem.shape
+    nodes = points if problem.kept is None else problem.kept.nodes
+
+    def put(values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        return problem.on_grid(values, rest).reshape(*values.shape[:-1], *problem.shape)
+
     converged = solution.status == "solved"
     report = Report(
         converged=converged,
@@ -354,15 +405,15 @@ def finish(
         time_s=dict(problem.time_s),
     )
     result = Result(
-        points=points.points.reshape(3, *shape),
-        area=area.reshape(shape),
-        normal=points.normal.reshape(3, *shape),
-        pressure=mean[2].reshape(shape),
-        traction=traction.reshape(3, *shape),
-        gap=solution.gap.reshape(shape),
-        initial_gap=points.gap.reshape(shape),
-        status=status.reshape(shape),
-        displacement=Displacement(*(u.reshape(3, *shape) for u in displacement)),
+        points=nodes.points.reshape(3, *problem.shape),
+        area=put(area),
+        normal=nodes.normal.reshape(3, *problem.shape),
+        pressure=put(mean[2]),
+        traction=put(traction),
+        gap=put(solution.gap, nodes.gap),
+        initial_gap=nodes.gap.reshape(problem.shape),
+        status=put(status),
+        displacement=Displacement(*map(put, displacement)),
         force=force,
         moment=moment,
         reference_point=reference_point,
@@ -426,7 +477,7 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
     open_ = coefficients[2] <= 0.0
     area = problem.area
     # what the points in contact do not share out among themselves they keep
-    lost = 1.0 - (area[~open_] @ overlap[~open_]) / area
+    lost = 1.0 - (np.where(open_, 0.0, area) @ overlap) / area
     mean: Array = coefficients @ overlap.T + coefficients * lost
     mean[:, open_] = 0.0
     return mean
@@ -589,7 +640,12 @@ def with_loads(side: Side, motions: Array, work: Array) -> Side:
 
 
 def magnetic_field(
-    spec: Any, points: SheetPoints, patches: tuple[Patch, ...], velocity: float | None
+    spec: Any,
+    points: SheetPoints,
+    patches: tuple[Patch, ...],
+    velocity: float | None,
+    kept: Kept | None = None,
 ) -> Array:
     """Magnetic pressure (n,) [Pa] at the contact points."""
-    return load_field("magnetic_pressure", spec, points.points, patches, velocity)
+    numbers = None if kept is None else kept.numbers
+    return load_field("magnetic_pressure", spec, points.points, patches, velocity, kept=numbers)

@@ -147,23 +147,33 @@ def coupled_contact(
     friction: Array,
     layer: InterfaceLayer | None,
     tolerance: float,
-) -> CoupledContact:
-    """A contact problem with all blocks of its compliance."""
+) -> tuple[CoupledContact, Array]:
+    """A contact problem with all blocks of its compliance, and the share (m, r) of each motion in those kept.
+
+    Of motions that move both bodies alike, such as two bodies that guides press together, fewer are kept.
+    """
     n = problem.n
     matrix = np.block([[compliance.influence(row, column) for column in "xyn"] for row in "xyn"])
     if layer is not None:
         tangential = np.arange(2 * n)
         matrix[tangential, tangential] += layer.flexibility
     motions, work = problem.relative_motions()
-    return CoupledContact(
+    motions = motions.reshape(len(work), 3 * n)
+    shares = np.eye(len(work))
+    size = np.linalg.norm(motions, axis=1)
+    if len(work) and np.linalg.matrix_rank(motions / size[:, None], tol=1e-9) < len(work):
+        directions, values, _ = np.linalg.svd(motions, full_matrices=False)
+        shares = directions[:, values > 1e-9 * values[0]]
+    contact = CoupledContact(
         compliance=matrix,
-        motions=motions.reshape(len(work), 3 * n),
+        motions=shares.T @ motions,
         area=problem.area,
         friction=np.broadcast_to(friction, (n,)),
         opening=problem.opening(),
-        work=work,
+        work=shares.T @ work,
         tolerance=tolerance,
     )
+    return contact, shares
 
 
 def horizontal(points: SheetPoints) -> Array:

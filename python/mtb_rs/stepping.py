@@ -15,9 +15,9 @@ from . import _mtb_rs, fmu
 from .check import number, positive
 from .errors import ConvergenceError, ResultantError
 from .files import check_target, read_bytes, write_bytes
-from .loads import PressureDependentFriction, VelocityTable, friction_field
+from .loads import PressureDependentFriction, VelocityTable
 from .result import Patch, Pictured
-from .solve import ContactProblem, Side, magnetic_field, to_global, to_local
+from .solve import ContactProblem, Side, to_global, to_local
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -453,9 +453,10 @@ class Source:
 
     def loads(self, magnetic_pressure: Any, speed: float) -> tuple[Array, Array]:
         """Gap before contact (n,) [m] and work on each motion (m,) [J] under a magnetic pressure."""
-        points, patches = self.problem.points, self.problem.patches
-        spec = self.scene._on(points, patches, magnetic_pressure)
-        pull = magnetic_field(spec, points, patches, speed)
+        problem = self.problem
+        pull = self.scene.pull_at(
+            problem.points, problem.patches, problem.kept, magnetic_pressure=magnetic_pressure, velocity=speed
+        )
         row = self.base + pull_response(self.problem, pull, self.scene.attraction)
         n = self.problem.n
         return np.ascontiguousarray(row[:n]), np.ascontiguousarray(row[n:])
@@ -475,7 +476,7 @@ def prepare(
     # what depends on the speed is taken off again
     moving = at_some_speed(scene)
     problem = moving.problem(model)
-    points, patches = problem.points, problem.patches
+    points, patches, kept = problem.points, problem.patches, problem.kept
     motions, work = problem.relative_motions()
     names, components = _named(problem)
 
@@ -485,7 +486,7 @@ def prepare(
     if scene.magnetic_pressure is not None:
 
         def response(spec: Any, speed: float | None) -> Array:
-            pull = magnetic_field(scene._on(points, patches, spec), points, patches, speed)
+            pull = scene.pull_at(points, patches, kept, magnetic_pressure=spec, velocity=speed)
             return pull_response(problem, pull, scene.attraction)
 
         base = base - response(scene.magnetic_pressure, moving.velocity)
@@ -493,8 +494,7 @@ def prepare(
         load_speed = _speeds(scene.magnetic_pressure) or [0.0]
         loads = base + np.array([response(scene.magnetic_pressure, v) for v in load_speed])
     friction_speed = _speeds(scene.friction) or [0.0]
-    spec = scene._on(points, patches, scene.friction)
-    friction = np.array([friction_field(spec, points.points, patches, v) for v in friction_speed])
+    friction = np.array([scene.friction_at(points, patches, kept, v) for v in friction_speed])
     direction = np.zeros(2)
     if scene.sliding_direction is None:
         friction[:] = 0.0
@@ -539,10 +539,13 @@ def pull_response(problem: ContactProblem, pull: Array, attraction: str) -> Arra
     points, n = problem.points, problem.n
     apart = np.zeros((3, n))
     work = []
-    sides = [(problem.upper, 1.0, True), (problem.lower, -1.0, attraction == "both")]
-    for side, into, is_pulled in sides:
-        elastic = side.includes_motion or problem.averages is not None
-        if is_pulled and elastic and side.compliance is not None:
+    # a half-space above is pressed by the resultant, one below finite elements is moved by what pulls it
+    sides = [
+        (problem.upper, 1.0, True, problem.upper.includes_motion),
+        (problem.lower, -1.0, attraction == "both", problem.averages is not None),
+    ]
+    for side, into, is_pulled, is_moved in sides:
+        if is_pulled and is_moved and side.compliance is not None:
             zero = np.zeros(n)
             moved = side.compliance.displacement(np.stack([zero, zero, -pull]))
             moved[2] *= into
@@ -568,9 +571,10 @@ def _named(problem: ContactProblem) -> tuple[list[str], list[int | None]]:
     for side in (problem.upper, problem.lower):
         for motion in side.motions:
             component = _component(side, motion, problem.points.points)
-            here = np.flatnonzero(np.any(motion != 0.0, axis=0))
+            here = np.flatnonzero(np.any(problem.on_grid(motion) != 0.0, axis=0))
             at = [p.name for p in problem.patches if p.start <= here[0] < p.start + p.nx * p.ny]
-            names.append(f"{at[0]} {'motion' if component is None else POSE[component]}")
+            of = "" if side is problem.upper else " of the lower body"
+            names.append(f"{at[0]} {'motion' if component is None else POSE[component]}{of}")
             components.append(component if side is problem.upper else None)
     return names, components
 

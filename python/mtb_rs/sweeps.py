@@ -83,7 +83,8 @@ def sweep(
     progress : callable
         Called with the cases done and all cases.
     **options
-        Of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case.
+        Of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other bodies,
+        which have no such model, decide by themselves.
 
     Returns
     -------
@@ -167,6 +168,7 @@ class _Work:
 
     def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
         self.scene, self.options, self.measure = scene, dict(options), measure
+        self.model: str | None = None
 
     def prepare(self, case: Values) -> None:
         """Decides on the model, and condenses the bodies once, so that workers find them in the cache.
@@ -179,16 +181,23 @@ class _Work:
             scene = varied(self.scene, case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
                 model = choose(scene, **{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
-                self.options["model"] = model
+                self.model = model
             if model != "auto":
                 scene.problem(model)
         except (ValueError, ConvergenceError):
             return
 
+    def _chosen(self, scene: Scene) -> dict[str, str]:
+        """The model decided on, for scenes that have it: other bodies may make others."""
+        if self.model is None or not scene.has_model(self.model):
+            return {}
+        return {"model": self.model}
+
     def __call__(self, case: Values) -> Record:
         clock = time.perf_counter()
         try:
-            result = varied(self.scene, case).solve(**self.options)
+            scene = varied(self.scene, case)
+            result = scene.solve(**self.options | self._chosen(scene))
             # what is given need not be measured
             numbers = {k: v for k, v in measured(result).items() if k not in case}
             numbers["time"] = time.perf_counter() - clock

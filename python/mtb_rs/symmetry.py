@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _mtb_rs
+from .cache import Memory
 from .geometry import ROUNDING, SheetPoints
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ class Fold:
 def folded(problem: ContactProblem) -> Fold | None:
     """The half of a symmetric problem; None where the problem is not symmetric."""
     points = problem.points
-    image = _images(points.points)
+    image = problem.memory.recall("images", [points.points], lambda: _images(points.points))
     if image is None or (image == np.arange(image.size)).all():
         return None
     friction = problem.friction
@@ -57,6 +59,11 @@ def folded(problem: ContactProblem) -> Fold | None:
     upper, lower = _half_side(problem.upper, image), _half_side(problem.lower, image)
     if upper is None or lower is None:
         return None
+    compliances = problem.memory.recall(
+        "halves", [problem.upper.compliance, problem.lower.compliance, image], lambda: _halves(problem, image)
+    )
+    if compliances is None:
+        return None
     kept = np.flatnonzero(np.arange(image.size) <= image)
     position = np.empty(image.size, dtype=np.intp)
     position[kept] = np.arange(kept.size)
@@ -68,13 +75,14 @@ def folded(problem: ContactProblem) -> Fold | None:
         return SheetPoints(**fields)
 
     halves, motion_source, offset = [], [], 0
-    for side, (orbits, source_of) in ((problem.upper, upper), (problem.lower, lower)):
-        pairing = list(map(int, image))
+    for side, compliance, (orbits, source_of) in zip(
+        (problem.upper, problem.lower), compliances, (upper, lower), strict=True
+    ):
         motions = [side.motions[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
         halves.append(
             replace(
                 side,
-                compliance=None if side.compliance is None else side.compliance.folded(pairing),
+                compliance=compliance,
                 displacement=np.ascontiguousarray(side.displacement[:, kept]),
                 motions=np.array(motions).reshape(len(orbits), 3, kept.size),
                 work=np.array([side.work[list(orbit)].sum() for orbit in orbits]),
@@ -94,6 +102,8 @@ def folded(problem: ContactProblem) -> Fold | None:
         averages=None,
         patches=(),
         shape=(kept.size,),
+        kept=None,
+        memory=problem.memory.recall("half", [image], Memory),
     )
     return Fold(half, image, source, np.concatenate(motion_source).astype(np.intp))
 
@@ -134,10 +144,19 @@ def _responds_alike(side: Side, image: Index) -> bool:
     return _mirrored(side.compliance.displacement(traction + _mirror(traction, image)), image)
 
 
+def _halves(problem: ContactProblem, image: Index) -> tuple[_mtb_rs.Compliance | None, ...] | None:
+    """Upper and lower body under loads that are their own mirror images; None where one is not symmetric."""
+    sides = (problem.upper, problem.lower)
+    if not all(_responds_alike(side, image) for side in sides):
+        return None
+    pairing = list(map(int, image))
+    return tuple(None if side.compliance is None else side.compliance.folded(pairing) for side in sides)
+
+
 def _half_side(side: Side, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
-    """Orbits of a body's rigid motions under the mirror; None where body or loads are not symmetric."""
+    """Orbits of a body's rigid motions under the mirror; None where motions or loads are not symmetric."""
     displacement, motions, work = side.displacement, side.motions, side.work
-    if not _mirrored(displacement, image) or not _responds_alike(side, image):
+    if not _mirrored(displacement, image):
         return None
     seen: set[int] = set()
     orbits: list[tuple[int, ...]] = []

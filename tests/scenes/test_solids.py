@@ -80,8 +80,11 @@ def test_bad_input_is_named():
         mtb.Scene(
             upper=body, lower=steel, spacing=2.5e-2, gap=np.zeros((9, 9)), magnetic_pressure=1e6
         ).solve()
-    with pytest.raises(ValueError, match="model, method and options cannot be chosen"):
-        mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, magnetic_pressure=1e6).solve(model="half-space")
+    pulled = mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, magnetic_pressure=1e6)
+    with pytest.raises(ValueError, match="has its model in its bodies, 'elastic-upper'"):
+        pulled.solve(model="half-space")
+    with pytest.raises(ValueError, match='with an ElasticBody takes "direct"'):
+        pulled.solve(method="incremental")
     with pytest.raises(ValueError, match="looks down: the contact face of a lower body must look up"):
         mtb.Scene(upper=mtb.Rigid(), lower=body, spacing=2.5e-2, force=1e3).solve()
     with pytest.raises(ValueError, match="never touch"):
