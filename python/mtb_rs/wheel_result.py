@@ -55,8 +55,11 @@ class WheelPatch:
         Of the wheel over the rail; zero where they stick.
     status : (ny, nx) int
         0 open, 1 stick, 2 slip.
+    approach : float [m]
+        Largest overlap of the undeformed bodies along the normal.
     creepage : (xi, eta, phi) [-], [-], [1/m]
-        Rigid slip of the wheel over the rail at the origin, over the rolling speed.
+        Rigid slip of the wheel over the rail at the origin, over the rolling speed. The velocity of the wheel
+        is taken on its own undeformed surface, which there lies deeper than the rail's by `approach`.
     rolling_speed : float [m/s]
         Mean of the speeds at which the patch runs over rail and wheel; > 0 along x.
     normal_force : float [N]
@@ -81,6 +84,7 @@ class WheelPatch:
     traction: Array
     slip_velocity: Array
     status: NDArray[np.int8]
+    approach: float
     creepage: Array
     rolling_speed: float
     normal_force: float
@@ -169,7 +173,14 @@ class WheelStep:
     ----------
     force, moment : (3,) [N], [N m]
         Of all patches on the rails, in the track, the moment about `reference_point`; the wheelset feels the
-        opposite.
+        opposite. For the moment forces act on the undeformed surface of the wheel, where its velocity is taken,
+        so that their work on the wheelset is the heat.
+    vertical_force : dict of side to float [N]
+        What each wheel presses its rail down with, friction included.
+    balance_error : float or None [-]
+        Departure of the vertical force from the one that the height was found for, over that, the largest one
+        of each wheel where roll was found too; None where the height was given. The height is found so that the
+        pressures carry the force, and friction has a vertical part where the contact plane is inclined.
     reference_point : (3,) [m]
         Of the wheelset, where the pose has put it.
     pose : (6,)
@@ -186,6 +197,8 @@ class WheelStep:
 
     force: Array
     moment: Array
+    vertical_force: dict[str, float]
+    balance_error: float | None
     reference_point: Array
     pose: Array
     patches: tuple[WheelPatch, ...]

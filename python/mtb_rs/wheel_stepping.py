@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import warnings
 from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,8 @@ Array = NDArray[np.float64]
 SIDES = ("left", "right", "both")
 #: Farthest grid line of a state, in spacings.
 FARTHEST = 10**15
+#: Share of the vertical force from which on a warning says that friction adds to it or takes from it.
+MOST_UNBALANCED = 0.02
 #: A state as the core has it: overlaps, and side, first cell and field of each patch.
 CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
 
@@ -76,7 +79,8 @@ class PreparedWheels:
             Rigid displacement of the wheelset from where the scene has it, just touching the rail: rotations
             about fixed x, then y, then z axis through `reference_point`, then the translation. z NaN: found
             so that the pressures carry the scene's vertical force (on both wheels twice that); z and roll
-            NaN, both wheels: so that each carries it. None: z NaN, all else zero.
+            NaN, both wheels: so that each carries it. None: z NaN, all else zero. Friction is no part of that
+            balance: `WheelStep.balance_error` says by how much of the force, and a warning comes above 2 %.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy > 0
             rolls forwards; a yawed or rolled axle has parts of it along x and z). A number v: v along x,
@@ -101,6 +105,7 @@ class PreparedWheels:
         out = self._core.step(place.tolist(), motion, start)
         if "failure" in out:
             raise ConvergenceError(out["failure"])
+        warn_of_balance(out["balance_error"], out["vertical_force"])
         report = WheelReport(out.pop("normal_solves"), out.pop("iterations"))
         return WheelStep(
             patches=tuple(WheelPatch(**patch) for patch in out.pop("patches")),
@@ -199,6 +204,19 @@ def prepare_wheels(
             if standstill_speed is None
             else positive("standstill_speed", standstill_speed, "m/s"),
         )
+    )
+
+
+def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
+    """Warns where wheels carry another vertical force, friction included, than the height was found for."""
+    if error is None or abs(error) <= MOST_UNBALANCED:
+        return
+    forces = " and ".join(f"the {side} wheel carries {force / 1e3:.4g} kN" for side, force in carried.items())
+    warnings.warn(
+        f"with friction {forces} of vertical force: {abs(error):.1%} "
+        f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures alone "
+        "carry the force; give z for another force (step.vertical_force says what is carried)",
+        stacklevel=3,
     )
 
 

@@ -13,6 +13,8 @@ import mtb_rs as mtb
 from mtb_rs.wheel_result import WheelState
 
 V = 20.0
+#: on a flange friction carries more than 2 % of the vertical force, which a warning says
+on_a_flange = pytest.mark.filterwarnings("ignore:with friction the")
 
 
 def scene(lateral=0.0, force=60e3, spacing=5e-4, **changes):
@@ -88,6 +90,52 @@ def test_approach_and_pressure_as_hertz():
     closed = mtb.hertz(60e3, radii=(0.46, 0.3), lower=mtb.steel, upper=mtb.steel)
     assert -step.pose[2] == pytest.approx(closed.approach, rel=3e-3)
     assert patch.pressure.max() == pytest.approx(closed.peak_pressure, rel=1e-2)
+
+
+def test_a_cylinder_on_its_own_surface_does_not_creep():
+    """It turns about its undeformed surface, which its load has pressed below the rail's."""
+    contact = conical(slope=0.0, side="left")
+    pose = contact.step(velocity=V).pose
+    for share in (1.0, 0.1):
+        placed = pose * share
+        (patch,) = contact.step(placed, [V, 0.0, 0.0, 0.0, V / 0.46, 0.0]).patches
+        assert patch.approach == pytest.approx(-placed[2], rel=1e-4)
+        # taken on the rail's surface it would be the approach over the radius, 1.6e-4 and 1.6e-5
+        assert patch.creepage[:2] == pytest.approx([0.0, 0.0], abs=1e-3 * patch.approach / 0.46)
+
+
+def test_a_step_says_what_it_carries():
+    contact = wheels(lateral=7e-3, side="left", friction=0.3)
+    pose, moving = [0.0, 0.0, np.nan, 0.0, 0.0, 0.01], [V, 0.0, 0.0, -0.01 * V / 0.46, V / 0.46, 0.0]
+    with pytest.warns(UserWarning, match=r"with friction the left wheel carries .* more than asked for"):
+        step = contact.step(pose, moving)
+    friction = sum(
+        (p.area * np.einsum("ij,jkl->ikl", p.rotation[:, :2], p.traction)).sum(axis=(1, 2))[2]
+        for p in step.patches
+    )
+    normal = sum(p.normal_force * np.cos(p.contact_angle) for p in step.patches)
+    assert normal == pytest.approx(60e3, rel=1e-6)
+    assert step.vertical_force == {"left": pytest.approx(normal - friction, rel=1e-9)}
+    assert step.vertical_force["left"] == pytest.approx(-step.force[2], rel=1e-12)
+    assert step.balance_error == pytest.approx(-friction / 60e3, rel=1e-6)
+    # a height that is given asks for no force
+    held = contact.step(step.pose, moving)
+    assert held.balance_error is None
+    assert held.vertical_force["left"] == pytest.approx(step.vertical_force["left"], rel=1e-6)
+
+
+@on_a_flange
+def test_what_is_carried_is_of_each_wheel_or_of_all():
+    contact = wheels().copy()
+    pose = np.array([0.0, 6.4e-3, np.nan, np.nan, 0.0, 0.0])
+    each = contact.step(pose, V)
+    errors = {side: force / 60e3 - 1.0 for side, force in each.vertical_force.items()}
+    assert set(errors) == {"left", "right"}
+    assert each.balance_error == pytest.approx(max(errors.values(), key=abs), rel=1e-6)
+    pose[3] = 0.0
+    both = contact.step(pose, V)
+    assert both.balance_error == pytest.approx(sum(both.vertical_force.values()) / 120e3 - 1.0, rel=1e-6)
+    assert sum(both.vertical_force.values()) == pytest.approx(-both.force[2], rel=1e-12)
 
 
 def test_yaw_moves_the_contact_of_a_cone_ahead():
@@ -213,6 +261,7 @@ def test_each_wheel_carries_its_force():
     assert carried == pytest.approx(120e3, rel=1e-6)
 
 
+@on_a_flange
 @pytest.mark.parametrize("y", [5.5e-3, 6e-3, 6.4e-3, 6.6e-3, -6.4e-3])
 def test_a_free_wheelset_on_its_flange_is_in_balance(y):
     """There a roll moves the flange into the rail: height and roll are coupled."""
@@ -225,12 +274,14 @@ def test_a_free_wheelset_on_its_flange_is_in_balance(y):
         assert carried == pytest.approx(60e3, rel=1e-6)
 
 
+@on_a_flange
 def test_the_wheelset_as_the_scene_shifts_it_is_in_balance():
     step = wheels(6.2e-3).copy().step([0.0, 0.0, np.nan, np.nan, 0.0, 0.0], V)
     shifted = wheels().copy().step([0.0, 6.2e-3, np.nan, np.nan, 0.0, 0.0], V)
     assert step.pose[3] == pytest.approx(shifted.pose[3], rel=1e-6)
 
 
+@on_a_flange
 def test_tread_and_flange_carry_together():
     y = np.array([-0.052, -0.036, 0.06])
     wheel = mtb.Profile.from_points(y, [-1.8e-3 - 16e-3 * np.tan(np.radians(60)), -1.8e-3, 3e-3], "linear")
@@ -312,22 +363,28 @@ def test_memory_changes_nothing_but_time():
     np.testing.assert_allclose(resumed.force, warm[-1].force, rtol=1e-9, atol=1e-6)
 
 
+@on_a_flange
 @pytest.mark.parametrize("spacing", [1e-3, 5e-4])
 def test_heat_is_the_work_of_the_creep_forces(spacing):
     contact = wheels(spacing=spacing).copy()
     velocity = np.array([V, 0.1, 0.0, 0.02, 1.003 * V / 0.46, 0.05])
     for sense in (1.0, -1.0):
         step = contact.step([0.0, 5.5e-3, np.nan, np.nan, 0.0, 2e-3], sense * velocity)
-        work = 0.0
+        work = of_loads = 0.0
         for patch in step.patches:
-            arm = patch.points - step.reference_point[:, None, None]
+            # the wheel's undeformed surface, whose velocity counts, lies deeper than the plane
+            on_wheel = patch.points - patch.approach * patch.rotation[:, 2, None, None]
+            arm = on_wheel - step.reference_point[:, None, None]
             moving = sense * (velocity[:3, None, None] + np.cross(velocity[3:], arm, axis=0))
             friction = np.einsum("ij,jkl->ikl", patch.rotation[:, :2], patch.traction) * patch.area
             work += (friction * moving).sum()
+            of_loads += (patch.load() * moving).sum()
             # what the slip of the cells dissipates is less, the more so the larger they are
             by_cells = (patch.traction * patch.slip_velocity).sum() * patch.area
             assert -1e-9 * work < by_cells < patch.friction_power
         assert step.friction_power == pytest.approx(work, rel=1e-9)
+        power = sense * (step.force @ velocity[:3] + step.moment @ velocity[3:])
+        assert power == pytest.approx(of_loads, abs=1e-9 * abs(step.force[2]) * V)
 
 
 def test_tractions_keep_to_friction():
@@ -346,6 +403,7 @@ def test_patches_draw_themselves():
     assert "m/s" in patch.plot("slip").axes[-1].get_ylabel()
 
 
+@on_a_flange
 def test_a_step_draws_its_patches_side_by_side():
     contact = wheels().copy()
     step = contact.step([0.0, 6.4e-3, np.nan, np.nan, 0.0, 0.0], V)

@@ -11,7 +11,8 @@ module mtb
 
   !> Contact load of a step of wheels.
   type, bind(c) :: mtb_wheel_step
-    real(c_double) :: force(3), moment(3), reference_point(3), pose(6), friction_power
+    real(c_double) :: force(3), moment(3), vertical_force(2), balance_error, reference_point(3), pose(6)
+    real(c_double) :: friction_power
     integer(c_int64_t) :: patches, normal_solves, iterations
   end type
 
@@ -19,7 +20,7 @@ module mtb
   type, bind(c) :: mtb_wheel_patch
     integer(c_int64_t) :: side, nx, ny
     real(c_double) :: start(2), spacing(2), position(3), directions(3, 3)
-    real(c_double) :: contact_angle, rail_position, wheel_position, creepage(3), rolling_speed
+    real(c_double) :: contact_angle, rail_position, wheel_position, approach, creepage(3), rolling_speed
     real(c_double) :: normal_force, neglected, friction_power
   end type
 

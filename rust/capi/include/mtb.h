@@ -42,6 +42,11 @@ typedef struct mtb_wheel_step {
   double force[3];
   // Moment of it about the reference point [N m].
   double moment[3];
+  // Vertical force that the wheels press on the left and on the right rail with, friction included [N].
+  double vertical_force[2];
+  // What the vertical force departs by from the one that the height was to be found for, over that, friction
+  // being no part of that balance: the largest departure, with its sign. NaN where the height was given.
+  double balance_error;
   // The reference point, where the pose has put it [m].
   double reference_point[3];
   // The pose, with what was found from balance: x, y, z [m], roll, pitch, yaw [rad].
@@ -78,6 +83,8 @@ typedef struct mtb_wheel_patch {
   double rail_position;
   // y of the origin in the wheel profile's own frame [m].
   double wheel_position;
+  // Largest overlap of the undeformed bodies along the normal [m].
+  double approach;
   // Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
   double creepage[3];
   // Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.

@@ -27,6 +27,11 @@ pub struct MtbWheelStep {
     pub force: [f64; 3],
     /// Moment of it about the reference point [N m].
     pub moment: [f64; 3],
+    /// Vertical force that the wheels press on the left and on the right rail with, friction included [N].
+    pub vertical_force: [f64; 2],
+    /// What the vertical force departs by from the one that the height was to be found for, over that, friction
+    /// being no part of that balance: the largest departure, with its sign. NaN where the height was given.
+    pub balance_error: f64,
     /// The reference point, where the pose has put it [m].
     pub reference_point: [f64; 3],
     /// The pose, with what was found from balance: x, y, z [m], roll, pitch, yaw [rad].
@@ -65,6 +70,8 @@ pub struct MtbWheelPatch {
     pub rail_position: f64,
     /// y of the origin in the wheel profile's own frame [m].
     pub wheel_position: f64,
+    /// Largest overlap of the undeformed bodies along the normal [m].
+    pub approach: f64,
     /// Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
     pub creepage: [f64; 3],
     /// Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
@@ -90,6 +97,7 @@ impl From<&WheelPatch> for MtbWheelPatch {
             contact_angle: patch.contact_angle,
             rail_position: patch.rail_position,
             wheel_position: patch.wheel_position,
+            approach: patch.approach,
             creepage: patch.creepage,
             rolling_speed: patch.rolling_speed,
             normal_force: patch.normal_force,
@@ -182,6 +190,8 @@ pub unsafe extern "C" fn mtb_wheels_step(
         let load = MtbWheelStep {
             force: out.force,
             moment: out.moment,
+            vertical_force: out.vertical_force,
+            balance_error: out.balance_error.unwrap_or(f64::NAN),
             reference_point: out.reference_point,
             pose: out.pose,
             friction_power: out.friction_power,

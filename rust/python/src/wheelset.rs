@@ -222,7 +222,7 @@ impl PyPreparedWheels {
             }
         })?;
         match solved {
-            Ok(step) => step_out(py, step),
+            Ok(step) => step_out(py, step, self.fresh.wheelset().sides),
             Err(failure) => {
                 let out = PyDict::new(py);
                 out.set_item("failure", failure)?;
@@ -232,13 +232,21 @@ impl PyPreparedWheels {
     }
 }
 
-fn step_out(py: Python<'_>, step: WheelStep) -> PyResult<Bound<'_, PyDict>> {
+fn step_out(py: Python<'_>, step: WheelStep, sides: Sides) -> PyResult<Bound<'_, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("force", step.force.to_vec().into_pyarray(py))?;
     out.set_item("moment", step.moment.to_vec().into_pyarray(py))?;
     let point = step.reference_point.to_vec();
     out.set_item("reference_point", point.into_pyarray(py))?;
     out.set_item("pose", step.pose.to_vec().into_pyarray(py))?;
+    let carried = PyDict::new(py);
+    for (side, force) in [Side::Left, Side::Right].iter().zip(step.vertical_force) {
+        if sides.each().contains(side) {
+            carried.set_item(side.to_string(), force)?;
+        }
+    }
+    out.set_item("vertical_force", carried)?;
+    out.set_item("balance_error", step.balance_error)?;
     out.set_item("friction_power", step.friction_power)?;
     out.set_item("normal_solves", step.normal_solves)?;
     out.set_item("iterations", step.iterations)?;
@@ -298,6 +306,7 @@ fn patch_out(py: Python<'_>, patch: WheelPatch) -> PyResult<Bound<'_, PyDict>> {
     out.set_item("slip_velocity", slip.reshape([2, ny, nx])?)?;
     let status: Vec<i8> = patch.status.iter().map(|s| *s as i8).collect();
     out.set_item("status", status.into_pyarray(py).reshape([ny, nx])?)?;
+    out.set_item("approach", patch.approach)?;
     out.set_item("creepage", patch.creepage.to_vec().into_pyarray(py))?;
     out.set_item("rolling_speed", patch.rolling_speed)?;
     out.set_item("normal_force", patch.normal_force)?;

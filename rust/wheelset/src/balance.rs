@@ -58,16 +58,16 @@ pub(crate) fn trial(
         patches: Vec::new(),
     };
     for plane in ready.over.patches(centre, axle, wheelset.spacing)? {
-        let base = plane.gap.iter().copied().fold(f64::INFINITY, f64::min);
-        if base >= 0.0 {
+        let approach = plane.approach();
+        if approach <= 0.0 {
             continue;
         }
-        let gap: Vec<f64> = plane.gap.iter().map(|g| g - base).collect();
+        let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
         let contact = NormalContact {
             gap: &gap,
             grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
             surface: Surface::FreeSpace(&closing),
-            load: Load::Approach(-base),
+            load: Load::Approach(approach),
             moments: [None, None],
         };
         let options = Options {

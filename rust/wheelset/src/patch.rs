@@ -43,7 +43,11 @@ pub struct WheelPatch {
     pub slip_velocity: Vec<f64>,
     /// Status (n).
     pub status: Vec<PointStatus>,
-    /// Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
+    /// Largest overlap of the undeformed bodies along the normal [m].
+    pub approach: f64,
+    /// Rigid slip of the wheel over the rail, over the rolling speed: xi, eta [-], phi [1/m].
+    ///
+    /// At the origin, where the undeformed surface of the wheel lies deeper than that of the rail by the approach.
     pub creepage: [f64; 3],
     /// Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
     pub rolling_speed: f64,
@@ -71,6 +75,9 @@ impl WheelPatch {
     }
 
     /// Force on the rail [N] and its moment about `point` [N m], in the track.
+    ///
+    /// For the moment it acts on the undeformed surface of the wheel, deeper than the plane by the approach: where
+    /// the wheel's velocity is taken, so that the work of the load on the wheelset is the heat.
     pub fn load(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
         let n = self.pressure.len();
         // about the origin of the frame, in the frame
@@ -83,7 +90,8 @@ impl WheelPatch {
         }
         let turn = Matrix3::from_fn(|i, j| self.rotation[i][j]) * self.grid.cell_area();
         let (force, moment) = (turn * force, turn * moment);
-        let arm = Vector3::from(self.position) - Vector3::from(point);
+        let normal = Vector3::from(self.rotation.map(|row| row[2]));
+        let arm = Vector3::from(self.position) - normal * self.approach - Vector3::from(point);
         [force.into(), (moment + arm.cross(&force)).into()]
     }
 }

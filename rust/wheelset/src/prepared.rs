@@ -37,8 +37,15 @@ pub enum Velocity {
 pub struct WheelStep {
     /// Force of all patches on the rails, in the track [N]; the wheelset feels the opposite.
     pub force: [f64; 3],
-    /// Moment of it about the reference point [N m].
+    /// Moment of it about the reference point [N m], see [`WheelPatch::load`].
     pub moment: [f64; 3],
+    /// Vertical force that the wheels press on the left and on the right rail with, friction included [N].
+    pub vertical_force: [f64; 2],
+    /// What the vertical force departs by from the one that the height was to be found for, over that: the largest
+    /// departure, with its sign; `None` where the height was given.
+    ///
+    /// The height is found so that the pressures carry the force; friction has a vertical part on inclined planes.
+    pub balance_error: Option<f64>,
     /// The reference point, where the pose has put it [m].
     pub reference_point: [f64; 3],
     /// The pose, with what was found from balance [m], [rad].
@@ -170,6 +177,8 @@ impl PreparedWheels {
         let mut out = WheelStep {
             force: [0.0; 3],
             moment: [0.0; 3],
+            vertical_force: [0.0; 2],
+            balance_error: None,
             reference_point: centre.into(),
             pose: place,
             patches: Vec::new(),
@@ -202,11 +211,15 @@ impl PreparedWheels {
                     out.force[c] += force[c];
                     out.moment[c] += moment[c];
                 }
+                out.vertical_force[usize::from(*side == Side::Right)] -= force[2];
                 out.friction_power += rolled.patch.friction_power;
                 out.iterations += rolled.iterations;
                 out.state.patches.push(rolled.ratio);
                 out.patches.push(rolled.patch);
             }
+        }
+        if pose[2].is_nan() {
+            out.balance_error = Some(balance_error(wheelset, &out.vertical_force, pose[3].is_nan()));
         }
         out.check()?;
         self.state = out.state.clone();
@@ -264,6 +277,18 @@ impl Ready {
 /// Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
 fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
     Rotation3::from_euler_angles(place[3], place[4], place[5]).into_inner()
+}
+
+/// Largest departure of the vertical force from the one asked, over that: of each wheel, or of all together.
+fn balance_error(wheelset: &Wheelset, vertical_force: &[f64; 2], is_each: bool) -> f64 {
+    let off = |carried: f64, asked: f64| carried / asked - 1.0;
+    if is_each {
+        let [left, right] = vertical_force.map(|carried| off(carried, wheelset.force));
+        if right.abs() > left.abs() { right } else { left }
+    } else {
+        let asked = wheelset.force * wheelset.sides.each().len() as f64;
+        off(vertical_force.iter().sum(), asked)
+    }
 }
 
 fn check_pose(pose: &[f64; 6], sides: Sides) -> Result<(), Error> {

@@ -112,7 +112,9 @@ pub(crate) fn rolling(
     if is_right {
         spin_vector = -spin_vector.component_mul(&mirror);
     }
-    let rigid = shift + spin_vector.cross(&(position - centre.component_mul(&mirror)));
+    // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
+    let on_wheel = position - turn.column(2) * plane.approach();
+    let rigid = shift + spin_vector.cross(&(on_wheel - centre.component_mul(&mirror)));
     let slip = turn.transpose() * rigid;
     let spin = turn.column(2).dot(&spin_vector);
     let rolling = motion[0] - 0.5 * slip.x;
@@ -250,6 +252,7 @@ pub(crate) fn rolling(
         traction,
         slip_velocity,
         status,
+        approach: plane.approach(),
         creepage,
         rolling_speed: sense * speed,
         friction_power,

@@ -47,6 +47,14 @@ pub struct PlaneGap {
     pub neglected: f64,
 }
 
+impl PlaneGap {
+    /// Largest overlap of the undeformed bodies along the normal of the plane [m]: their approach; negative
+    /// where they are apart.
+    pub fn approach(&self) -> f64 {
+        -self.gap.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// The plane for the `part` of the outline's stations that overlap; the pose is the centre and the direction
 /// of the axle.
 pub(super) fn over(
