@@ -56,7 +56,7 @@ pub enum Error {
     },
     /// The lateral positions of a profile table are not strictly monotonic.
     #[error(
-        "row {row} of the profile: y = {y} m after {previous} m; y must rise (or fall) strictly from row to row"
+        "row {row} of the profile: y = {y} m after {previous} m; y must rise (or fall) strictly from row to row (where a flank is undercut, cut the profile off at the point where y turns back)"
     )]
     NotMonotonic {
         /// Row, counted from 1.

@@ -219,7 +219,11 @@ impl PreparedWheels {
             }
         }
         if pose[2].is_nan() {
-            out.balance_error = Some(balance_error(wheelset, &out.vertical_force, pose[3].is_nan()));
+            out.balance_error = Some(balance_error(
+                wheelset,
+                &out.vertical_force,
+                pose[3].is_nan(),
+            ));
         }
         out.check()?;
         self.state = out.state.clone();
@@ -284,7 +288,11 @@ fn balance_error(wheelset: &Wheelset, vertical_force: &[f64; 2], is_each: bool) 
     let off = |carried: f64, asked: f64| carried / asked - 1.0;
     if is_each {
         let [left, right] = vertical_force.map(|carried| off(carried, wheelset.force));
-        if right.abs() > left.abs() { right } else { left }
+        if right.abs() > left.abs() {
+            right
+        } else {
+            left
+        }
     } else {
         let asked = wheelset.force * wheelset.sides.each().len() as f64;
         off(vertical_force.iter().sum(), asked)

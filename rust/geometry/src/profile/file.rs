@@ -33,11 +33,12 @@ impl Profile {
     /// `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
     ///
     /// `unit` is the length unit [m] of files that do not state theirs. Columns may be parted by
-    /// blanks, commas or semicolons; `#`, `!`, `%` and `//` begin comments; further columns (weights)
-    /// are ignored.
+    /// blanks, commas or semicolons; `#`, `!`, `%` and `//` begin comments. A file of more than two columns
+    /// needs a heading that names y and z; between `point.begin` and `point.end` the third is a weight, which
+    /// means something with smoothing only.
     ///
     /// # Errors
-    /// Lines that are not numbers, smoothing asked for by the header, tables that
+    /// Lines that are not numbers, columns without a name, decimal commas, smoothing asked for by the header, tables that
     /// [`Profile::from_points`] refuses.
     pub fn parse(
         text: &str,
@@ -49,7 +50,7 @@ impl Profile {
         let table = if text.contains("point.begin") {
             Table::with_header(text)?
         } else {
-            Table::columns(text.lines().enumerate())?
+            Table::columns(text.lines().enumerate(), false)?
         };
         let [y, mut z] = table.coordinates(unit);
         if points_down(vertical, &z) {
@@ -87,6 +88,49 @@ fn content(line: &str) -> &str {
     line[..end].trim()
 }
 
+/// What stands in the columns of a line.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+        .filter(|w| !w.is_empty())
+}
+
+/// Whether numbers such as 1,5 stand between blanks or semicolons.
+fn has_decimal_commas(line: &str) -> bool {
+    let parts = || {
+        line.split(|c: char| c.is_whitespace() || c == ';')
+            .filter(|w| !w.is_empty())
+    };
+    let is_one = |part: &str| {
+        part.split_once(',').is_some_and(|(whole, rest)| {
+            whole.parse::<f64>().is_ok()
+                && rest.starts_with(|c: char| c.is_ascii_digit())
+                && rest.parse::<f64>().is_ok()
+        })
+    };
+    parts().count() > 1 && parts().any(is_one)
+}
+
+/// How many columns a heading names, and which of them are y and z.
+fn named_columns(line: &str) -> Option<(usize, [usize; 2])> {
+    let bare = line.trim_start_matches(['#', '!', '%', '/', ' ', '\t']);
+    let names: Vec<String> = words(bare)
+        // units
+        .filter(|w| !w.starts_with(['[', '(']))
+        .map(|w| {
+            let letters = w.trim_matches(['"', '\'']).chars();
+            letters
+                .take_while(|c| c.is_ascii_alphabetic())
+                .collect::<String>()
+                .to_ascii_lowercase()
+        })
+        .collect();
+    let only = |name: &str| {
+        let mut places = (0..names.len()).filter(|&k| names[k] == name);
+        places.next().filter(|_| places.next().is_none())
+    };
+    Some((names.len(), [only("y")?, only("z")?]))
+}
+
 fn unreadable(line: usize, reason: String) -> Error {
     Error::Unreadable {
         line: line + 1,
@@ -108,23 +152,57 @@ impl Table {
         }
     }
 
-    fn columns<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<Self, Error> {
+    /// The points of `lines`; `is_weighted`: y, z and a weight, otherwise as the heading names them.
+    fn columns<'a>(
+        lines: impl Iterator<Item = (usize, &'a str)>,
+        is_weighted: bool,
+    ) -> Result<Self, Error> {
         let mut table = Self::new();
         let mut headings = 0;
-        for (number, line) in lines {
-            let line = content(line);
+        let mut named = None;
+        for (number, whole) in lines {
+            let line = content(whole);
+            let is_first = table.points.is_empty();
             if line.is_empty() {
+                if is_first {
+                    // a heading may be a comment
+                    named = named_columns(whole).or(named);
+                }
                 continue;
             }
-            let words: Vec<&str> = line
-                .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-                .filter(|w| !w.is_empty())
-                .collect();
-            let numbers: Option<Vec<f64>> = words.iter().take(2).map(|w| w.parse().ok()).collect();
-            match numbers.as_deref() {
-                Some(&[y, z]) if y.is_finite() && z.is_finite() => table.points.push([y, z]),
+            if has_decimal_commas(line) {
+                let reason = format!(
+                    "{line:?} has decimal commas: write decimal points (1.5), with blanks, commas or semicolons between the columns"
+                );
+                return Err(unreadable(number, reason));
+            }
+            let words: Vec<&str> = words(line).collect();
+            let [across, up] = match named {
+                _ if is_weighted => [0, 1],
+                Some((count, columns)) if count == words.len() => columns,
+                _ if words.len() > 2 && words[..2].iter().all(|w| w.parse::<f64>().is_ok()) => {
+                    let reason = format!(
+                        "{line:?} has {} columns: two are needed, y and z, or a heading that names them, such as \"s y z\"",
+                        words.len()
+                    );
+                    return Err(unreadable(number, reason));
+                }
+                _ => [0, 1],
+            };
+            let number_at = |column: usize| words.get(column).and_then(|w| w.parse::<f64>().ok());
+            match (number_at(across), number_at(up)) {
+                (Some(y), Some(z)) if y.is_finite() && z.is_finite() => table.points.push([y, z]),
+                _ if is_first && line.contains('=') => {
+                    let reason = format!(
+                        "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns y and z alone, and save them as text"
+                    );
+                    return Err(unreadable(number, reason));
+                }
                 // the names of the columns
-                None if table.points.is_empty() && headings == 0 => headings += 1,
+                (None, None) if is_first && headings == 0 => {
+                    headings += 1;
+                    named = named_columns(whole);
+                }
                 _ => {
                     let reason = format!("{line:?} is not two finite numbers, y and z");
                     return Err(unreadable(number, reason));
@@ -142,7 +220,7 @@ impl Table {
             return Err(unreadable(lines.len().saturating_sub(1), reason));
         };
         let points = lines.get(begin + 1..end).unwrap_or_default();
-        let mut table = Self::columns(points.iter().copied())?;
+        let mut table = Self::columns(points.iter().copied(), true)?;
         let mut bounds = [[0.0, -1.0]; 2];
         for &(number, line) in &lines[..begin] {
             let Some((key, value)) = content(line).split_once('=') else {
@@ -179,7 +257,9 @@ impl Table {
                 .parse()
                 .map_err(|_| unreadable(number, format!("{key} = {value:?} is not a number")))?;
             if key == "approx.smooth" && *slot != 0.0 {
-                let reason = format!("{key} = {value}: only 0 (no smoothing) is supported");
+                let reason = format!(
+                    "{key} = {value}: profiles are not smoothed here; set it to 0 to take the points as they are, or export points that are smoothed already"
+                );
                 return Err(unreadable(number, reason));
             }
             if slot.is_nan() {
@@ -275,7 +355,10 @@ spline.end
     fn two_columns_in_common_dresses() {
         for text in [
             "y,z\n0,0\n1,-2\n2,-3\n",
-            "# rail\n0;0;9\n1;-2;9\n\n2;-3;9",
+            "# rail\n0;0\n1;-2\n\n2;-3",
+            "s,y,z\n0,0,0\n2,1,-2\n4,2,-3\n",
+            "# z [mm]; y [mm]; weight\n0;0;9\n-2;1;9\n-3;2;9",
+            "% arc_m y_mm z_mm\n7 0 0\n8 1 -2\n9 2 -3",
             "  0 0 // crown\n  1 -2\n 2\t-3",
         ] {
             let profile = Profile::parse(text, 1e-3, Vertical::Up, Interpolation::Linear).unwrap();
@@ -289,9 +372,29 @@ spline.end
         assert!(message("0 0\n1 one\n").contains("line 2"));
         assert!(message("0 0\n1\n").contains("line 2"));
         assert!(message("0 0\n1 nan\n").contains("line 2"));
+        for columns in [
+            "0 0 0\n1 1 -2",
+            "s y\n0 0 0\n",
+            "y z\n0;0;9\n",
+            "y y z\n0 0 0",
+            "0 0 crown",
+            "1,5,-2,5\n2,5,-3,5",
+        ] {
+            assert!(
+                message(columns).contains("columns: two are needed"),
+                "{columns}"
+            );
+        }
+        for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,5;-2\n", "1,5\t-2,5"] {
+            assert!(message(commas).contains("decimal commas"), "{commas}");
+        }
+        let ban = "[Header]\nProgramName=Miniprof\n\n-35.2\t14.1\n";
+        assert!(message(ban).contains("MiniProf"));
         assert!(message("0 0\n1 0\n1 2\n").contains("row 3"));
         let smoothed = PRR.replace("approx.smooth = 0.0", "approx.smooth = 0.1");
-        assert!(message(&smoothed).contains("line 6"));
+        assert!(
+            message(&smoothed).contains("line 6") && message(&smoothed).contains("set it to 0")
+        );
         assert!(message(&PRR.replace("point.end", "")).contains("point.end"));
         assert!(message(&PRR.replace("= 1000.0", "= 0")).contains("must be positive"));
         assert!(message(&PRR.replace("shift.y = 1.0", "shift.y = a")).contains("shift.y"));
