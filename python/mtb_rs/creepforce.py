@@ -278,15 +278,16 @@ def polach(
 
     Returns
     -------
-    (2,) or (n, 2) float [N]
-        Fx, Fy on the lower body.
+    (3,) or (n, 3) float [N], [N m]
+        Fx, Fy and Mz on the lower body, the moment about the origin. The formula has no moment of spin:
+        forces act at the centre of their ellipse, so that Mz is zero for one contact about its own centre.
     """
     field = pressure_field(normal)
     rows = _rows(creepage)
     positive("speed", speed, "m/s")
     reductions = pair("reduction", reduction)
     modulus, ratio = field.pair_modulus()
-    forces = np.zeros((len(rows), 2))
+    forces = np.zeros((len(rows), 3))
     for part, cut, axes, centre in _ellipses(field, semi_axes, "Polach's formula"):
         local = _local(rows, centre)
         if isinstance(friction, Coulomb):
@@ -299,7 +300,9 @@ def polach(
             mu = friction.sliding(speed * np.hypot(local[:, 0], local[:, 1]))
         else:
             raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
-        forces += _mtb_rs.polach_curve(
+        force = _mtb_rs.polach_curve(
             axes, modulus, ratio, part.normal_force, local, np.ascontiguousarray(mu), reductions
         )
+        forces[:, :2] += force
+        forces[:, 2] += centre[0] * force[:, 1] - centre[1] * force[:, 0]
     return forces if np.ndim(creepage) == 2 else forces[0]

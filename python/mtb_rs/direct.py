@@ -26,6 +26,7 @@ from .auto import (
 )
 from .bodies import HalfSpace, Rigid
 from .estimate import coarsened
+from .layout import Layout, WheelLayout
 from .normal import solve_normal
 from .solve import ContactProblem, Solution, solve_direct
 
@@ -108,7 +109,7 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
         problem,
         level.solution,
         "direct",
-        omitted=chosen.omitted,
+        omitted={**chosen.omitted, **_of_flange(layout)},
         errors=errors.totals() if errors is not None and chosen.errors else None,
         aim=(quantity, tolerance),
         choosing=besides + spent,
@@ -119,6 +120,11 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)
     return replace(result, report=replace(result.report, time_s=dict(problem.time_s)))
+
+
+def _of_flange(layout: Layout) -> dict[str, str]:
+    said = layout.on_flange if isinstance(layout, WheelLayout) else None
+    return {} if said is None else {"friction in the vertical balance": said}
 
 
 def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False) -> Choice:

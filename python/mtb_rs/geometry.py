@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -479,28 +480,69 @@ def wheel_on_rail_gap(
         the edge. The ends of the profiles bound the grid.
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
+
+    Lengths that no railway has are warned of, not refused.
     """
-    pair = spacing_pair(spacing)
-    wheel_radius = positive("wheel_radius", wheel_radius, "m")
-    gauge = positive("gauge", gauge, "m")
-    rail_inclination = number("rail_inclination", rail_inclination, "rad")
-    lateral = number("lateral", lateral, "m")
-    force = positive("force", force, "N")
+    given = locals()
+    placed = place_wheel(given)
+    question_lengths(given)
+    return placed
+
+
+#: Lengths [m] that wheels and tracks have, toys and mines included.
+USUAL_LENGTHS = {
+    "wheel_radius": (0.02, 1.5),
+    "gauge": (0.2, 3.0),
+    "gauge_depth": (2e-3, 0.05),
+    "flange_back": (0.2, 3.0),
+    "tape_circle": (0.01, 0.2),
+    "lateral": (-0.06, 0.06),
+}
+#: Widths [m] of profiles.
+USUAL_WIDTH = (5e-3, 0.5)
+
+
+def question_lengths(given: Mapping[str, Any], stacklevel: int = 3) -> None:
+    """Warns of lengths of wheels and rails, arguments of :func:`wheel_on_rail_gap`, that look like a slip of
+    the unit."""
+    lengths = {name: (number(name, given[name], "m"), limits) for name, limits in USUAL_LENGTHS.items()}
+    for name in ("wheel", "rail"):
+        start, end = as_profile(given[name]).range
+        lengths[f"the width of the {name} profile"] = end - start, USUAL_WIDTH
+    for name, (value, (low, high)) in lengths.items():
+        if not low <= value <= high:
+            warnings.warn(
+                f"{name} is {value:g} m: {low:g} to {high:g} m is usual, and lengths are in metres",
+                stacklevel=stacklevel,
+            )
+    back, gauge = given["flange_back"], given["gauge"]
+    if back >= gauge:
+        warnings.warn(
+            f"flange_back is {back:g} m and gauge {gauge:g} m: the backs of the flanges usually stand closer "
+            "together than the rails",
+            stacklevel=stacklevel,
+        )
+
+
+def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
+    """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions."""
+    pair = spacing_pair(given["spacing"])
+    approach = given["approach"]
     fields = _mtb_rs.wheel_on_rail_gap(
-        as_profile(wheel)._core,
-        as_profile(rail)._core,
-        wheel_radius=wheel_radius,
-        gauge=gauge,
-        gauge_depth=number("gauge_depth", gauge_depth, "m"),
-        rail_inclination=rail_inclination,
-        flange_back=number("flange_back", flange_back, "m"),
-        tape_circle=number("tape_circle", tape_circle, "m"),
-        lateral=lateral,
-        force=force,
-        contact_modulus=positive("contact_modulus", contact_modulus, "Pa"),
+        as_profile(given["wheel"])._core,
+        as_profile(given["rail"])._core,
+        wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
+        gauge=positive("gauge", given["gauge"], "m"),
+        gauge_depth=number("gauge_depth", given["gauge_depth"], "m"),
+        rail_inclination=number("rail_inclination", given["rail_inclination"], "rad"),
+        flange_back=number("flange_back", given["flange_back"], "m"),
+        tape_circle=number("tape_circle", given["tape_circle"], "m"),
+        lateral=number("lateral", given["lateral"], "m"),
+        force=positive("force", given["force"], "N"),
+        contact_modulus=positive("contact_modulus", given["contact_modulus"], "Pa"),
         approach=None if approach is None else number("approach", approach, "m"),
         spacing=pair,
-        scale=positive("scale", scale),
+        scale=positive("scale", given["scale"]),
     )
     x0, y0 = fields.pop("start")
     across, up = fields.pop("origin")

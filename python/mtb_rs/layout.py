@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import ContactSheet, PoleShoe, SheetPoints, WheelRailGap, wheel_on_rail_gap
+from .geometry import ContactSheet, PoleShoe, SheetPoints, WheelRailGap, place_wheel, wheel_on_rail_gap
 from .result import Patch, Surface
 
 Array = NDArray[np.float64]
@@ -81,6 +82,8 @@ def cells_along(length: float, step: float) -> int:
     return max(1, round(length / step))
 
 
+#: Contact angle [rad] from which on a wheel is said to run on its flange.
+FLANGE = np.radians(30.0)
 #: More cells than this are a slip of the pen.
 MOST_CELLS = 1e8
 
@@ -266,7 +269,7 @@ class WheelLayout:
     placement : WheelRailGap
         Gap at the scene's own spacing, contact angle and position.
     arguments : tuple of (name, value)
-        What :func:`mtb_rs.geometry.wheel_on_rail_gap` made it from.
+        All arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`, of which it is.
     """
 
     placement: WheelRailGap
@@ -277,7 +280,22 @@ class WheelLayout:
     @classmethod
     def placed(cls, **arguments: Any) -> WheelLayout:
         """The layout of the arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`."""
-        return cls(wheel_on_rail_gap(**arguments), tuple(arguments.items()))
+        bound = inspect.signature(wheel_on_rail_gap).bind(**arguments)
+        bound.apply_defaults()
+        return cls(place_wheel(bound.arguments), tuple(bound.arguments.items()))
+
+    @property
+    def on_flange(self) -> str | None:
+        """What is to be said where the flange, or the root of it, carries the wheel."""
+        angle = self.placement.contact_angle
+        if angle <= FLANGE:
+            return None
+        force = dict(self.arguments)["force"]
+        return (
+            f"the flange is in contact: the contact plane is inclined by {np.degrees(angle):.0f}°, the "
+            f"normal force is {force / np.cos(angle) / 1e3:.4g} kN where the vertical one is "
+            f"{force / 1e3:.4g} kN, and friction, which carries a part of it there, is not in that balance"
+        )
 
     @property
     def start(self) -> Spacing:
@@ -290,7 +308,7 @@ class WheelLayout:
         """The contact plane's grid at `spacing`."""
         place = self.placement
         if spacing != place.spacing:
-            place = wheel_on_rail_gap(**{**dict(self.arguments), "spacing": spacing})
+            place = place_wheel({**dict(self.arguments), "spacing": spacing})
         ny, nx = place.gap.shape
         dx, dy = place.spacing
         cells = flat_points(place.x, place.y, place.gap)

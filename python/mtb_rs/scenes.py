@@ -15,7 +15,7 @@ import numpy as np
 from .bodies import HalfSpace, Simple
 from .check import positive
 from .friction import InterfaceLayer
-from .geometry import PoleShoe, Profile, spacing_pair
+from .geometry import PoleShoe, Profile, question_lengths, spacing_pair
 from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from .material import Material, steel
 from .scene import Scene
@@ -238,6 +238,9 @@ def wheel_on_rail(
     force: float = 36e3,
     spacing: float | Sequence[float] | None = 1e-4,
     *,
+    gauge_depth: float = 14e-3,
+    flange_back: float = 1.360,
+    tape_circle: float = 70e-3,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
 ) -> Scene:
@@ -253,14 +256,20 @@ def wheel_on_rail(
         "S1002" and "60E1", or profiles from points or files.
     wheel_radius : float [m]
         Radius of the tape circle.
-    gauge : float [m]
+    gauge, gauge_depth : float [m]
+        Track gauge, and the depth below the top of the rail down to which it is measured.
     rail_inclination : float [rad]
+        Rotation of the rail towards the middle of the track; 0 for profiles that have it in.
     lateral : float [m]
         Shift of the wheelset towards flange contact.
     force : float [N]
         Vertical.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
+    flange_back, tape_circle : float [m]
+        Distance between the backs of the flanges, and of the tape circle from them.
+
+    Lengths that no railway has are warned of, not refused.
     """
     force = positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
@@ -272,10 +281,14 @@ def wheel_on_rail(
         gauge=gauge,
         rail_inclination=rail_inclination,
         lateral=lateral,
+        gauge_depth=gauge_depth,
+        flange_back=flange_back,
+        tape_circle=tape_circle,
         force=force,
         contact_modulus=1.0 / compliance,
         spacing=spacing_pair(first),
     )
+    question_lengths(dict(layout.arguments), stacklevel=4)
     return Scene(
         upper=upper,
         lower=lower,

@@ -173,14 +173,15 @@ class WheelStep:
     ----------
     force, moment : (3,) [N], [N m]
         Of all patches on the rails, in the track, the moment about `reference_point`; the wheelset feels the
-        opposite. For the moment forces act on the undeformed surface of the wheel, where its velocity is taken,
-        so that their work on the wheelset is the heat.
+        opposite. For the moment forces act on the undeformed surface of the wheel, where its velocity is
+        taken, so that their work on the wheelset is the heat.
     vertical_force : dict of side to float [N]
         What each wheel presses its rail down with, friction included.
     balance_error : float or None [-]
-        Departure of the vertical force from the one that the height was found for, over that, the largest one
-        of each wheel where roll was found too; None where the height was given. The height is found so that the
-        pressures carry the force, and friction has a vertical part where the contact plane is inclined.
+        Departure of the vertical force from the one that the height was found for, over that, the largest
+        one of each wheel where roll was found too; None where the height was given. The height is found so
+        that the pressures carry the force, and friction has a vertical part where the contact plane is
+        inclined.
     reference_point : (3,) [m]
         Of the wheelset, where the pose has put it.
     pose : (6,)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import warnings
 from collections.abc import Sequence
@@ -19,7 +18,7 @@ from .check import choice, number, numbers, positive
 from .errors import ConvergenceError
 from .files import read_bytes, write_bytes
 from .friction import Coulomb, Friction, InterfaceLayer, native_law
-from .geometry import as_profile, spacing_pair, wheel_on_rail_gap
+from .geometry import as_profile, spacing_pair
 from .stepping import pose_of
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 
@@ -161,9 +160,7 @@ def prepare_wheels(
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, SIDES)
-    bound = inspect.signature(wheel_on_rail_gap).bind(**dict(layout.arguments))
-    bound.apply_defaults()
-    given = bound.arguments
+    given = dict(layout.arguments)
     point: tuple[float, ...] | None = None
     if reference_point is not None:
         centre = np.asarray(reference_point, dtype=float)
@@ -176,6 +173,8 @@ def prepare_wheels(
         raise ValueError("friction varies over the patch: patches move, one coefficient is needed")
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
+    if layout.on_flange is not None:
+        warnings.warn(layout.on_flange, stacklevel=3)
     law = native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
     place = layout.placement
     materials = [
@@ -214,8 +213,8 @@ def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
     forces = " and ".join(f"the {side} wheel carries {force / 1e3:.4g} kN" for side, force in carried.items())
     warnings.warn(
         f"with friction {forces} of vertical force: {abs(error):.1%} "
-        f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures alone "
-        "carry the force; give z for another force (step.vertical_force says what is carried)",
+        f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures "
+        "alone carry the force; give z for another force (step.vertical_force says what is carried)",
         stacklevel=3,
     )
 

@@ -212,7 +212,7 @@ def test_unreadable_profiles_are_named(tmp_path: Path) -> None:
         ("shift.y = nan\npoint.begin\n0 1\n1 2\npoint.end", "shift.y = nan is not a number"),
         ("mirror.y = yes\npoint.begin\n0 1\n1 2\npoint.end", "mirror.y = .*yes.* is neither 0 nor 1"),
         ("units.len.f = 0\npoint.begin\n0 1\n1 2\npoint.end", "units.len.f = 0 must be positive"),
-        ("approx.smooth = 1\npoint.begin\n0 1\n1 2\npoint.end", "only 0"),
+        ("approx.smooth = 1\npoint.begin\n0 1\n1 2\npoint.end", "set it to 0"),
         ("point.begin\n0 1\n1 2", "point.begin and point.end are needed"),
     ):
         path.write_text(text)

@@ -169,7 +169,7 @@ def test_a_line_contact_rolls_backwards_as_forwards() -> None:
 def test_no_creepages_give_no_forces() -> None:
     assert mtb.fastsim_curve(PATCH, np.zeros((0, 3)), MU).shape == (0, 3)
     assert mtb.creep_curve(PATCH, np.zeros((0, 3)), MU).shape == (0, 3)
-    assert mtb.polach(PATCH, np.zeros((0, 3)), MU).shape == (0, 2)
+    assert mtb.polach(PATCH, np.zeros((0, 3)), MU).shape == (0, 3)
 
 
 def test_friction_may_vary_over_the_patch() -> None:

@@ -105,7 +105,10 @@ def test_a_cylinder_on_its_own_surface_does_not_creep():
 
 
 def test_a_step_says_what_it_carries():
-    contact = wheels(lateral=7e-3, side="left", friction=0.3)
+    with pytest.warns(
+        UserWarning, match=r"the flange is in contact: .* inclined by 6\d°, the normal force is 1"
+    ):
+        contact = scene(7e-3).prepare(friction=mtb.Coulomb(0.3))
     pose, moving = [0.0, 0.0, np.nan, 0.0, 0.0, 0.01], [V, 0.0, 0.0, -0.01 * V / 0.46, V / 0.46, 0.0]
     with pytest.warns(UserWarning, match=r"with friction the left wheel carries .* more than asked for"):
         step = contact.step(pose, moving)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Whole wheels, yawed, rolled and given their total force, against CONTACT (tests/data/contact).
 
-CONTACT's track has y to the right and z down, so y, z and yaw change sign; its creepage cksi is of the rail over
-the wheel. It finds the height with friction in the balance, so here the height is found from the outside.
+CONTACT's track has y to the right and z down, so y, z and yaw change sign; its creepage cksi is of the rail
+over the wheel. It finds the height with friction in the balance, so here it is found from the outside.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ MM = 1e-3
 SPEED, FRICTION = 2.0, 0.3
 #: CONTACT's height of the wheelset where the centred wheel just touches [mm], down
 TOUCHING = 0.1821
-#: Overlaps so wide or double that the reference points of the two programs lie up to 0.6 mm apart; the plane there
-#: is inclined a little otherwise.
+#: Overlaps so wide or double that the reference points of the two programs lie up to 0.6 mm apart; the plane
+#: there is inclined a little otherwise.
 WIDE = {"centred", "heavy_tread", "given_FX", "manchester_L0"}
 
 
@@ -135,4 +135,6 @@ def test_forces_are_those_of_contact(name):
             assert patch.approach / MM == pytest.approx(float(row["approach_mm"]), rel=1e-2, abs=1e-4)
     first = CASES[name][0]
     assert step.force[0] == pytest.approx(float(first["FX_track_N"]), abs=tangential * FRICTION * total)
-    assert -step.force[1] == pytest.approx(float(first["FY_track_N"]), rel=2e-3, abs=tangential * FRICTION * total)
+    assert -step.force[1] == pytest.approx(
+        float(first["FY_track_N"]), rel=2e-3, abs=tangential * FRICTION * total
+    )
