@@ -64,22 +64,35 @@ def save(figure: Figure, folder: Path, name: str) -> None:
 
 
 def maps(fields: Sequence[Field], quantity: tuple[str, str, float], size: tuple[float, float]) -> Figure:
-    """The fields one above the other on one colour scale, which stops at 97 % of their points."""
+    """The fields one above the other.
+
+    Pressures share a colour scale, which stops at 97 % of their points. Displacements, which may differ by
+    whole rigid motions, have one each.
+    """
     name, label, unit = quantity
     figure, axes = canvas(len(fields), 1, size, squeeze=False, sharex=True)
     every = np.concatenate([getattr(f, name).ravel() for f in fields]) / unit
-    low, high = (0.0, np.percentile(every, 97)) if name == "pressure" else (every.min(), every.max())
-    extend = "max" if every.max() > 1.01 * high > 0.0 else "neither"
+    shared = name == "pressure"
+    high = np.percentile(every, 97)
     for ax, field in zip(axes.flat, fields, strict=True):
-        shown = draw_map(ax, field, getattr(field, name) / unit, vmin=low, vmax=high)
-        if name == "pressure":
+        values = getattr(field, name) / unit
+        shown = draw_map(ax, field, values, **({"vmin": 0.0, "vmax": high} if shared else {}))
+        if shared:
             edge_of_contact(ax, field, colors="white", linewidths=1.2)
-        caption(ax, field.label, y="y [mm]", grid=False)
+        else:
+            _bar(figure, shown, ax, "", aspect=8)
+        caption(ax, field.label if shared else f"{field.label}: {label}", y="y [mm]", grid=False)
     axes.flat[-1].set_xlabel("x [mm]", fontsize=9, color=INK)
-    bar = figure.colorbar(shown, ax=axes.ravel().tolist(), extend=extend, aspect=30, pad=0.02)
+    if shared:
+        extend = "max" if every.max() > 1.01 * high > 0.0 else "neither"
+        _bar(figure, shown, axes.ravel().tolist(), label, aspect=30, extend=extend)
+    return figure
+
+
+def _bar(figure: Figure, shown: Any, axes: Any, label: str, **options: Any) -> None:
+    bar = figure.colorbar(shown, ax=axes, pad=0.02, **options)
     bar.set_label(label, color=INK, fontsize=9)
     bar.ax.tick_params(labelsize=8.5, colors=INK)
-    return figure
 
 
 def draw_map(ax: Axes, field: Field, values: Array, **style: Any) -> Any:

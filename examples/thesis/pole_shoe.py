@@ -25,11 +25,12 @@ from drawing import (
     caption,
     cuts,
     draw_map,
-    legend,
     maps,
     output,
     save,
 )
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
 
 import mtb_rs as mtb
 from mtb_rs.plot import INK, LINE_COLOURS
@@ -202,21 +203,24 @@ def ten_percent(
     """Thesis Fig. 3.12: where the pressure is within 10 %; and the elastic models beside the basic one."""
     shown = [("level", "half-space"), ("free", "half-space"), ("free", "elastic-upper")]
     shown.append(("free", "elastic-both"))
-    figure, axes = canvas(4, 1, (7.2, 6.2), sharex=True)
-    for ax, (top, model) in zip(axes, shown, strict=True):
-        for height, colour in zip(CASES, LINE_COLOURS, strict=False):
+    figure, axes = canvas(4, len(CASES), (7.4, 5.2), sharex=True, sharey=True)
+    colours = ListedColormap([LINE_COLOURS[5], "#E4E4E4", LINE_COLOURS[4]])
+    for row, (top, model) in zip(axes, shown, strict=True):
+        for ax, height in zip(row, CASES, strict=True):
             field, ref = fields[height, top, model], references[height, top]
             p = ref.at(ref.pressure, field.x, field.y)
-            off = np.abs(field.pressure - p) / np.maximum(p, 0.1 * ref.pressure.mean())
-            ax.contour(field.x / MM, field.y / MM, off, [0.1], colors=colour, linewidths=1.5)
-            share = float((off[1:-1, 1:-1] < 0.1).mean())
-            ax.plot([], [], color=colour, label=f"{height / MM:g} mm: {100 * share:.0f} % within")
-        ax.set_ylim(5.0, 22.5)
-        caption(ax, f"{MODELS[model]}, against the reference with {top} top", y="y [mm]")
-        legend(ax, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    axes[-1].set_xlabel("x [mm], sliding to the right", fontsize=9, color=INK)
-    title = "lines where the pressure is 10 % off the reference; share of inner points within"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=10, color=INK)
+            off = (field.pressure - p) / np.maximum(p, 0.1 * ref.pressure.mean())
+            draw_map(ax, field, np.clip(np.round(5.0 * off), -1.0, 1.0), cmap=colours, vmin=-1.5, vmax=1.5)
+            ax.set_aspect("auto")
+            share = float((np.abs(off)[1:-1, 1:-1] < 0.1).mean())
+            head = f"{height / MM:g} mm high\n" if top == "level" else ""
+            caption(ax, f"{head}{100 * share:.0f} % within", grid=False)
+        row[0].set_ylabel(f"{MODELS[model].replace(' (', chr(10) + '(')}\n{top} top", fontsize=8.5, color=INK)
+    for ax in axes[-1]:
+        ax.set_xlabel("x [mm]", fontsize=9, color=INK)
+    names = ("more than 10 % low", "within 10 % of the reference", "more than 10 % high")
+    swatches = [Patch(color=c, label=n) for c, n in zip(colours.colors, names, strict=True)]
+    figure.legend(handles=swatches, loc="outside lower center", ncols=3, frameon=False, fontsize=8.5)
     save(figure, folder, "fig_3_12")
 
 

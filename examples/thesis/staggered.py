@@ -118,18 +118,20 @@ def iterates(folder: Path) -> None:
     every = {
         f: [of_result(staggered(case, f, k), "") for k in (STEPS - 2, STEPS - 1, STEPS)] for f in factors
     }
+    values = np.concatenate([s.displacement.ravel() for states in every.values() for s in states]) / MICRO
+    scale = {"cmap": "viridis_r", "vmin": values.min(), "vmax": values.max()}
     for column, (factor, states) in enumerate(every.items()):
         word = "above" if factor > limit else "below"
         for ax, state, k in zip(axes[:, column], states, ("18", "19", "20"), strict=True):
             u = state.displacement / MICRO
-            shown = draw_map(ax, state, u, cmap="viridis_r")
-            head = f"factor {factor:.3g}, {word} the limit {limit:.3g}; " if k == "18" else ""
+            shown = draw_map(ax, state, u, **scale)
+            head = f"factor {factor:.3g}, {word} the limit {limit:.3g}\n" if k == "18" else ""
             caption(ax, f"{head}iterate {k}", y="y [mm]" if column == 0 else "", grid=False)
-            bar = figure.colorbar(shown, ax=ax, aspect=8, pad=0.02)
-            bar.ax.tick_params(labelsize=7.5)
     for ax in axes[-1]:
         ax.set_xlabel("x [mm]", fontsize=9, color=INK)
-    figure.suptitle("vertical displacement of the left pole [µm]", x=0.01, ha="left", fontsize=10, color=INK)
+    bar = figure.colorbar(shown, ax=axes.ravel().tolist(), aspect=30, pad=0.02)
+    bar.set_label("vertical displacement of the left pole [µm]", fontsize=9, color=INK)
+    bar.ax.tick_params(labelsize=8.5)
     save(figure, folder, "table_C_3")
 
 
