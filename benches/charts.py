@@ -17,7 +17,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
+import records
 
 import mtb_rs as mtb
 from mtb_rs import reference
@@ -263,6 +265,36 @@ def write_growth(folder: Path) -> None:
                     writer.writerow([chart.title, series, finest, f"{exponent:.2f}"])
 
 
+def draw_for_readme(folder: Path) -> None:
+    """The pole shoe's chart with the least one has to know: three models, and the thesis."""
+    rows = records.read(folder / "scene_pole_shoe.csv")
+    names = {
+        "half-space, direct": "shoe and rail as half-spaces",
+        "elastic-upper, direct": "shoe of finite elements",
+        "elastic-both, direct": "shoe and rail of finite elements",
+    }
+    figure, axes = plt.subplots(figsize=(7.4, 4.0))
+    for (series, name), marker in zip(names.items(), "osD", strict=True):
+        own = [row for row in rows if row["series"] == series and row["note"] != "reference"]
+        places = [(float(row["processor_s"]), 100.0 * float(row["pressure_error"])) for row in own]
+        axes.loglog(*zip(*sorted(places), strict=True), marker + "-", ms=7, label=name)
+    thesis = [row for row in rows if row["series"].startswith("thesis") and row["pressure_error"]]
+    axes.loglog(
+        [float(row["clock_s"]) for row in thesis],
+        [100.0 * float(row["pressure_error"]) for row in thesis],
+        "*",
+        ms=13,
+        color="black",
+        label="diploma thesis, its own models",
+    )
+    axes.set(xlabel="computing time of the first solve [s]", title="error of the pressure [%]")
+    axes.set_xticks([0.01, 0.1, 1, 10, 100, 1000], ["0.01", "0.1", "1", "10", "100", "1000"])
+    axes.set_yticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
+    axes.minorticks_off()
+    figure.legend(loc="outside lower center", ncols=2)
+    figure.savefig(folder / "readme.png")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
@@ -270,7 +302,11 @@ if __name__ == "__main__":
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
     parser.add_argument("--budget", type=float, default=120.0, help="seconds for each chart")
-    parser.add_argument("--growth", action="store_true", help="draw nothing, only write growth.csv anew")
+    parser.add_argument(
+        "--growth",
+        action="store_true",
+        help="measure nothing, only write what follows from the tables",
+    )
     arguments = parser.parse_args()
     for chosen in [] if arguments.growth else arguments.names:
         chart = CHARTS[chosen](arguments.budget)
@@ -280,3 +316,4 @@ if __name__ == "__main__":
         for series in chart.series:
             print(f"  {series}: growth {chart.growth(series)}")
     write_growth(arguments.output)
+    draw_for_readme(arguments.output)
