@@ -338,6 +338,7 @@ class PatchOperators:
         earlier: tuple[_Array, _Array, _Array] | None,
         tolerance: float,
         start: _Array | None = None,
+        around: tuple[tuple[int, int], tuple[int, int]] | None = None,
     ) -> dict[str, Any]: ...
 
 def solve_discs_dense(

@@ -20,6 +20,7 @@ from .chart import QUANTITIES
 from .elastic import can_be_elastic
 from .estimate import ORDER, GridField, difference, extrapolated
 from .layout import Layout
+from .plain import plain
 from .solve import ContactProblem, Solution, mean_tractions, to_global
 
 Array = NDArray[np.float64]
@@ -52,6 +53,7 @@ MOST_OPERATIONS = 2e12
 
 
 @dataclass(frozen=True)
+@plain
 class Level:
     """A model solved at a spacing."""
 
@@ -94,6 +96,7 @@ class Level:
 
 
 @dataclass(frozen=True)
+@plain
 class Choice:
     """The rung taken and why.
 
@@ -125,6 +128,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
+@plain
 class Ladder:
     """The models a scene has the geometry for, cheapest first, each solved on wide cells.
 
@@ -206,6 +210,7 @@ def apart(rough: Level, fine: Level, quantity: str, *, skip_border: bool) -> flo
 
 
 @dataclass(frozen=True)
+@plain
 class Errors:
     """Estimated relative errors by quantity.
 

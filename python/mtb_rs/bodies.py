@@ -6,9 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .material import Material
+from .plain import plain
 
 
 @dataclass(frozen=True)
+@plain
 class HalfSpace:
     """A body so large that its contact cannot tell it from an elastic half-space."""
 
@@ -16,6 +18,7 @@ class HalfSpace:
 
 
 @dataclass(frozen=True)
+@plain
 class Rigid:
     """A body that does not deform."""
 

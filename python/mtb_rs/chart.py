@@ -17,6 +17,7 @@ import numpy as np
 
 from .errors import ConvergenceError
 from .files import check_folder, drafted, read_bytes
+from .plain import plain
 
 T = TypeVar("T")
 
@@ -30,6 +31,7 @@ HEADING = b"series,spacing_m,unknowns,"
 
 
 @dataclass(frozen=True)
+@plain
 class Run:
     """One solve, as far as a chart needs it.
 
@@ -56,6 +58,7 @@ class Run:
 
 
 @dataclass(frozen=True)
+@plain
 class ChartPoint:
     """One way to solve the scene.
 
@@ -102,6 +105,7 @@ class ChartPoint:
 
 
 @dataclass(frozen=True)
+@plain
 class Figure:
     """A time known from elsewhere: a line, or a mark where its error is known too.
 
@@ -118,6 +122,7 @@ class Figure:
 
 
 @dataclass(frozen=True)
+@plain
 class Chart:
     """Points of time against error, and what the error is measured against.
 
@@ -274,6 +279,7 @@ def _is_of_chart(path: Path) -> bool:
 
 
 @dataclass(frozen=True)
+@plain
 class Candidate:
     """One series: how to solve at each spacing.
 

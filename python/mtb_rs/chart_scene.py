@@ -21,6 +21,7 @@ from .errors import ConvergenceError
 from .estimate import GridField, difference, extrapolated
 from .geometry import spacing_pair
 from .layout import FieldLayout, ParaboloidLayout, centred
+from .plain import plain
 from .report import Report
 from .result import Patch, Result
 
@@ -45,6 +46,7 @@ Solve = Callable[[Spacing], tuple["Fields", Report]]
 
 
 @dataclass(frozen=True)
+@plain
 class Fields:
     """A solution as a chart compares it: fields on grids, and the force.
 

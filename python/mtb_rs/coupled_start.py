@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ConvergenceError
+from .plain import plain
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,7 @@ _SHORTEST = 1.0 / 64.0
 
 
 @dataclass(frozen=True)
+@plain
 class CoupledContact:
     """Unilateral contact with friction at n points, every block of the compliance, free rigid motions.
 
@@ -51,6 +53,7 @@ class CoupledContact:
 
 
 @dataclass(frozen=True)
+@plain
 class CoupledState:
     """A state of the contact: tractions and pressures, amplitudes, push reached, displacement, status."""
 

@@ -21,6 +21,7 @@ from .friction import (
     native_law,
 )
 from .patch import PressureField, pressure_field
+from .plain import plain
 from .result import TangentialFields
 
 Array = NDArray[np.float64]
@@ -54,6 +55,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
 
 
 @dataclass(frozen=True, repr=False)
+@plain
 class FoundationResult(TangentialFields):
     """Fields of the simplified theory; vectors act on the lower body.
 
@@ -207,7 +209,8 @@ def fastsim(
         Without memory.
     bound : {"parabolic", "elliptic"}
         Traction bound: mu times the pressure ("elliptic"), or times the square of it scaled to the same
-        force ("parabolic", Kalker's choice, for its better stick area).
+        force ("parabolic", Kalker's choice, for its better stick area). Its peak is 4/3 of mu times the
+        pressure: good for forces, not for where tractions act (wear, heat, fatigue).
     flexibilities : {1, 3}
         One for each creepage, or their weighted mean.
     order : {1, 2}

@@ -18,6 +18,7 @@ from .errors import MissingFileError
 from .files import TEXT, read_arrays, read_bytes, write_bytes
 from .friction import Coulomb
 from .material import Material
+from .plain import plain
 from .reference import elliptic_pressure
 from .tangential import creep_curve
 
@@ -30,6 +31,7 @@ _END = 0.95
 
 
 @dataclass(frozen=True)
+@plain
 class CreepForceTable:
     """Forces of full steady rolling on ellipses, for any load, size, shear modulus and Coulomb friction.
 

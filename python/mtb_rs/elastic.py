@@ -18,6 +18,7 @@ from .geometry import ContactSheet, PoleShoe, SheetPoints
 from .layout import BlockLayout, Layout, ShoeLayout, cells_along
 from .material import Material
 from .mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
+from .plain import plain
 from .result import Patch
 from .solve import Side, to_global
 from .supports import Guide, Support
@@ -30,6 +31,7 @@ COVERAGE = 0.01
 
 
 @dataclass(frozen=True)
+@plain
 class ElasticPart:
     """One elastic body of a side and the contact points it carries.
 
@@ -136,6 +138,7 @@ class ElasticPart:
 
 
 @dataclass(frozen=True)
+@plain
 class Forces:
     """All that acts on one body: (fx, fy, fz, mx, my, mz) each, [N] and [N m], moments about the origin."""
 
@@ -334,6 +337,7 @@ def lower_side(
 
 
 @dataclass(frozen=True)
+@plain
 class Averages:
     """What is known of the contact surface beyond its nodes.
 

@@ -17,6 +17,7 @@ from . import _mtb_rs, cache
 from .geometry import SheetPoints
 from .material import Material
 from .mesh import TetraMesh
+from .plain import one_line, plain
 from .result import Patch, Surface
 from .supports import Guide, Support, Where, is_box, select
 
@@ -34,6 +35,7 @@ BORDER = 0.03
 
 
 @dataclass(frozen=True)
+@plain
 class Condensed:
     """A body condensed onto contact points, in the frame (tangential 1, tangential 2, into) of each.
 
@@ -143,6 +145,7 @@ def _can_be(arrays: cache.Arrays, n: int) -> bool:
 
 
 @dataclass(frozen=True)
+@plain
 class Balance:
     """What loads amount to on a body, and what its supports answer: (fx, fy, fz, mx, my, mz), [N] and [N m].
 
@@ -175,6 +178,7 @@ class Balance:
 
 
 @dataclass(frozen=True)
+@plain
 class BodyState:
     """The whole of a loaded body.
 
@@ -252,6 +256,8 @@ class ElasticBody:
     supports: Sequence[Support] = ()
     name: str = "body"
     _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, TetraMesh):

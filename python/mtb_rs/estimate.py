@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .plain import plain
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ def coarsened(
 
 
 @dataclass(frozen=True)
+@plain
 class GridField:
     """A field on grids, made of hats or constant in cells, ready to be averaged over the points of others.
 

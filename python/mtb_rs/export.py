@@ -36,6 +36,7 @@ FIELDS = (
     "traction",
     "slip",
     "friction_coefficient",
+    "dissipation",
     "gap",
     "initial_gap",
     "status",

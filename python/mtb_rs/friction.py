@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from . import _mtb_rs
 from .check import number, reals
+from .patch import window
+from .plain import plain
 
 Array = NDArray[np.float64]
 
@@ -24,6 +26,7 @@ def _number(name: str, value: float, lowest: float = 0.0, strictly: bool = False
 
 
 @dataclass(frozen=True)
+@plain
 class Coulomb:
     """A coefficient of friction that does not change with slip.
 
@@ -39,6 +42,8 @@ class Coulomb:
         values = reals("coefficient", self.coefficient)
         if values.size == 0 or np.any(values < 0.0):
             raise ValueError(f"coefficient is {self.coefficient!r}: numbers of at least 0 are needed")
+        if values.ndim not in (0, 2):
+            raise ValueError(f"coefficient has shape {values.shape}: one number or (ny, nx) is needed")
 
     def at_rest(self) -> float:
         """Largest coefficient at rest [-]."""
@@ -46,8 +51,14 @@ class Coulomb:
 
 
 @dataclass(frozen=True)
+@plain
 class StaticKinetic:
     """One coefficient for points that stick, another for points that slip.
+
+    The jump between the two makes the result depend on the grid: where the slip area ends, and whether
+    several states exist, is decided by single cells. CONTACT has withdrawn this law for that reason. The
+    total force in full slip is sound, the fields near the edge of the slip area are not: take
+    :class:`FallingFriction` with a memory where they matter.
 
     Parameters
     ----------
@@ -69,6 +80,7 @@ class StaticKinetic:
 
 
 @dataclass(frozen=True)
+@plain
 class FallingFriction:
     """A coefficient that falls exponentially with the slip speed [Vollebregt2012, eq. 3, 4].
 
@@ -113,6 +125,7 @@ class FallingFriction:
 
 
 @dataclass(frozen=True)
+@plain
 class TabulatedFriction:
     """A coefficient given at slip speeds, linear between them and constant beyond the last.
 
@@ -158,6 +171,7 @@ Friction = Coulomb | StaticKinetic | FallingFriction | TabulatedFriction
 
 
 @dataclass(frozen=True)
+@plain
 class InterfaceLayer:
     """A layer of debris or roughness between the bodies, as shear springs [Vollebregt2012, eq. 2].
 
@@ -189,10 +203,9 @@ def coulomb_field(friction: Coulomb, shape: tuple[int, int]) -> Array:
 
 
 def native_law(friction: Friction, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
-    """The law as the solver takes it, on the part `cut` of a grid of `shape` (ny, nx)."""
+    """The law as the solver takes it, on the rectangle `cut` of a grid of `shape` (ny, nx)."""
     if isinstance(friction, Coulomb):
-        field = coulomb_field(friction, shape)[cut]
-        return _mtb_rs.Friction.coulomb(np.ascontiguousarray(field).ravel())
+        return _mtb_rs.Friction.coulomb(window(coulomb_field(friction, shape), cut).ravel())
     if isinstance(friction, StaticKinetic):
         return _mtb_rs.Friction.static_kinetic(float(friction.static), float(friction.kinetic))
     if not isinstance(friction, (FallingFriction, TabulatedFriction)):

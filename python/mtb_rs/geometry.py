@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import choice, number, path_of, positive, reals
 from .files import read_text
+from .plain import plain, same
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -142,6 +143,12 @@ class Profile:
     def __reduce__(self) -> tuple[Any, ...]:
         return self._recipe
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Profile) and same(self._recipe, other._recipe)
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
     def __repr__(self) -> str:
         start, end = self.range
         return f"Profile({self.name!r}, y = {start:g} .. {end:g} m)"
@@ -205,6 +212,7 @@ def as_profile(profile: str | Profile) -> Profile:
 
 
 @dataclass(frozen=True)
+@plain
 class SheetPoints:
     """Points on the lower body with the undeformed gap above them.
 
@@ -231,6 +239,7 @@ class SheetPoints:
 
 
 @dataclass(frozen=True)
+@plain
 class ContactSheet:
     """A potential contact: regular grids of equal cells over the surface of the lower body.
 
@@ -291,6 +300,7 @@ def contact_sheet(fields: dict[str, Any], names: Sequence[str]) -> ContactSheet:
 
 
 @dataclass(frozen=True)
+@plain
 class PoleShoe:
     """A pole shoe of a magnetic track brake, each pole worn to the shape of the rail below it.
 
@@ -386,6 +396,7 @@ class PoleShoe:
 
 
 @dataclass(frozen=True)
+@plain
 class WheelRailGap:
     """Undeformed gap of a wheel on a rail over the contact plane, and where that plane lies.
 

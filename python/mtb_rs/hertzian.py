@@ -13,6 +13,7 @@ from .bodies import Rigid, Simple, as_body
 from .check import positive, whole
 from .material import Material, steel
 from .normal import NormalResult, centres
+from .plain import plain
 from .report import Report
 
 Array = NDArray[np.float64]
@@ -35,6 +36,7 @@ def elliptic_integrals(ratio: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
+@plain
 class Hertz:
     """Contact of two smooth bodies with curvatures along x and y [Hertz1882].
 

@@ -14,6 +14,7 @@ from . import _mtb_rs
 from .check import positive
 from .errors import ConvergenceError
 from .loads import PressureDependentFriction
+from .plain import plain
 from .result import Displacement, Result
 from .solve import ContactProblem, Solution
 
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+@plain
 class IncrementalOptions:
     """Parameters of the thesis' incremental scheme, its Table 2.1.
 
@@ -59,6 +61,7 @@ class IncrementalOptions:
 
 
 @dataclass(frozen=True)
+@plain
 class IncrementalFields:
     """What the scheme accumulates on its way, where a direct solution computes it from the pressure.
 

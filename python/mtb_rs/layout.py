@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import ContactSheet, PoleShoe, SheetPoints, WheelRailGap, place_wheel, wheel_on_rail_gap
+from .plain import plain
 from .result import Patch, Surface
 
 Array = NDArray[np.float64]
@@ -105,6 +106,7 @@ def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
+@plain
 class FieldLayout:
     """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
 
@@ -138,6 +140,7 @@ class FieldLayout:
 
 
 @dataclass(frozen=True)
+@plain
 class ParaboloidLayout:
     """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
 
@@ -172,6 +175,7 @@ class ParaboloidLayout:
 
 
 @dataclass(frozen=True)
+@plain
 class BlockLayout:
     """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
 
@@ -207,6 +211,7 @@ class BlockLayout:
 
 
 @dataclass(frozen=True)
+@plain
 class ShoeLayout:
     """A pole shoe on the head of a rail of `rail_length` [m]."""
 
@@ -261,6 +266,7 @@ class ShoeLayout:
 
 
 @dataclass(frozen=True)
+@plain
 class WheelLayout:
     """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
 

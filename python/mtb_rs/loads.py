@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .check import LARGEST, number, pair, positive, reals
+from .plain import plain
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -20,6 +21,7 @@ LARGEST_FRICTION = 1e3
 
 
 @dataclass(frozen=True)
+@plain
 class GaussianPressure:
     """Magnetic pressure with a floor and a Gaussian hill, thesis (4.1).
 
@@ -56,6 +58,7 @@ class GaussianPressure:
 
 
 @dataclass(frozen=True)
+@plain
 class VelocityTable:
     """A quantity tabulated over the sliding velocity, thesis 2.2.1.
 
@@ -100,6 +103,7 @@ class VelocityTable:
 
 
 @dataclass(frozen=True)
+@plain
 class PressureDependentFriction:
     """A friction coefficient that depends on the local pressure.
 

@@ -6,9 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .check import number, positive
+from .plain import plain
 
 
 @dataclass(frozen=True, slots=True)
+@plain
 class Material:
     """Isotropic linear elastic material.
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import choice, positive
 from .geometry import PoleShoe, Profile
+from .plain import plain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,6 +34,7 @@ EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
 @dataclass(frozen=True)
+@plain
 class TetraMesh:
     """Tetrahedra with named sets of nodes.
 
@@ -357,6 +359,7 @@ def _doubled(places: Array) -> Array:
 
 
 @dataclass(frozen=True)
+@plain
 class RailSection:
     """Section of a rail below the running surface of its head, simplified.
 

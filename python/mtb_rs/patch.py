@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from .bodies import Rigid
 from .check import pair, positive, reals
 from .material import Material
+from .plain import plain
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+@plain
 class PressureField:
     """A given pressure between two bodies.
 
@@ -132,6 +134,19 @@ class PressureField:
                 flexibility += 0.5 / body.shear_modulus
                 ratio += 0.5 * body.poisson_ratio / body.shear_modulus
         return 1.0 / flexibility, ratio / flexibility
+
+
+def window(values: NDArray[Any], cut: tuple[slice, ...], fill: float = 0.0) -> NDArray[Any]:
+    """The rectangle `cut` (rows, columns) of a grid (..., ny, nx), which may go beyond it: `fill` there."""
+    size = tuple(c.stop - c.start for c in cut)
+    part: NDArray[Any] = np.full((*values.shape[:-2], *size), fill, dtype=values.dtype)
+    inside = tuple(
+        slice(max(c.start, 0), min(c.stop, n)) for c, n in zip(cut, values.shape[-2:], strict=True)
+    )
+    if all(c.start < c.stop for c in inside):
+        to = tuple(slice(i.start - c.start, i.stop - c.start) for i, c in zip(inside, cut, strict=True))
+        part[..., to[0], to[1]] = values[..., inside[0], inside[1]]
+    return part
 
 
 def _labelled(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:

@@ -27,6 +27,7 @@ from PIL import Image
 
 from .files import check_target, write_bytes
 from .grids import corners, flat, patches, row_borders
+from .plain import plain
 from .result import Array, Patch, Pictured, Result
 from .sweep_table import UNITS, SweepTable
 
@@ -50,6 +51,7 @@ _PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
 
 
 @dataclass(frozen=True)
+@plain
 class Quantity:
     """A field that can be drawn: how it is called, which attribute it comes from and how, its SI unit."""
 
@@ -91,6 +93,7 @@ QUANTITIES: dict[str, Quantity] = {
     "friction_coefficient": Quantity(
         "friction coefficient", "-", "friction_coefficient", _of("friction_coefficient"), contact_only=True
     ),
+    "dissipation": Quantity("dissipation", "dissipation", "dissipation", _of("dissipation")),
     "gap": Quantity("gap", "m", "gap", _of("gap"), colours="viridis_r"),
     "initial_gap": Quantity("initial gap", "m", "initial_gap", _of("initial_gap"), colours="viridis_r"),
     "status": Quantity("status", "", "status", _of("status")),
@@ -119,7 +122,8 @@ def quantity_of(result: Pictured, name: str) -> Quantity:
     if name not in known:
         raise ValueError(f"quantity is {name!r}: one of {', '.join(known)} is needed")
     asked = QUANTITIES[name]
-    return replace(asked, unit=result.slip_unit) if asked.unit == "slip" else asked
+    units = {"slip": "slip_unit", "dissipation": "dissipation_unit"}
+    return replace(asked, unit=getattr(result, units[asked.unit])) if asked.unit in units else asked
 
 
 class ResultFigure(Figure):
@@ -150,7 +154,7 @@ def plot(
     quantity : str
         What the result has of "pressure", "traction" (its magnitude, with arrows where it turns),
         "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
-        "lateral_slip", "friction_coefficient", "gap", "initial_gap", "status",
+        "lateral_slip", "friction_coefficient", "dissipation", "gap", "initial_gap", "status",
         "vertical_displacement", "longitudinal_displacement", "lateral_displacement"; or "von_mises", the
         equivalent stress on the deformed elastic bodies of a scene, which is a picture in space.
     kind : "map", "line" or "3d"
@@ -517,6 +521,7 @@ def unit_of(values: Array, unit: str) -> tuple[float, str]:
 
 
 @dataclass(frozen=True)
+@plain
 class Scale:
     """Unit and colours of a picture: drawn is value / factor, in `unit`."""
 

@@ -13,6 +13,7 @@ from .hertzian import Hertz as Hertz
 from .hertzian import hertz as hertz
 from .material import Material
 from .patch import PressureField
+from .plain import plain
 
 Array = NDArray[np.float64]
 Bodies = tuple[Material, Material]
@@ -121,6 +122,7 @@ def carter_creepage(
 
 
 @dataclass(frozen=True)
+@plain
 class SlidingParaboloid:
     """A paraboloid sliding over a plane along +x, both half-spaces: thesis 3.1.1 [Johnson1985, 3.4, 3.7].
 
@@ -206,6 +208,7 @@ class SlidingParaboloid:
 
 
 @dataclass(frozen=True)
+@plain
 class FlatPunch:
     """A rigid or elastic circular flat pressed on a half-space without friction [Johnson1985, ch. 3.4].
 
@@ -246,6 +249,7 @@ def dundurs_beta(lower: Material, upper: Material) -> float:
 
 
 @dataclass(frozen=True)
+@plain
 class SlidingFlatPunch:
     """A long flat sliding across its edges over a plane, plane strain [Johnson1985, ch. 2.8].
 
@@ -305,6 +309,7 @@ class SlidingFlatPunch:
 
 
 @dataclass(frozen=True)
+@plain
 class WavyContact:
     """A plane against a sine wave of one direction [Johnson1985, ch. 13.2, after Westergaard].
 

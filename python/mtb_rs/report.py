@@ -7,8 +7,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from .plain import plain
+
 
 @dataclass(frozen=True)
+@plain
 class Report:
     """How a solve went, in counts, residuals and seconds.
 
@@ -53,7 +56,14 @@ class Report:
         Floating-point operations by stage, counted whether done now or found in the cache: "condensation"
         and "solution" of what is returned, "choice and estimate" of all that was solved besides.
     wedging_margin : float [-] or None
-        mu / mu_sym: below 1 the sliding equilibrium exists and is unique.
+        The larger of mu / mu_sym and of `tipping_margin`. mu_sym is the friction coefficient below which,
+        with all tilts held, exactly one sliding equilibrium exists for every load [Cottle2009, ch. 3]. With
+        free tilts, on whose balance friction acts, nothing is proved: a body can tip over. Above 1 an
+        equilibrium may exist or not.
+    tipping_margin : float [-] or None
+        Distance of the resultant of the loads (friction on a tall body shifts it) from the middle of the
+        contact points, over that at which a body tips over. 0: in the middle; above 1 no pressure balances
+        the load. None where no load determines the force.
     time_s : Mapping[str, float] [s]
         Wall time by stage.
     history : tuple of float
@@ -79,7 +89,8 @@ class Report:
     spacing: tuple[float, float] | None = None
     operations: Mapping[str, float] = field(default_factory=dict)
     wedging_margin: float | None = None
-    time_s: Mapping[str, float] = field(default_factory=dict)
+    tipping_margin: float | None = None
+    time_s: Mapping[str, float] = field(default_factory=dict, compare=False)
     history: tuple[float, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:

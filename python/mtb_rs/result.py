@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .plain import plain
 from .report import Report
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+@plain
 class Displacement(NamedTuple):
     """Displacement of both bodies at the contact points, each (3, ...) [m], common frame.
 
@@ -32,6 +34,7 @@ class Displacement(NamedTuple):
 
 
 @dataclass(frozen=True)
+@plain
 class Patch:
     """A regular grid of contact points inside the flat arrays of a result.
 
@@ -59,6 +62,7 @@ class Patch:
 
 
 @dataclass(frozen=True)
+@plain
 class Surface:
     """A triangulated body for pictures: vertices (3, n) [m], triangles (m, 3), displacement (3, n) [m].
 
@@ -88,6 +92,11 @@ class Pictured:
     def slip_unit(self) -> str:
         """Unit of the slip, if there is one: relative in rolling."""
         return "-"
+
+    @property
+    def dissipation_unit(self) -> str:
+        """Unit of the dissipation, if there is one: work per area and distance rolled."""
+        return "Pa"
 
     def _repr_png_(self) -> bytes:
         """The pressure map, for notebooks."""
@@ -130,6 +139,7 @@ class TangentialFields(Pictured):
 
 
 @dataclass(frozen=True, repr=False)
+@plain
 class Result(Pictured):
     """The solved contact.
 
@@ -199,7 +209,7 @@ class Result(Pictured):
     summary: Mapping[str, Any] = field(default_factory=dict)
     lower: Any = None
     upper: Any = None
-    parts: tuple[ElasticPart, ...] = ()
+    parts: tuple[ElasticPart, ...] = field(default=(), compare=False)
     coefficients: Array | None = None
     motion: Array | None = None
 
@@ -226,8 +236,12 @@ class Result(Pictured):
         lines += [f"left out: {words}" for words in self.left_out()]
         if report.error_estimates:
             lines.append(f"estimated total error: {self.errors_in_words()}")
-        if (report.wedging_margin or 0.0) >= 0.005:
-            lines.append(f"friction is {report.wedging_margin:.2f} of the wedging limit")
+        if (report.tipping_margin or 0.0) >= 0.005:
+            lines.append(f"the resultant is {report.tipping_margin:.2f} of the way to tipping over")
+        if (report.wedging_margin or 0.0) >= max(0.005, 1.001 * (report.tipping_margin or 0.0)):
+            lines.append(
+                f"friction is {report.wedging_margin:.2f} of the bound below which wedging is excluded"
+            )
         return "\n".join(lines)
 
     def left_out(self) -> list[str]:

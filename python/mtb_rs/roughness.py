@@ -15,6 +15,7 @@ from .check import number, positive, whole
 from .geometry import spacing_pair
 from .material import Material
 from .normal import solve_normal
+from .plain import plain
 
 Array = NDArray[np.float64]
 
@@ -113,6 +114,7 @@ def _shape(shape: int | tuple[int, int]) -> tuple[int, int]:
     return whole("shape[0]", ny), whole("shape[1]", nx)
 
 
+@plain
 class AreaLoadCurve(NamedTuple):
     """Contact area over load."""
 

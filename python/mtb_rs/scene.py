@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,7 @@ from .incremental import IncrementalOptions, finish_incremental, solve_increment
 from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, VelocityTable, fits, friction_field
 from .material import Material
+from .plain import plain
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, check_faces
 from .solve import (
@@ -52,6 +54,7 @@ from .start_of_sliding import (
 )
 from .supports import held_by
 from .symmetry import folded
+from .wedging import JAMMED
 
 if TYPE_CHECKING:
     from .stepping import PreparedContact
@@ -64,6 +67,7 @@ METHODS = ("direct", "incremental", "staggered")
 
 
 @dataclass(frozen=True)
+@plain
 class Scene:
     """Two bodies pressed together, the upper one sliding over the lower one.
 
@@ -94,7 +98,8 @@ class Scene:
         of their load; their tilts are then free, otherwise locked. Elastic upper bodies: besides their pull,
         spread over the body as inertia is; the tilts are free that their supports leave so.
     magnetic_pressure : float [Pa], (ny, nx), callable, table
-        Pull of the upper body towards the lower one, along the local normal.
+        Pull of the upper body towards the lower one, along the local normal: force over nominal area. 3e6
+        would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
     attraction : "upper" or "both"
         Which bodies the magnetic pressure pulls.
     velocity : float [m/s]
@@ -323,7 +328,7 @@ class Scene:
 
         At first the bodies are at rest without friction. Then pressure and friction are solved together, and
         the end is the gross sliding of :meth:`solve`. Above the wedging limit there is none: a body held from
-        above jams, both forces grow with the displacement until no state is found.
+        above jams, both forces grow with the displacement until no state is found. It is warned of.
 
         Parameters
         ----------
@@ -356,6 +361,14 @@ class Scene:
             contact, shares = coupled_contact(problem, pair.compliance, friction, self.layer, tolerance)
             rest = at_rest(contact, solution.pressure, solution.motion @ shares)
             start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
+            pressed = float(solution.pressure @ problem.area)
+            if start.normal_force[-1] > JAMMED * pressed:
+                warnings.warn(
+                    f"The body jams: its displacement has raised the contact force from {pressed:.3g} N to "
+                    f"{start.normal_force[-1]:.3g} N. The friction coefficient is about or above the wedging "
+                    "limit.",
+                    stacklevel=2,
+                )
         else:
             start = start_of_sliding(
                 pair.compliance,

@@ -29,6 +29,7 @@ from .elastic_body import Condensed, ElasticBody
 from .estimate import hat_means
 from .geometry import ContactSheet, SheetPoints
 from .layout import Spacing, cells_over, flat_points, flat_sheet, height_surface
+from .plain import plain
 from .result import Result, Surface
 from .solve import ContactProblem, Kept, Side
 
@@ -68,6 +69,7 @@ OVERLAP = 1e-4
 
 
 @dataclass(frozen=True)
+@plain
 class BodyLayout:
     """The contact face of an elastic body of any geometry, against a plane or another body.
 
@@ -183,6 +185,7 @@ def _at_level(points: SheetPoints, level: float) -> SheetPoints:
 
 
 @dataclass(frozen=True)
+@plain
 class Standing:
     """One body where it stands in a contact, without what presses it.
 
@@ -202,6 +205,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
+@plain
 class BodyContact:
     """The contact of bodies of any geometry, on the nodes of a sheet that lie on them, without loads.
 

@@ -8,6 +8,7 @@ balance); the compiled core solves it; :func:`finish` turns the pressure into ev
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -22,9 +23,11 @@ from .errors import ConvergenceError, ResultantError
 from .geometry import SheetPoints
 from .loads import PressureDependentFriction
 from .loads import field as load_field
+from .plain import plain
 from .report import Report
 from .result import Displacement, Patch, Result, Surface
 from .symmetry import Fold, folded
+from .wedging import jammed, tipping_margin
 
 if TYPE_CHECKING:
     from .elastic import Averages
@@ -40,6 +43,7 @@ ENTRY = 50.0
 
 
 @dataclass(frozen=True)
+@plain
 class Side:
     """One body of a contact problem.
 
@@ -71,6 +75,7 @@ class Side:
 
 
 @dataclass(frozen=True)
+@plain
 class Kept:
     """Which nodes of regular grids are contact points, where the others lie beside a body.
 
@@ -97,6 +102,7 @@ class Kept:
 
 
 @dataclass(frozen=True)
+@plain
 class ContactProblem:
     """Everything the solver needs, at the contact points.
 
@@ -189,6 +195,7 @@ class ContactProblem:
 
 
 @dataclass(frozen=True)
+@plain
 class Solution:
     """Pressures and what is known about them."""
 
@@ -200,6 +207,7 @@ class Solution:
     solver: str
     iterations: int
     residual: float
+    #: mu / mu_sym
     wedging_margin: float | None
     unstable: bool = False
     convolutions: float = 0.0
@@ -378,9 +386,16 @@ def finish(
         return problem.on_grid(values, rest).reshape(*values.shape[:-1], *problem.shape)
 
     converged = solution.status == "solved"
+    tipping = tipping_margin(problem, solution.friction)
+    pull = np.asarray(problem.loads.get("pull", problem.loads.get("magnetic", np.zeros(3))))
+    grown = jammed(problem, solution, abs(float(pull[2]))) if converged else None
+    words = _explain(problem, solution)
+    if grown is not None:
+        words = f"{words}, but the body has jammed: {_jam_in_words(problem, solution, grown, pull)}"
+        warnings.warn(f"The body has jammed: {_jam_in_words(problem, solution, grown, pull)}.", stacklevel=4)
     report = Report(
         converged=converged,
-        status=_explain(problem, solution),
+        status=words,
         model=problem.model,
         method=method,
         solver=solution.solver,
@@ -401,7 +416,10 @@ def finish(
             "solution": solution.operations,
             "choice and estimate": choosing,
         },
-        wedging_margin=solution.wedging_margin,
+        wedging_margin=(
+            None if solution.wedging_margin is None else max(solution.wedging_margin, tipping or 0.0)
+        ),
+        tipping_margin=tipping,
         time_s=dict(problem.time_s),
     )
     result = Result(
@@ -546,9 +564,10 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
     margin = solution.wedging_margin
     if solution.status == "no solution" or (margin is not None and margin > 1.0):
         limit = f"{mu / margin:.3g}" if margin not in (None, 0.0) else "unknown"
+        held = "" if _friction_is_idle(problem) else " with its free tilts held"
         return (
             f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}, sliding is "
-            f"certain to exist only up to {limit} in this scene"
+            f"certain to exist only up to {limit} in this scene{held}"
         )
     outcome = f"not converged after {solution.iterations} iterations (residual {solution.residual:.1e}"
     if solution.solver.startswith(("load increments", "staggered")):
@@ -556,6 +575,22 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
             f'{outcome}; {solution.solver}): method="direct" solves the scene without increments or factors'
         )
     return f"{outcome}{_lost_digits(problem)})"
+
+
+def _friction_is_idle(problem: ContactProblem) -> bool:
+    """Whether friction enters the balance of no free motion: then mu_sym is proved."""
+    motions, _ = problem.relative_motions()
+    return not np.einsum("cn,mcn->mn", problem.direction, motions[:, :2]).any()
+
+
+def _jam_in_words(problem: ContactProblem, solution: Solution, grown: float, pull: Array) -> str:
+    force = float(solution.pressure @ problem.area)
+    over = f", {force / abs(pull[2]):.3g} times the pull" if pull[2] else ""
+    mu = float(solution.friction.max(initial=0.0))
+    return (
+        f"the contact force is {force:.3g} N{over}, and {grown:.3g} times that without friction. A friction "
+        f"coefficient of {mu:g} lies so near the wedging limit that any small change multiplies the force"
+    )
 
 
 def _lost_digits(problem: ContactProblem) -> str:

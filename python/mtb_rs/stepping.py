@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -16,8 +17,10 @@ from .check import number, positive
 from .errors import ConvergenceError, ResultantError
 from .files import check_target, read_bytes, write_bytes
 from .loads import PressureDependentFriction, VelocityTable
+from .plain import plain
 from .result import Patch, Pictured
 from .solve import ContactProblem, Side, to_global, to_local
+from .wedging import JAMMED
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -29,6 +32,7 @@ POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
+@plain
 class StepState:
     """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
 
@@ -45,6 +49,7 @@ class StepState:
 
 
 @dataclass(frozen=True)
+@plain
 class StepReport:
     """How a step went.
 
@@ -79,6 +84,7 @@ class StepReport:
 
 
 @dataclass(frozen=True)
+@plain
 class StepGrid:
     """Where the contact points (3, n) [m] of a step lie, their areas (n,) [m2] and regular grids."""
 
@@ -93,6 +99,7 @@ class StepGrid:
 
 
 @dataclass(frozen=True)
+@plain
 class StepResult(Pictured):
     """Contact load of a step, which draws pressure, gap and status.
 
@@ -121,8 +128,8 @@ class StepResult(Pictured):
     state: StepState
     report: StepReport
     _grid: StepGrid = field(repr=False)
-    _core: _mtb_rs.PreparedContact | None = field(repr=False)
-    _pressure: Array | None = field(default=None, repr=False)
+    _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
+    _pressure: Array | None = field(default=None, repr=False, compare=False)
 
     @property
     def points(self) -> Array:  # type: ignore[override]
@@ -256,6 +263,13 @@ class PreparedContact:
             self._core.resume(state.pressure, state.motion)
         out = self._core.step(place.tolist(), sliding, uniform, given)
         power = out["friction_power"]
+        status, pull = out["status"], self._pull(magnetic_pressure, uniform)
+        if status == "solved" and np.isnan(place).all() and -out["force"][2] > JAMMED * pull > 0.0:
+            status = (
+                f"solved, but the body has jammed: the contact force is {-out['force'][2]:.3g} N, "
+                f"{-out['force'][2] / pull:.3g} times the pull"
+            )
+            warnings.warn(f"The step is {status}.", stacklevel=2)
         result = StepResult(
             force=out["force"],
             moment=out["moment"],
@@ -265,7 +279,7 @@ class PreparedContact:
             gap=out["gap"],
             state=StepState(out["pressure"], out["motion"]),
             report=StepReport(
-                status=out["status"],
+                status=status,
                 iterations=out["sets"],
                 refactored=out["factorisations"] > 0,
                 products=out["products"],
@@ -279,6 +293,15 @@ class PreparedContact:
         if out["status"] != "solved":
             raise _failure(out, result)
         return result
+
+    def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
+        """What presses the bodies together [N]; 0 where it is not known."""
+        if uniform is not None:
+            return uniform * float(self.area.sum())
+        if magnetic_pressure is not None or self._source is None:
+            return 0.0
+        loads = self._source.problem.loads
+        return abs(float(np.asarray(loads.get("magnetic", loads.get("pull", np.zeros(3))))[2]))
 
     def copy(self) -> PreparedContact:
         """The same contact without memory; the matrices are shared."""
@@ -433,6 +456,7 @@ def _failure(out: dict[str, Any], result: StepResult) -> ConvergenceError:
 
 
 @dataclass(frozen=True)
+@plain
 class Source:
     """Where a prepared contact came from: what new loads are made with.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .check import choice, number, reals
+from .plain import plain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -36,6 +37,7 @@ SIDES = {
 
 
 @dataclass(frozen=True)
+@plain
 class Guide:
     """All nodes of a support share one unknown displacement, under a given total force.
 
@@ -52,6 +54,7 @@ class Guide:
 
 
 @dataclass(frozen=True)
+@plain
 class Support:
     """Nodes that are held.
 

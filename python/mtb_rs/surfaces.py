@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import path_of, reals
 from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, metres, spacing_pair
+from .plain import plain
 
 
 class BodySurface:
@@ -144,6 +145,7 @@ class BodySurface:
 
 
 @dataclass(frozen=True)
+@plain
 class SurfaceGap:
     """Sheet between two surfaces, and how well its gap is known.
 

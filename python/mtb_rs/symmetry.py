@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _mtb_rs
 from .cache import Memory
 from .geometry import ROUNDING, SheetPoints
+from .plain import plain
 
 if TYPE_CHECKING:
     from .solve import ContactProblem, Side
@@ -21,6 +22,7 @@ Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
+@plain
 class Fold:
     """A symmetric problem's half and the way back.
 

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .plain import plain
 from .result import Pictured
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+@plain
 class WheelState:
     """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
 
@@ -32,6 +34,7 @@ class WheelState:
 
 
 @dataclass(frozen=True)
+@plain
 class WheelPatch:
     """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
 
@@ -53,6 +56,10 @@ class WheelPatch:
         On the rail.
     slip_velocity : (2, ny, nx) [m/s]
         Of the wheel over the rail; zero where they stick.
+    dissipation : (ny, nx) [W/m2]
+        Work of friction that turns into heat, as of :class:`mtb_rs.TangentialResult` times the rolling speed:
+        the mean traction of a particle over a step works on the slip, also at a column behind the trailing
+        edge. Its sum is `friction_power`, but for spin, by an error of the first order in the cells.
     status : (ny, nx) int
         0 open, 1 stick, 2 slip.
     approach : float [m]
@@ -68,8 +75,8 @@ class WheelPatch:
     friction_power : float [W]
         Heat of sliding, >= 0: what the tractions work on the rigid slip and, between unlike bodies, on the
         slip that the pressure causes. In steady rolling the elastic energy stays, so all of it turns into
-        heat; between like bodies it is what an energy balance of the wheelset asks for. On cells, traction
-        times `slip_velocity` is less, by an error of the first order in their size.
+        heat; between like bodies it is what an energy balance of the wheelset asks for. Where it arises is in
+        `dissipation`; traction times `slip_velocity` is less, by an error of the first order in the cells.
     """
 
     side: str
@@ -83,6 +90,7 @@ class WheelPatch:
     pressure: Array
     traction: Array
     slip_velocity: Array
+    dissipation: Array
     status: NDArray[np.int8]
     approach: float
     creepage: Array
@@ -120,6 +128,7 @@ class WheelPatch:
             pressure=self.pressure,
             traction=self.traction,
             slip=self.slip_velocity,
+            dissipation=self.dissipation,
             status=self.status,
             normal_force=self.normal_force,
             creepage=self.creepage,
@@ -132,6 +141,7 @@ class WheelPatch:
 
 
 @dataclass(frozen=True)
+@plain
 class PatchPicture(Pictured):
     """A patch as pictures and files take it."""
 
@@ -140,6 +150,7 @@ class PatchPicture(Pictured):
     pressure: Array
     traction: Array
     slip: Array
+    dissipation: Array
     status: NDArray[np.int8]
     normal_force: float
     creepage: Array
@@ -148,8 +159,13 @@ class PatchPicture(Pictured):
     def slip_unit(self) -> str:
         return "m/s"
 
+    @property
+    def dissipation_unit(self) -> str:
+        return "W/m2"
+
 
 @dataclass(frozen=True)
+@plain
 class WheelReport:
     """How a step went.
 
@@ -166,6 +182,7 @@ class WheelReport:
 
 
 @dataclass(frozen=True)
+@plain
 class WheelStep:
     """Contact load of a step.
 

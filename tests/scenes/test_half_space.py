@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -346,3 +347,18 @@ def test_a_changed_copy_of_a_scene_has_the_gap_and_the_bodies_it_says():
         UNLIKE.with_(spacing=0.15e-3)
     with pytest.raises(ValueError, match="a gap is given, but block_on_plane has a geometry of its own"):
         mtb.scenes.block_on_plane().with_(gap=BOWL)
+
+
+def test_like_poles_couple_through_the_rail_and_through_nothing_else() -> None:
+    def pressure(poles: int, friction: float, **options: Any) -> np.ndarray:
+        scene = mtb.scenes.pole_shoe_on_rail(poles=poles, friction=friction, spacing=6e-3, **options)
+        return scene.solve("half-space").pressure
+
+    alone = pressure(1, 0.0)
+    assert np.abs(pressure(1, 0.3) - alone).max() < 1e-12 * alone.max()
+    both = pressure(2, 0.0)
+    assert 5e-3 < np.abs(pressure(2, 0.3) - both).max() / both.max() < 5e-2
+    # not so of unlike ones
+    soft = mtb.Material(70e9, 0.33)
+    unlike = pressure(1, 0.0, upper=soft)
+    assert np.abs(pressure(1, 0.3, upper=soft) - unlike).max() > 1e-3 * unlike.max()

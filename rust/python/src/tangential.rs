@@ -10,7 +10,8 @@ use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
 use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
-    Bodies, Drive, Earlier, Motion, PatchOperators, TangentialProblem, TangentialSolution, solve,
+    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialProblem,
+    TangentialSolution, dissipation, solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, Pair};
@@ -143,8 +144,9 @@ impl PyPatchOperators {
     }
 
     /// Solves for `pressure` (ny, nx); `drive`: (value, is a force) along x and y; `earlier`: traction
-    /// (2, ny, nx), pressure and coefficient of friction (ny, nx); `start`: traction (2, ny, nx) to try first.
-    #[pyo3(signature = (pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None))]
+    /// (2, ny, nx), pressure and coefficient of friction (ny, nx); `start`: traction (2, ny, nx) to try first;
+    /// `around`: shape (nx, ny) of the grid for the dissipation, and column and row of the first cell there.
+    #[pyo3(signature = (pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None, around=None))]
     #[allow(clippy::too_many_arguments, reason = "one call per solve")]
     fn solve<'py>(
         &self,
@@ -162,6 +164,7 @@ impl PyPatchOperators {
         )>,
         tolerance: f64,
         start: Option<PyReadonlyArray3<'py, f64>>,
+        around: Option<([usize; 2], [isize; 2])>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = match earlier {
@@ -177,7 +180,7 @@ impl PyPatchOperators {
             Some(traction) => Some(traction.as_slice()?),
             None => None,
         };
-        let solution = enter(py, |monitor| {
+        let (solution, heat) = enter(py, |monitor| {
             let problem = TangentialProblem {
                 pressure,
                 origin: [origin.0, origin.1],
@@ -195,9 +198,18 @@ impl PyPatchOperators {
                 start,
                 tolerance,
             };
-            solve(&self.0, &problem, monitor)
+            let solution = solve(&self.0, &problem, monitor)?;
+            let heat = around.map(|(shape, first)| {
+                let around = Surroundings { shape, first };
+                (shape, dissipation(&self.0, &problem, &solution, around))
+            });
+            Ok::<_, Error>((solution, heat))
         })?;
-        tangential_dict(py, solution, shape)
+        let dict = tangential_dict(py, solution, shape)?;
+        if let Some(([nx, ny], heat)) = heat {
+            dict.set_item("dissipation", heat.into_pyarray(py).reshape([ny, nx])?)?;
+        }
+        Ok(dict)
     }
 }
 

@@ -304,6 +304,8 @@ fn patch_out(py: Python<'_>, patch: WheelPatch) -> PyResult<Bound<'_, PyDict>> {
     out.set_item("traction", traction.reshape([2, ny, nx])?)?;
     let slip = patch.slip_velocity.into_pyarray(py);
     out.set_item("slip_velocity", slip.reshape([2, ny, nx])?)?;
+    let heat = patch.dissipation.into_pyarray(py);
+    out.set_item("dissipation", heat.reshape([ny, nx])?)?;
     let status: Vec<i8> = patch.status.iter().map(|s| *s as i8).collect();
     out.set_item("status", status.into_pyarray(py).reshape([ny, nx])?)?;
     out.set_item("approach", patch.approach)?;

@@ -41,6 +41,10 @@ pub struct WheelPatch {
     pub traction: Vec<f64>,
     /// Slip velocity of the wheel over the rail (2n) [m/s]; zero where they stick.
     pub slip_velocity: Vec<f64>,
+    /// Work of friction that turns into heat (n) [W/m2], see [`mtb_contact::tangential::dissipation`]. Its sum is
+    /// the friction power, but for spin: the solver takes the rigid slip off the centres of the cells, by an
+    /// error of the first order in their size.
+    pub dissipation: Vec<f64>,
     /// Status (n).
     pub status: Vec<PointStatus>,
     /// Largest overlap of the undeformed bodies along the normal [m].

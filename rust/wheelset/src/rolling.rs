@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use mtb_complementarity::discs::DiscState;
 use mtb_contact::friction::Friction;
-use mtb_contact::tangential::{Drive, TangentialProblem, solve};
+use mtb_contact::tangential::{Drive, Surroundings, TangentialProblem, dissipation, solve};
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
@@ -61,16 +61,21 @@ impl Cut {
         let [columns, rows] = self.size;
         (0..columns * rows).map(move |k| {
             let (i, j) = (k % columns, k / columns);
-            let place = |c: usize, at: usize| {
-                self.start[c]
-                    + if self.is_backwards {
-                        self.size[c] - 1 - at
-                    } else {
-                        at
-                    }
-            };
-            (j * nx + i, place(1, j) * self.whole[0] + place(0, i))
+            (j * nx + i, self.point([i as isize, j as isize]))
         })
+    }
+
+    /// Point of the whole at a column and row of the part, or next to it on the border of the whole.
+    fn point(&self, at: [isize; 2]) -> usize {
+        let [column, row] = [0, 1].map(|c| {
+            let low = if self.is_backwards {
+                self.size[c] as isize - 1 - at[c]
+            } else {
+                at[c]
+            };
+            (self.start[c] as isize + low).clamp(0, self.whole[c] as isize - 1) as usize
+        });
+        row * self.whole[0] + column
     }
 
     /// First column and row of the part as seen, in spacings from the origin.
@@ -135,6 +140,7 @@ pub(crate) fn rolling(
     let mut ratio = vec![0.0; 2 * n];
     let mut iterations = 0;
     let mut friction_power = 0.0;
+    let mut heat = vec![0.0; n];
     if let Some(cut) = Cut::of(pressure, plane.nx, sense < 0.0) {
         let operators = ready.operators.at_least(
             cut.size,
@@ -154,24 +160,21 @@ pub(crate) fn rolling(
             }
         }
         let [x, y] = cut.origin(plane.first);
-        let solution = solve(
-            &operators,
-            &TangentialProblem {
-                pressure: &part,
-                origin: [x as f64 * dx, y as f64 * dy],
-                drive: [
-                    Drive::Slip(sense * creepage[0]),
-                    Drive::Slip(sense * creepage[1]),
-                ],
-                spin: creepage[2],
-                speed,
-                friction: &on_all(&wheelset.friction, cells),
-                earlier: None,
-                start: first_try.as_deref(),
-                tolerance: TOLERANCE,
-            },
-            monitor,
-        )?;
+        let problem = TangentialProblem {
+            pressure: &part,
+            origin: [x as f64 * dx, y as f64 * dy],
+            drive: [
+                Drive::Slip(sense * creepage[0]),
+                Drive::Slip(sense * creepage[1]),
+            ],
+            spin: creepage[2],
+            speed,
+            friction: &on_all(&wheelset.friction, cells),
+            earlier: None,
+            start: first_try.as_deref(),
+            tolerance: TOLERANCE,
+        };
+        let solution = solve(&operators, &problem, monitor)?;
         if !solution.converged {
             return Err(Error::Tangential {
                 side,
@@ -179,6 +182,18 @@ pub(crate) fn rolling(
             });
         }
         iterations = solution.iterations + solution.coarse_iterations;
+        let around = Surroundings {
+            shape: [grid.nx + 2, grid.ny + 2],
+            first: [1, 1],
+        };
+        for (k, value) in dissipation(&operators, &problem, &solution, around)
+            .into_iter()
+            .enumerate()
+            .filter(|(_, value)| *value != 0.0)
+        {
+            let at = [k % around.shape[0], k / around.shape[0]].map(|c| c as isize - 1);
+            heat[cut.point(at)] += speed * value;
+        }
         let by_pressure = operators.slip_by_pressure(&part);
         for (here, there) in cut.points(grid.nx) {
             let [x, y] = [
@@ -229,6 +244,7 @@ pub(crate) fn rolling(
         first[1] = -(first[1] + plane.ny as i64 - 1);
         reverse_rows(&mut pressure, plane.nx);
         reverse_rows(&mut status, plane.nx);
+        reverse_rows(&mut heat, plane.nx);
         for field in [&mut traction, &mut slip_velocity] {
             let (along, across) = field.split_at_mut(n);
             reverse_rows(along, plane.nx);
@@ -251,6 +267,7 @@ pub(crate) fn rolling(
         pressure,
         traction,
         slip_velocity,
+        dissipation: heat,
         status,
         approach: plane.approach(),
         creepage,

@@ -55,23 +55,13 @@ fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f6
     let grid = operators.grid();
     let n = grid.points();
     let step = operators.motion.step();
-    let length = match operators.motion {
-        Motion::Transient { .. } => operators.motion.step_length(),
-        _ => 1.0,
-    };
     let given = problem.drive.map(|d| match d {
         Drive::Slip(value) => value,
         Drive::Force(_) => 0.0,
     });
-    let mut offset = vec![0.0; 2 * n];
-    for j in 0..grid.ny {
-        let y = problem.origin[1] + j as f64 * grid.dy + SPIN_ADVANCE * step[1];
-        for i in 0..grid.nx {
-            let x = problem.origin[0] + i as f64 * grid.dx + SPIN_ADVANCE * step[0];
-            let k = j * grid.nx + i;
-            offset[k] = -length * (given[0] - problem.spin * y);
-            offset[n + k] = -length * (given[1] + problem.spin * x);
-        }
+    let mut offset = rigid_slip(operators, problem, given, [0.0; 2]);
+    for f in &mut offset {
+        *f = -*f;
     }
     let transform = operators.transform();
     let (first, second) = offset.split_at_mut(n);
@@ -99,8 +89,34 @@ fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f6
     offset
 }
 
+/// Rigid slip (2n) at the places `away` [m] from the cells: [m] in a shift and over a transient step, relative in
+/// steady rolling.
+pub(super) fn rigid_slip(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    drive: [f64; 2],
+    away: [f64; 2],
+) -> Vec<f64> {
+    let grid = operators.grid();
+    let n = grid.points();
+    let step = operators.motion.step();
+    let length = match operators.motion {
+        Motion::Transient { .. } => operators.motion.step_length(),
+        _ => 1.0,
+    };
+    let first = [0, 1].map(|c| problem.origin[c] + away[c] + SPIN_ADVANCE * step[c]);
+    let mut slip = vec![0.0; 2 * n];
+    for k in 0..n {
+        let x = first[0] + (k % grid.nx) as f64 * grid.dx;
+        let y = first[1] + (k / grid.nx) as f64 * grid.dy;
+        slip[k] = length * (drive[0] - problem.spin * y);
+        slip[n + k] = length * (drive[1] + problem.spin * x);
+    }
+    slip
+}
+
 /// Values of a field one step ahead, by bilinear interpolation; `outside` beyond the grid.
-fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
+pub(super) fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
     let weights = upstream(grid, step);
     (0..grid.points())
         .map(|k| {
@@ -490,9 +506,18 @@ impl<'a> Cascade<'a> {
             Friction::SpeedDependent { law, .. } => law.evaluate(0.0).0,
             _ => 0.0,
         };
-        let coefficient = match self.coefficient.first() {
-            Some(fixed) => fixed.clone(),
-            None => solution
+        let coefficient = match (self.problem.friction, self.coefficient.first()) {
+            // a cell that came to rest again is held by friction at rest: its traction is below the kinetic bound
+            (Friction::StaticKinetic { at_rest, .. }, Some(fixed)) => fixed
+                .iter()
+                .zip(&solution.state)
+                .map(|(mu, state)| match state {
+                    DiscState::Rim => *mu,
+                    _ => *at_rest,
+                })
+                .collect(),
+            (_, Some(fixed)) => fixed.clone(),
+            (_, None) => solution
                 .radius
                 .iter()
                 .zip(self.problem.pressure)
