@@ -233,11 +233,19 @@ class Errors:
         return {quantity: self.total(quantity) for quantity in self.cells}
 
 
-def estimated(fine: Level, wider: Sequence[Level], choice: Choice, *, skip_border: bool) -> Errors | None:
+def estimated(
+    fine: Level,
+    wider: Sequence[Level],
+    choice: Choice,
+    layers: tuple[Level, Level] | None = None,
+    *,
+    skip_border: bool,
+) -> Errors | None:
     """Errors of a solution from those on wider cells, the least wide first; None without any.
 
     The difference to the next wider one tells the error; the one after it guards against two solutions that
-    agree by chance, since no error falls faster than with the square of the spacing.
+    agree by chance, since no error falls faster than with the square of the spacing. Two copies of an elastic
+    body that differ by its `layers` of elements alone tell what these add.
     """
     if not wider or not all(level.is_solved for level in (fine, *wider)):
         return None
@@ -250,11 +258,19 @@ def estimated(fine: Level, wider: Sequence[Level], choice: Choice, *, skip_borde
         gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
         for q in QUANTITIES:
             cells[q] = max(cells[q], gain * _cell_error(wider[0], wider[1], q, skip_border))
+    if layers is not None:
+        # their thickness goes with the root of the cells' size, their error with the square of the thickness
+        apart_by = {q: _cell_error(fine, layers[0], q, skip_border, layers[1]) for q in QUANTITIES}
+        cells = {q: float(np.hypot(cells[q], apart_by[q])) for q in QUANTITIES}
     return Errors(cells, choice.errors)
 
 
-def _cell_error(fine: Level, rough: Level, quantity: str, skip_border: bool) -> float:
-    found = extrapolated(apart(rough, fine, quantity, skip_border=skip_border), fine.cell, rough.cell)
+def _cell_error(
+    fine: Level, rough: Level, quantity: str, skip_border: bool, other: Level | None = None
+) -> float:
+    """Error of `fine` by its difference to `rough`, or by that of an `other` one to `rough`."""
+    different = apart(other or rough, fine if other is None else rough, quantity, skip_border=skip_border)
+    found = extrapolated(different, fine.cell, rough.cell)
     return found * (1.0 + FEW_POINTS / max(_compared(rough, skip_border), 1))
 
 

@@ -67,25 +67,37 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
     def at(spacing: Spacing, before: Sequence[Level]) -> tuple[Level, Errors | None]:
         nonlocal besides
         level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
-        wider = [*before, *copies]
-        # to end the choice of a spacing at once takes two of them
-        while len(wider) < (2 if free else 1) and level.is_solved and (free or chosen.errors):
-            last = wider[-1] if wider else level
-            # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
-            times = 3 if level.solution.convolutions > 0.0 else 2
-            width = coarsened(last.spacing, layout.sheet(last.spacing).patches, times)
-            if width is None:
-                break
-            try:
+        wider, layers = [*before, *copies], None
+        if level.is_solved and (free or chosen.errors):
+            if chosen.model != "half-space":
+                layers = layered(fixed, chosen.model, level, copies)
+                wider = [] if layers is None else [layers[0], *before]
+                new = [found for found in layers or () if all(found is not copy for copy in copies)]
+                # their rails are one and the same, condensed once
+                twice = layers[0].problem.lower.operations if layers is not None else 0.0
+                besides += sum(found.operations for found in new) - twice
+            # to end the choice of a spacing at once takes two of them
+            while len(wider) < (2 if free else 1):
+                last = wider[-1] if wider else level
+                # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
                 by = level.solution.convolutions > 0.0
-                copies.append(
-                    level_at(fixed, chosen.model, width, coupled=chosen.coupled, is_rough=True, convolved=by)
-                )
-            except ValueError:  # such cells do not fit the scene: the contact reaches the edge of their grid
-                break
-            wider.append(copies[-1])
-            besides += copies[-1].operations
-        return level, estimated(level, wider, chosen, skip_border=layout.is_body_edge)
+                width = coarsened(last.spacing, layout.sheet(last.spacing).patches, 3 if by else 2)
+                if width is None:
+                    break
+                copy = with_wider_elements(fixed, spacing, width)
+                try:
+                    copies.append(
+                        level_at(
+                            copy, chosen.model, width, coupled=chosen.coupled, is_rough=True, convolved=by
+                        )
+                    )
+                except (
+                    ValueError
+                ):  # such cells do not fit the scene: the contact reaches the edge of their grid
+                    break
+                wider.append(copies[-1])
+                besides += copies[-1].operations
+        return level, estimated(level, wider, chosen, layers, skip_border=layout.is_body_edge)
 
     spent = 0.0
     if free:
@@ -149,9 +161,10 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
         return Choice(models[0])
     wider = coarsened(spacing, sheet.patches) or spacing
     try:
+        copy = with_wider_elements(scene, spacing, wider)
         solved = [
             # what is cheap on fine grids, by convolutions, is dear on coarse ones by factorisation
-            level_at(scene, m, wider, coupled=coupled, is_rough=True, convolved=large)
+            level_at(copy, m, wider, coupled=coupled, is_rough=True, convolved=large)
             for m, coupled in ladder
         ]
     except ValueError:
@@ -182,6 +195,7 @@ def level_at(
     coupled: bool = True,
     is_rough: bool = False,
     convolved: bool | None = None,
+    thinner: float = 1.0,
 ) -> Level:
     """A model solved at a spacing.
 
@@ -193,9 +207,11 @@ def level_at(
         Only an estimate is made of it.
     convolved : bool or None
         Whether by convolutions where they can be used; None: as the size asks.
+    thinner : float
+        Layers of the elements of upper bodies are those of cells finer by this factor.
     """
     clock = time.perf_counter()
-    problem = scene.problem(model, spacing)
+    problem = scene.problem(model, spacing, thinner=thinner)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
     opens = coupled and is_coupled(scene, problem)
     if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(problem):
@@ -208,6 +224,41 @@ def level_at(
         solution = solve_direct(smooth, with_margin=False)
         return Level(problem, replace(solution, friction=problem.friction_at(solution.pressure)), spacing)
     return Level(problem, solve_direct(problem, with_margin=not is_rough), spacing)
+
+
+def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:
+    """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
+    thicker ones.
+
+    The first differs from the level by its cells alone, the two from each other by their layers alone, so
+    that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
+    again.
+    """
+    assert scene.layout is not None
+    width = coarsened(level.spacing, scene.layout.sheet(level.spacing).patches)
+    if width is None:
+        return None
+    ratio = float(np.sqrt(np.prod(width) / np.prod(level.spacing)))
+    try:
+        copy = with_wider_elements(scene, level.spacing, width)
+        own = level_at(copy, model, width, is_rough=True, thinner=ratio)
+        wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
+        return own, wide or level_at(copy, model, width, is_rough=True)
+    except ValueError:  # the contact is too narrow for such cells or elements
+        return None
+
+
+def with_wider_elements(scene: Scene, spacing: Spacing, wider: Spacing) -> Scene:
+    """The scene for cells of `wider` instead of `spacing`, its elements wider by the same ratio.
+
+    Raises
+    ------
+    ValueError
+        If the contact is too narrow for such elements.
+    """
+    if scene.element_size is None:
+        return scene
+    return scene.with_(element_size=scene.element_size * max(np.divide(wider, spacing)))
 
 
 def is_coupled(scene: Scene, problem: ContactProblem) -> bool:

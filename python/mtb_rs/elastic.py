@@ -182,10 +182,12 @@ def upper_side(
     time_s: dict[str, float],
     element_size: float | None = None,
     moments: tuple[float, float] | None = None,
+    thinner: float = 1.0,
 ) -> tuple[Side, Array]:
     """The upper bodies, one a patch, and the area of each contact point (n,) [m2].
 
-    `moments` [N m] about x and y act on each of them besides the pull.
+    `moments` [N m] about x and y act on each of them besides the pull. Their layers are those of a grid finer
+    by the factor `thinner`.
     """
     points, patches = sheet.nodes, sheet.node_patches
     parts: list[ElasticPart] = []
@@ -195,7 +197,7 @@ def upper_side(
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
         places = _part(points, cut)
-        solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size)
+        solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size, thinner)
         if parts and isinstance(supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
             part, flexible, compliance = _twin(parts[0], condensed[0], patch, places, pull[cut])
         else:
@@ -496,6 +498,7 @@ def _upper_body(
     supports: Any,
     time_s: dict[str, float],
     element_size: float | None,
+    thinner: float,
 ) -> ElasticBody:
     clock = time.perf_counter()
     x, y = _grid_lines(sheet, patch)
@@ -509,9 +512,15 @@ def _upper_body(
             )
         nx, ny = (cells_along(side, element_size) + 1 for side in sides)
         check_unknowns(6.0 * nx * ny)
+    # the points at the back must not move with the layers
+    built: dict[str, Any] = {
+        "halved": isinstance(supports, str) and supports in ("points", "fixed-points"),
+        "clamped": not isinstance(supports, str) or supports == "clamped-top",
+        "thinner": thinner,
+    }
     if isinstance(layout, BlockLayout):
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
-        mesh, name = block_mesh(x, y, layout.height), "block"
+        mesh, name = block_mesh(x, y, layout.height, **built), "block"
         held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
     else:
         assert isinstance(layout, ShoeLayout)
@@ -522,7 +531,7 @@ def _upper_body(
         own_y = np.abs(shoe.profile.position(np.linspace(first, last, ny)))
         own_y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
         own_x = np.linspace(-0.5, 0.5, nx) * shoe.length
-        mesh = shoe_mesh(shoe, own_x, own_y, side=side)
+        mesh = shoe_mesh(shoe, own_x, own_y, side=side, **built)
         middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

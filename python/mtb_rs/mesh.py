@@ -23,8 +23,12 @@ from .plain import plain
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Growth of a layer over the one before it, away from the contact.
-GROWTH = 1.7
+#: Of a body `ACROSS` elements wide, a rail `ACROSS_RAIL`: growth of a layer over the one before it, away from
+#: the contact, and the thickest layer in widths. Finer elements have thinner layers everywhere.
+GROWTH, THICKEST, ACROSS, ACROSS_RAIL = 1.7, 0.3, 10.0, 20.0
+
+#: Elements over the height of web and foot of a rail and over half of its foot's width, as above.
+FAR_LAYERS = (5, 3, 6)
 
 #: Unknown displacements that no factorisation within the limits of the compiled core holds (8 GB).
 MOST_UNKNOWNS = 4e6
@@ -132,23 +136,43 @@ def _check_owners(corners: Index) -> None:
     )
 
 
-def graded(first: float, length: float, growth: float = GROWTH, least: int = 2) -> Array:
-    """Places from 0 to `length` [m]; steps start near `first` and grow by at most `growth` each."""
-    n = least
-    while _sum(first, growth, n) < length:
-        n += 1
-    # the growth that fills the length exactly with n steps; below 1 where even equal steps are too many
-    low, high = 1e-3, growth
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _sum(first, middle, n) < length else (low, middle)
-    steps = first * low ** np.arange(n) if low > 1.0 else np.full(n, length / n)
-    places = np.concatenate([[0.0], np.cumsum(steps)])
+def layers(first: float, length: float, width: float, *, across: float = ACROSS, least: int = 2) -> Array:
+    """Places from 0 to `length` [m] of layers of elements, away from the contact of a body `width` [m] wide.
+
+    The first one is about `first` [m] thick. They grow with the distance, as what is local to the contact
+    fades, up to a share of the width: bending does not fade. Growth beyond 1 and thickest layer shrink with
+    the root of `first`: so each refinement refines all of the body, and an estimate made of two solutions
+    sees the errors of all of its layers.
+    """
+    coarse = coarseness(first, width, across)
+    growth = 1.0 + (GROWTH - 1.0) * coarse
+    thickest = max(first, THICKEST * width * coarse)
+    # thickness first + (growth - 1) z: up to the thickest, `graded` layers
+    graded = float(np.log(thickest / first) / np.log(growth))
+    end = (thickest - first) / (growth - 1.0)
+    if length <= end:
+        count = float(np.log1p((growth - 1.0) * length / first) / np.log(growth))
+    else:
+        count = graded + (length - end) / thickest
+    at = np.linspace(0.0, count, max(least, round(count)) + 1)
+    near = first * (growth ** np.minimum(at, graded) - 1.0) / (growth - 1.0)
+    places = near + thickest * np.maximum(at - graded, 0.0)
     return np.asarray(places * (length / places[-1]))
 
 
-def _sum(first: float, growth: float, n: int) -> float:
-    return float(first * (growth ** np.arange(n)).sum())
+def coarseness(first: float, width: float, across: float) -> float:
+    """How much thicker than those of a body `across` elements wide its layers far from the contact are."""
+    return float(np.sqrt(across * first / width))
+
+
+def _heights(first: float, height: float, width: float, halved: bool, clamped: bool) -> Array:
+    """Layers of a body from its contact to its top; see :func:`block_mesh`."""
+    if not halved:
+        places = layers(first, height, width)
+        return np.insert(places, -1, (places[-2] + 2.0 * places[-1]) / 3.0) if clamped else places
+    low = layers(first, 0.5 * height, width)
+    high = layers(float(low[-1] - low[-2]), 0.5 * height, width)
+    return np.concatenate([low, 0.5 * height + high[1:]])
 
 
 def tetrahedra(
@@ -254,7 +278,14 @@ def _stations(name: str, values: ArrayLike) -> Array:
 
 
 def block_mesh(
-    x: ArrayLike, y: ArrayLike, height: float, *, growth: float = GROWTH, quadratic: bool = True
+    x: ArrayLike,
+    y: ArrayLike,
+    height: float,
+    *,
+    halved: bool = False,
+    clamped: bool = False,
+    thinner: float = 1.0,
+    quadratic: bool = True,
 ) -> TetraMesh:
     """Block standing on the plane z = 0.
 
@@ -263,11 +294,18 @@ def block_mesh(
     x, y : (nx,), (ny,) [m]
         Rising coordinates of the nodes of its foot, those of the contact grid.
     height : float [m]
+    halved : bool
+        Whether supports need nodes at half height.
+    clamped : bool
+        Whether all of the top is held: at its edge stress is singular, so there is one thin layer more.
+    thinner : float [-]
+        The layers are those of a grid finer by this factor.
 
     Node sets "contact" (z = 0), "top", "rear" (least x), "front", "right" (least y), "left".
     """
     x, y = _stations("x", x), _stations("y", y)
-    z = graded(float(min(np.diff(x).min(), np.diff(y).min())), positive("height", height, "m"), growth)
+    step, width = float(min(np.diff(x).min(), np.diff(y).min())), float(min(np.ptp(x), np.ptp(y)))
+    z = _heights(step / thinner, positive("height", height, "m"), width, halved, clamped)
     (x, ahead), (y, aside) = _symmetric(x), _symmetric(y)
     check_unknowns(6.0 * x.size * y.size * (z.size - 1), quadratic=quadratic)
     corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
@@ -292,7 +330,9 @@ def shoe_mesh(
     y: ArrayLike,
     *,
     side: str = "left",
-    growth: float = GROWTH,
+    halved: bool = False,
+    clamped: bool = False,
+    thinner: float = 1.0,
     quadratic: bool = True,
 ) -> TetraMesh:
     """One pole of a shoe in the shoe's own frame: sole on the profile, flat top.
@@ -305,6 +345,12 @@ def shoe_mesh(
     y : (ny,) [m]
         Rising |y| of the nodes over the conforming strip, from `inner_edge` to `conforming_to`.
     side : "left" (y > 0) or "right"
+    halved : bool
+        Whether supports need nodes at half height.
+    clamped : bool
+        Whether all of the top is held: at its edge stress is singular, so there is one thin layer more.
+    thinner : float [-]
+        The layers are those of a grid finer by this factor.
 
     Node sets "contact" (the conforming strip), "sole" (all of the underside), "top", "rear", "front",
     "inner", "outer".
@@ -319,14 +365,14 @@ def shoe_mesh(
     x, ahead_of_middle = _symmetric(x)
     n_strip = y.size
     relief = shoe.outer_edge - shoe.conforming_to
+    width = min(float(np.ptp(x)), shoe.outer_edge - shoe.inner_edge)
     if relief > 1e-9:
-        y = np.concatenate([y, y[-1] + graded(float(np.diff(y)[-1]), relief, growth, least=1)[1:]])
+        y = np.concatenate([y, y[-1] + layers(float(np.diff(y)[-1]) / thinner, relief, width, least=1)[1:]])
     step = min(np.diff(x).min(), np.diff(y[:n_strip]).min())
     worn = shoe.sole(toward * y)
     thinnest = shoe.height - float(worn.max())
-    rise = graded(float(min(step, thinnest)), shoe.height - float(worn.min()), growth) / (
-        shoe.height - float(worn.min())
-    )
+    tallest = shoe.height - float(worn.min())
+    rise = _heights(float(min(step / thinner, thinnest)), tallest, width, halved, clamped) / tallest
 
     check_unknowns(6.0 * x.size * y.size * (rise.size - 1), quadratic=quadratic)
 
@@ -392,7 +438,6 @@ def rail_mesh(
     right: ArrayLike | None = None,
     half: bool = False,
     section: RailSection | None = None,
-    growth: float = GROWTH,
     quadratic: bool = True,
 ) -> TetraMesh:
     """Rail of finite length with its web and foot; its head follows `profile`.
@@ -418,14 +463,20 @@ def rail_mesh(
     half_length = 0.5 * positive("length", length, "m")
     if x[0] <= -half_length or x[-1] >= half_length:
         raise ValueError(f"length is {length:g} m: the contact from {x[0]:g} to {x[-1]:g} m is longer")
-    ahead = x[-1] + graded(float(x[-1] - x[-2]), half_length - float(x[-1]), growth, least=1)[1:]
-    behind = x[0] - graded(float(x[1] - x[0]), half_length + float(x[0]), growth, least=1)[:0:-1]
-    x, ahead_of_middle = _symmetric(np.concatenate([behind, x, ahead]))
     beyond = y if right is None else _stations("right", right)
+    left, opposite = _Flank(profile, 1.0), _Flank(profile, -1.0)
+    width = _gauge_corner(left) + _gauge_corner(left if half else opposite)
     step = float(min(np.diff(y).min(), np.diff(beyond).min()))
-    depth = graded(step, -cut.web_top, growth)[::-1] / -cut.web_top  # 1 at the underside, 0 on top
-    grid = _rail_columns(_Flank(profile, 1.0), y, cut, depth)
-    other = grid if half else _rail_columns(_Flank(profile, -1.0), beyond, cut, depth)
+    ends = [
+        layers(step_x, half_length - reach, width, across=ACROSS_RAIL, least=1)[1:]
+        for step_x, reach in ((float(x[1] - x[0]), -float(x[0])), (float(x[-1] - x[-2]), float(x[-1])))
+    ]
+    x, ahead_of_middle = _symmetric(np.concatenate([x[0] - ends[0][::-1], x, x[-1] + ends[1]]))
+    # 1 at the underside, 0 on top
+    depth = layers(step, -cut.web_top, width, across=ACROSS_RAIL)[::-1] / -cut.web_top
+    coarse = coarseness(step, width, ACROSS_RAIL)
+    grid = _rail_columns(left, y, cut, depth, coarse)
+    other = grid if half else _rail_columns(opposite, beyond, cut, depth, coarse)
     if half:
         plane, keep, offset = grid.plane, grid.keep, 0
     else:
@@ -437,9 +488,9 @@ def rail_mesh(
     corners[..., 0] = x[:, None, None]
     corners[..., 1:] = plane
     head = plane.shape[1] - 1
-    fine = _running_surface(_Flank(profile, 1.0), grid.surface)
+    fine = _running_surface(left, grid.surface)
     if not half:
-        beside = _running_surface(_Flank(profile, -1.0), other.surface)
+        beside = _running_surface(opposite, other.surface)
         fine = np.concatenate([beside[:0:-1] * [-1.0, 1.0], fine])
     surface = np.empty((2 * x.size - 1, fine.shape[0], 3))
     surface[..., 0] = _doubled(x)[:, None]
@@ -500,8 +551,11 @@ class _Columns:
     strip: tuple[int, int]  # first and last column of the contact strip
 
 
-def _rail_columns(profile: _Flank, y: Array, cut: RailSection, depth: Array) -> _Columns:
-    """Head between its running surface and its underside, web below its inner columns, foot below all."""
+def _rail_columns(profile: _Flank, y: Array, cut: RailSection, depth: Array, coarse: float) -> _Columns:
+    """Head between its running surface and its underside, web below its inner columns, foot below all.
+
+    `depth` are the layers of the head, 1 at its underside and 0 on top; `coarse` is the coarseness below.
+    """
     corner = _gauge_corner(profile)
     inner = np.linspace(0.0, y[0], max(2, round(y[0] / np.diff(y)[0])) + 1) if y[0] > 0.0 else np.zeros(1)
     outer = np.linspace(y[-1], corner, max(2, round((corner - y[-1]) / (1.3 * np.diff(y)[-1]))) + 1)
@@ -523,13 +577,13 @@ def _rail_columns(profile: _Flank, y: Array, cut: RailSection, depth: Array) -> 
     bulge = flank - straight[-1]
     weight = (surface / surface[-1])[:, None, None]
     head = straight + weight**2 * bulge[None]
-    web_z = np.linspace(cut.web_bottom, cut.web_top, 6)
-    foot_z = np.linspace(cut.bottom, cut.web_bottom, 4)
-    n_foot = 6
+    n_web_layers, n_foot_layers, n_foot = (max(2, round(n / coarse)) for n in FAR_LAYERS)
+    web_z = np.linspace(cut.web_bottom, cut.web_top, n_web_layers + 1)
+    foot_z = np.linspace(cut.bottom, cut.web_bottom, n_foot_layers + 1)
     total = max(n_columns, n_web + n_foot + 1)
-    layers = foot_z.size - 1 + web_z.size - 1 + head.shape[1]
-    plane = np.zeros((total, layers, 2))
-    keep = np.zeros((total - 1, layers - 1), dtype=bool)
+    rows = foot_z.size - 1 + web_z.size - 1 + head.shape[1]
+    plane = np.zeros((total, rows, 2))
+    keep = np.zeros((total - 1, rows - 1), dtype=bool)
     base = foot_z.size - 1
     neck = base + web_z.size - 1
     plane[:n_columns, neck:] = head

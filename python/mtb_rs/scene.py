@@ -540,14 +540,19 @@ class Scene:
         choice("quantity", quantity, QUANTITIES)
         return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
 
-    def problem(self, model: str, spacing: tuple[float, float] | None = None) -> ContactProblem:
-        """The contact problem of a model, on cells of `spacing` (its own by default)."""
+    def problem(
+        self, model: str, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
+    ) -> ContactProblem:
+        """The contact problem of a model, on cells of `spacing` (its own by default).
+
+        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`.
+        """
         spacing = self._pair if spacing is None else spacing
         if isinstance(self.layout, BodyLayout):
             return self._bodies_problem(self.layout, spacing)
         if model == "half-space":
             return self._half_space_problem(spacing)
-        return self._elastic_problem(model, spacing)
+        return self._elastic_problem(model, spacing, thinner)
 
     def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
         """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
@@ -602,7 +607,7 @@ class Scene:
                 warn(doubt)
         return problem
 
-    def _elastic_problem(self, model: str, spacing: tuple[float, float]) -> ContactProblem:
+    def _elastic_problem(self, model: str, spacing: tuple[float, float], thinner: float) -> ContactProblem:
         """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
         assert self.layout is not None
         time_s: dict[str, float] = {}
@@ -621,7 +626,15 @@ class Scene:
         upper_body, lower_body = _simple(self.upper), _simple(self.lower)
         assert isinstance(upper_body, HalfSpace)
         upper, area = upper_side(
-            self.layout, sheet, upper_body, self.supports, pull, time_s, self.element_size, self.moments
+            self.layout,
+            sheet,
+            upper_body,
+            self.supports,
+            pull,
+            time_s,
+            self.element_size,
+            self.moments,
+            thinner,
         )
         known = averages(upper.state)
         grid = patches[0]

@@ -40,7 +40,7 @@ def test_predicted_factor_is_corrected_until_the_scheme_converges() -> None:
 
 def test_points_soften_with_the_elements_as_documented():
     """docs/models.md: single nodes make a body softer with each refinement."""
-    for supports, pressure_bound, force_bound in (("points", 0.015, 1e-4), ("fixed-points", 0.03, 0.02)):
+    for supports, pressure_bound, force_bound in (("points", 0.03, 1e-4), ("fixed-points", 0.04, 0.02)):
         scene = mtb.scenes.pole_shoe_on_rail(
             height=70e-3, length=0.1, poles=1, spacing=6e-3, supports=supports
         )

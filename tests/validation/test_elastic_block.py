@@ -109,3 +109,28 @@ def test_block_against_finite_elements(
     assert np.mean(np.abs(p_ours - p_ref)[solid] / p_ref[solid]) < 0.05
     u_ours = state.at(places)[2][inner]
     assert np.mean(np.abs(u_ours - u_ref) / np.abs(u_ref)) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("height", "expected", "off"), [(0.05, 0.3671, 0.004), (0.1, 0.554, 0.004), (0.25, 1.395, 0.006)]
+)
+def test_layers_of_elements_leave_no_error_behind(height: float, expected: float, off: float) -> None:
+    """Normal force over pull of bricks of 27 nodes on an exact half-space, an independent code's; its own
+    uncertainty for the tall block is 0.4 %."""
+    result = mtb.scenes.block_on_plane(height=height, friction=0.5, spacing=10e-3).solve("elastic-upper")
+    pull = -result.report.force_balance["magnetic"][2]
+    assert result.normal_force / pull == pytest.approx(expected, rel=off)
+    truth = abs(result.normal_force / pull / expected - 1.0)
+    assert truth < 2.0 * result.report.error_estimates["force"]
+
+
+def test_each_refinement_of_the_grid_refines_all_layers() -> None:
+    line, coarse = np.linspace(-0.05, 0.05, 11), np.linspace(-0.05, 0.05, 6)
+    thickest = []
+    for stations in (coarse, line):
+        z = np.unique(np.round(block_mesh(stations, stations, 0.25).nodes[:, 2], 12))
+        thickest.append(np.diff(z[::2]).max())
+    assert thickest[1] < 0.35 * 0.1
+    assert thickest[1] < 0.8 * thickest[0]
+    own, thinner = (block_mesh(coarse, coarse, 0.25, thinner=t).nodes.shape[0] for t in (1.0, 2.0))
+    assert own < thinner
