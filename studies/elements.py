@@ -21,7 +21,8 @@ SIDE = 0.1
 
 def body(mesh: mtb.TetraMesh, ratio: float, held: tuple[str, ...] = ("top",)) -> mtb.ElasticBody:
     supports = [mtb.Support(name, x=0.0, y=0.0, z=0.0) for name in held]
-    return mtb.ElasticBody(mesh, mtb.Material(208e9, ratio), "contact", supports, "block")
+    linear = not mesh.is_quadratic
+    return mtb.ElasticBody(mesh, mtb.Material(208e9, ratio), "contact", supports, "block", linear)
 
 
 def compliance(solid: mtb.ElasticBody, cells: int) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from . import _mtb_rs, cache
 from .geometry import SheetPoints
 from .material import Material
-from .mesh import TetraMesh
+from .mesh import TetraMesh, check_unknowns, quadratic
 from .plain import one_line, plain
 from .result import Patch, Surface
 from .supports import Guide, Support, Where, is_box, select
@@ -248,6 +248,10 @@ class ElasticBody:
         What is left free must be held by the contact; what contact cannot hold is an error.
     name : str
         For reports and files; two bodies of one name become "upper <name>" and "lower <name>" in a scene.
+    linear : bool
+        Whether tetrahedra of four nodes stay so, with a warning: they are far too stiff in bending and where
+        Poisson's ratio is high. Otherwise they get nodes in the middle of their straight edges, numbered
+        behind those of the mesh.
     """
 
     mesh: TetraMesh
@@ -255,6 +259,7 @@ class ElasticBody:
     contact: Where = "contact"
     supports: Sequence[Support] = ()
     name: str = "body"
+    linear: bool = False
     _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False)
 
     __repr__ = one_line
@@ -282,18 +287,33 @@ class ElasticBody:
                 f'{self.name} is {size:g} m large: is its mesh in millimetres? Then say unit="mm"',
                 stacklevel=3,
             )
-        ratio = self.material.poisson_ratio
-        if ratio > LOCKING and not self.mesh.is_quadratic:
-            warnings.warn(
-                f"{self.name} has tetrahedra of four nodes and poisson_ratio = {ratio:g}: above {LOCKING:g} "
-                "they lock, which makes it far too stiff; tetrahedra of ten nodes are needed",
-                stacklevel=3,
-            )
+        self._make_quadratic()
         self._check_values()
         _ = self.core
         _ = self.contact_faces
         if callable(self.contact) or is_box(self.contact):
             self._check_border()
+
+    def _make_quadratic(self) -> None:
+        """Nodes in the middle of the edges, unless they are there or not wanted."""
+        cells = np.asarray(self.mesh.cells)
+        if cells.ndim != 2 or cells.shape[1] != 4 or not cells.size:
+            return
+        if not self.linear and cells.min() >= 0 and cells.max() < len(self.mesh.nodes):
+            try:
+                check_unknowns(len(cells))
+            except ValueError as error:
+                raise ValueError(f"{self.name} with nodes in the middle of its edges: {error}") from None
+            object.__setattr__(self, "mesh", quadratic(self.mesh))
+        elif self.linear:
+            ratio = self.material.poisson_ratio
+            locks = f", and above poisson_ratio = {LOCKING:g} they lock (it is {ratio:g})"
+            warnings.warn(
+                f"{self.name} keeps tetrahedra of four nodes (linear=True): they are too stiff, by half "
+                f"in bending{locks if ratio > LOCKING else ''}; without linear=True they get nodes in the "
+                "middle of their edges",
+                stacklevel=4,
+            )
 
     def __getstate__(self) -> dict[str, Any]:
         """The body without what can be made again from it."""
@@ -324,6 +344,7 @@ class ElasticBody:
         supports: Sequence[Support] = (),
         size: float | None = None,
         name: str = "body",
+        linear: bool = False,
     ) -> ElasticBody:
         """Body from a file or a mesh.
 
@@ -344,13 +365,15 @@ class ElasticBody:
             where it turns within one.
         name : str
             For reports and files.
+        linear : bool
+            Whether ready tetrahedra of four nodes stay so; see :class:`ElasticBody`.
         """
         from .mesh_files import read_mesh  # brings trimesh
 
         mesh = read_mesh(
             path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
         )
-        return cls(mesh, material, contact, supports, name)
+        return cls(mesh, material, contact, supports, name, linear)
 
     def named(self, name: str) -> ElasticBody:
         """The same body, with all that is known of it, under another name."""

@@ -96,6 +96,35 @@ class TetraMesh:
         return mesh
 
 
+def quadratic(mesh: TetraMesh) -> TetraMesh:
+    """Linear tetrahedra with nodes in the middle of their straight edges, numbered behind the others.
+
+    A set of nodes gets those between two of its own, on the boundary or in a tetrahedron that is all in it.
+    """
+    pairs = np.sort(mesh.cells[:, np.array(EDGES)], axis=2)
+    edges, which = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
+    which = which.reshape(-1, len(EDGES))
+    n = len(mesh.nodes)
+    faces, counts = np.unique(
+        np.sort(mesh.cells[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]], axis=2).reshape(-1, 3),
+        axis=0,
+        return_counts=True,
+    )
+    outside = faces[counts == 1][:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2)
+    on_boundary = np.isin(edges @ [n, 1], outside @ [n, 1])
+    sets = {}
+    for name, own in mesh.node_sets.items():
+        inside = np.zeros(n, dtype=bool)
+        inside[own] = True
+        solid = np.zeros(len(edges), dtype=bool)
+        solid[which[inside[mesh.cells].all(axis=1)]] = True
+        between = np.flatnonzero(inside[edges].all(axis=1) & (on_boundary | solid))
+        sets[name] = np.concatenate([np.asarray(own, dtype=np.int64), n + between])
+    middles = mesh.nodes[edges].mean(axis=1)
+    cells = np.concatenate([mesh.cells, n + which], axis=1).astype(np.int64)
+    return TetraMesh(np.concatenate([mesh.nodes, middles]), cells, sets)
+
+
 def check_unknowns(tetrahedra: float, *, quadratic: bool = True) -> None:
     """Refuses a mesh before it is made, where factorising it will be refused.
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .check import path_of, positive
 from .files import check_readable
 from .geometry import metres
-from .mesh import EDGES, TetraMesh, check_unknowns
+from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
 from .mesher import gmsh_beside
 
 Array = NDArray[np.float64]
@@ -463,12 +463,3 @@ def _elements(gmsh: Any, kind: int, corners: int) -> tuple[Array, Index]:
     order = np.argsort(tags)
     rows = order[np.searchsorted(tags[order], used)]
     return coordinates.reshape(-1, 3)[rows], cells.reshape(-1, corners).astype(np.int64)
-
-
-def quadratic(mesh: TetraMesh) -> TetraMesh:
-    """Linear tetrahedra with mid-side nodes on their straight edges."""
-    pairs = np.sort(mesh.cells[:, np.array(EDGES)], axis=2).reshape(-1, 2)
-    edges, which = np.unique(pairs, axis=0, return_inverse=True)
-    middles = mesh.nodes[edges].mean(axis=1)
-    cells = np.concatenate([mesh.cells, len(mesh.nodes) + which.reshape(-1, len(EDGES))], axis=1)
-    return TetraMesh(np.concatenate([mesh.nodes, middles]), cells.astype(np.int64))

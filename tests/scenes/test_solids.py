@@ -5,8 +5,7 @@ import pytest
 import trimesh
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
-from mtb_rs.mesh_files import quadratic
+from mtb_rs.mesh import block_mesh, quadratic
 
 steel = mtb.steel
 
@@ -19,7 +18,7 @@ def clamped(mesh, **options):
 
 def test_a_block_from_a_mesh_equals_the_built_in_block():
     x = np.linspace(-0.05, 0.05, 11)
-    body = clamped(block_mesh(x, x, 0.1))
+    body = clamped(block_mesh(x, x, 0.1, clamped=True))
     scene = mtb.Scene(upper=body, lower=steel, spacing=1e-2, friction=0.5, magnetic_pressure=3e6)
     general = scene.solve()
     built_in = mtb.scenes.block_on_plane(spacing=1e-2).solve(model="elastic-upper")
@@ -297,23 +296,60 @@ def test_a_steep_contact_is_told():
     np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
 
 
-def test_elements_that_lock_are_told():
+def test_linear_tetrahedra_become_quadratic_unless_wanted():
     x = np.linspace(-0.02, 0.02, 9)
     fine = block_mesh(x, x, 0.02)
     coarse = mtb.TetraMesh(*corners_only(fine))
     held = [mtb.Support("top", x=0, y=0, z=mtb.Guide(-5e3))]
 
-    def sinks(mesh, ratio):
-        body = mtb.ElasticBody(mesh, mtb.Material(5e6, ratio), "bottom", held, "pad")
+    def sinks(mesh, ratio, *, linear=False):
+        body = mtb.ElasticBody(mesh, mtb.Material(5e6, ratio), "bottom", held, "pad", linear)
         result = mtb.Scene(body, mtb.Rigid(), spacing=5e-3, friction=0.3).solve()
         return -result.states()["pad"].displacement[2, body.nodes_at("top", "top")].mean()
 
-    assert sinks(coarse, 0.3) == pytest.approx(sinks(fine, 0.3), rel=0.1)
-    with pytest.warns(
-        UserWarning, match=r"pad has tetrahedra of four nodes and poisson_ratio = 0\.4999: above 0"
-    ):
-        locked = sinks(coarse, 0.4999)
+    for ratio in (0.3, 0.44, 0.4999):
+        assert sinks(coarse, ratio) == pytest.approx(sinks(fine, ratio), rel=1e-8)
+    with pytest.warns(UserWarning, match=r"pad keeps tetrahedra of four nodes .*without linear=True"):
+        assert sinks(coarse, 0.44, linear=True) < 0.98 * sinks(fine, 0.44)
+    with pytest.warns(UserWarning, match=r"above poisson_ratio = 0\.45 they lock \(it is 0\.4999\)"):
+        locked = sinks(coarse, 0.4999, linear=True)
     assert locked < 0.5 * sinks(fine, 0.4999)
+
+
+def test_a_bent_arm_of_linear_tetrahedra_bends_as_a_beam(tmp_path):
+    """Through every door; sets of nodes get the new nodes between their own."""
+    meshio = pytest.importorskip("meshio")
+    length, side = 0.1, 0.01
+    mesh = block_mesh(np.linspace(0.0, length, 21), np.linspace(0.0, side, 3), side, quadratic=False)
+    path = tmp_path / "arm.vtu"
+    meshio.Mesh(mesh.nodes, [("tetra", mesh.cells)]).write(path)
+    held = [mtb.Support("rear", x=0, y=0, z=0), mtb.Support("front", z=1e-6)]
+    bodies = [
+        mtb.ElasticBody(mesh, mtb.steel, "bottom", held, "arm"),
+        mtb.ElasticBody.from_mesh(mesh, mtb.steel, "m", "bottom", held, name="arm"),
+        mtb.ElasticBody.from_mesh(
+            path,
+            mtb.steel,
+            "m",
+            "bottom",
+            [
+                mtb.Support(lambda p: p[:, 0] < 1e-9, x=0, y=0, z=0),
+                mtb.Support(lambda p: p[:, 0] > length - 1e-9, z=1e-6),
+            ],
+        ),
+    ]
+    beam = 3.0 * mtb.steel.young_modulus * side**4 / 12.0 / length**3 * 1e-6
+    for body in bodies:
+        assert body.mesh.is_quadratic
+        free = np.zeros((3, len(body.mesh.nodes)))
+        u = body.core.solve(free, body.case_values, np.zeros((0, 9)), np.zeros(0))
+        forces = body.core.reactions(u, free, (0.0, 0.0, 0.0))[0]
+        assert forces[1][2] == pytest.approx(beam, rel=0.03)
+    with pytest.warns(UserWarning, match="linear=True"):
+        stiff = mtb.ElasticBody(mesh, mtb.steel, "bottom", held, "arm", linear=True)
+    free = np.zeros((3, len(stiff.mesh.nodes)))
+    u = stiff.core.solve(free, stiff.case_values, np.zeros((0, 9)), np.zeros(0))
+    assert stiff.core.reactions(u, free, (0.0, 0.0, 0.0))[0][1][2] > 1.2 * beam
 
 
 def test_a_chamfer_within_the_contact_face_is_told():
