@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
@@ -24,6 +25,7 @@ from .layout import FieldLayout, ParaboloidLayout, centred
 from .plain import plain
 from .report import Report
 from .result import Patch, Result
+from .solids import BodyLayout
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -102,10 +104,10 @@ def chart(
     assert scene.layout is not None
     started = time.perf_counter()
     spacings = _spacings(scene)
-    fullest = [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)][-1]
+    fullest = _models(scene)[-1]
     exact = closed_form(scene)
     convolved = None
-    if _uncoupled(scene) and _one_grid(scene):
+    if scene.own_model is None and _uncoupled(scene) and _one_grid(scene):
         convolved = _by_convolution(scene)
     points: list[ChartPoint] = []
     if exact is None:
@@ -114,6 +116,8 @@ def chart(
             solve, name, ladder = convolved, "half-space, FFT", _spacings(scene, LARGEST_BY_CONVOLUTION)
         reference, error, tried = _fine(scene, name, solve, ladder, 0.4 * budget, progress)
         words = f"{name}, {tried.unknowns} points"
+        if scene.own_model is not None:
+            words += ", on the meshes as they are"
         points.append(tried)
     else:
         reference, error, words = exact, 0.0, "closed form"
@@ -137,6 +141,13 @@ def chart(
         reference_error=error,
         quantity=quantity,
     )
+
+
+def _models(scene: Scene) -> list[str]:
+    """The models that a scene has, the fullest last."""
+    if scene.own_model is not None:
+        return [scene.own_model]
+    return [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)]
 
 
 def _admits(scene: Scene, model: str) -> bool:
@@ -169,9 +180,12 @@ def _spacings(scene: Scene, largest: int = LARGEST) -> list[Spacing]:
         if last[0] * last[1] > 1.1 * largest * spacing[0] * spacing[1]:
             break
         try:
-            patches = scene.layout.sheet(spacing).patches
+            sheet = scene.layout.sheet(spacing)
         except ValueError:
             continue
+        patches = sheet.patches
+        if isinstance(scene.layout, BodyLayout) and scene.layout.is_coarser_than(sheet.spacing):
+            break
         sizes = tuple(n for p in patches for n in (p.nx, p.ny))
         count = sum(p.nx * p.ny for p in patches)
         last = (count, spacing[0] * spacing[1])
@@ -191,7 +205,9 @@ def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
     axes = [(p, *p.axes()) for p in result.patches]
     hats = None
     if points is sheet.nodes and result.coefficients is not None:
-        hats = result.coefficients[2]
+        hats = np.zeros(result.area.size)
+        # beside a body there are no unknowns
+        hats[result.area.ravel() > 0.0] = result.coefficients[2]
     return Fields(
         axes,
         result.pressure.ravel(),
@@ -300,29 +316,36 @@ class _Way:
 def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
     rubs = _rubs(scene)
     smooth = scene.with_(friction=0.0)
-    found = [_Way("half-space, direct", _by_model(scene, "half-space"))]
-    if rubs and not _uncoupled(scene):
-        found.append(_Way("half-space, frictionless", _by_model(smooth, "half-space")))
-    if convolved is not None:
-        own = [s for s in _spacings(scene, LARGEST_BY_CONVOLUTION) if s[0] * s[1] > finer]
-        found.append(_Way("half-space, FFT", convolved, spacings=own))
-    if scene.approach is None and scene.moments is None:
-        found.append(_Way("half-space, incremental", _by_model(scene, "half-space", method="incremental")))
-    for model in ("elastic-upper", "elastic-both"):
-        if not _admits(scene, model):
+    found: list[_Way] = []
+    if scene.own_model is None:
+        found += _half_spaces(scene, smooth, convolved, finer)
+    for model in _models(scene):
+        if model == "half-space":
             continue
         solve = _by_model(scene, model)
         found.append(_Way(f"{model}, direct", solve, fresh=True))
         found.append(_Way(f"{model}, further loads", solve, warmed=True))
-        if model == "elastic-upper":
-            if rubs:
-                found.append(_Way(f"{model}, frictionless", _by_model(smooth, model), fresh=True))
+        if rubs and model != "elastic-both":
+            found.append(_Way(f"{model}, frictionless", _by_model(smooth, model), fresh=True))
+        if model == "elastic-upper" and scene.own_model is None:
             loop = _by_model(scene, model, method="staggered", max_iterations=200)
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
     if scene.layout is not None and scene.layout.start is not None:
         found.append(
             _Way("auto, spacing free (tolerance)", _by_tolerance(scene), fresh=True, tolerances=TOLERANCES)
         )
+    return found
+
+
+def _half_spaces(scene: Scene, smooth: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
+    found = [_Way("half-space, direct", _by_model(scene, "half-space"))]
+    if _rubs(scene) and not _uncoupled(scene):
+        found.append(_Way("half-space, frictionless", _by_model(smooth, "half-space")))
+    if convolved is not None:
+        own = [s for s in _spacings(scene, LARGEST_BY_CONVOLUTION) if s[0] * s[1] > finer]
+        found.append(_Way("half-space, FFT", convolved, spacings=own))
+    if scene.approach is None and scene.moments is None:
+        found.append(_Way("half-space, incremental", _by_model(scene, "half-space", method="incremental")))
     return found
 
 
@@ -367,7 +390,10 @@ def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
 
 def _by_model(scene: Scene, model: str, **options: Any) -> Solve:
     def solve(spacing: Spacing) -> tuple[Fields, Report]:
-        result = scene.with_(spacing=spacing).solve(model, **options)
+        with warnings.catch_warnings():
+            # cells are too wide on purpose here, and what that makes of the result is what the chart shows
+            warnings.simplefilter("ignore", UserWarning)
+            result = scene.on_cells(spacing).solve(model, **options)
         return fields_of(scene, result, spacing), result.report
 
     return solve

@@ -723,7 +723,18 @@ class Scene:
             return spec
         assert self.layout is not None
         own = self.layout.sheet(self._pair)
-        return _carried(spec, patches, (own.patches, own.node_patches))
+        return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
+
+    def on_cells(self, spacing: tuple[float, float]) -> Scene:
+        """The same scene on other cells, to which fields given on its own grid are carried."""
+        assert self.layout is not None
+        changes: dict[str, Any] = {"spacing": spacing}
+        fields = {name: getattr(self, name) for name in ("friction", "magnetic_pressure")}
+        if any(map(_has_arrays, fields.values())):
+            own, other = self.layout.sheet(self._pair), self.layout.sheet(spacing)
+            choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
+            changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
+        return self.with_(**changes)
 
     def _pressed(self, upper: Side, sheet: ContactSheet, loads: dict[str, Any]) -> Side:
         """The upper body free to approach, each patch on its own, under its share of the load."""
@@ -856,29 +867,33 @@ def _has_arrays(spec: Any) -> bool:
     return isinstance(spec, np.ndarray) and spec.ndim > 0
 
 
-def _carried(spec: Any, to: tuple[Patch, ...], given: Sequence[tuple[Patch, ...]]) -> Any:
-    """Arrays over one of the `given` grids at the nearest points of the grids `to`; all else as it is."""
+def _carried(spec: Any, choices: Sequence[tuple[tuple[Patch, ...], tuple[Patch, ...]]]) -> Any:
+    """Arrays over the first grids that they fit at the nearest points of others; all else as it is.
+
+    Parameters
+    ----------
+    choices : sequence of (grids, others)
+    """
     if isinstance(spec, VelocityTable):
-        return VelocityTable(spec.velocity, [_carried(value, to, given) for value in spec.value])
-    if isinstance(spec, (list, tuple)) and len(spec) == len(to) > 1:
-        own = [[(replace(grids[k], start=0),) for grids in given] for k in range(len(to))]
-        return [
-            _carried(part, (replace(patch, start=0),), choices)
-            for part, patch, choices in zip(spec, to, own, strict=True)
+        return VelocityTable(spec.velocity, [_carried(value, choices) for value in spec.value])
+    count = len(choices[0][0])
+    if isinstance(spec, (list, tuple)) and len(spec) == count > 1:
+        own = [
+            [((replace(given[k], start=0),), (replace(to[k], start=0),)) for given, to in choices]
+            for k in range(count)
         ]
+        return [_carried(part, pairs) for part, pairs in zip(spec, own, strict=True)]
     if not isinstance(spec, (list, tuple, np.ndarray)):
         return spec
     try:
         values = reals("values on a grid", spec)
     except ValueError:  # for the field to name
         return spec
-    if values.ndim == 0 or fits(values, to):
+    found = next(((given, to) for given, to in choices if fits(values, given)), None)
+    if values.ndim == 0 or found is None:
         return spec
-    found = next((grids for grids in given if fits(values, grids)), None)
-    if found is None:
-        return spec
-    carried = np.empty(sum(patch.nx * patch.ny for patch in to))
-    for here, patch in zip(to, found, strict=True):
+    carried = np.empty(sum(patch.nx * patch.ny for patch in found[1]))
+    for patch, here in zip(*found, strict=True):
         rows = np.minimum(((np.arange(here.ny) + 0.5) * patch.ny / here.ny).astype(int), patch.ny - 1)
         columns = np.minimum(((np.arange(here.nx) + 0.5) * patch.nx / here.nx).astype(int), patch.nx - 1)
         carried[_cut(here)] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()

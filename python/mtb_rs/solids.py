@@ -137,6 +137,11 @@ class BodyLayout:
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
         return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
 
+    def is_coarser_than(self, spacing: Spacing) -> bool:
+        """Whether the mesh of a body is too coarse for cells of `spacing` (dx, dy) [m]."""
+        bodies = [self.body] if self.opponent is None else [self.body, self.opponent]
+        return any(_coarse(body, spacing) for body in bodies)
+
     def level(self) -> float:
         """Height of the sheet [m]: the end of the face."""
         z = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces]), 2]

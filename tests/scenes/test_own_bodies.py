@@ -266,3 +266,37 @@ def test_models_are_named_as_results_name_them() -> None:
     ready = mtb.scenes.block_on_plane(spacing=2e-2)
     with pytest.raises(ValueError, match="model is 'elastic-lower': this scene has no geometry"):
         ready.solve("elastic-lower")
+
+
+@pytest.mark.parametrize(
+    ("upper", "lower", "friction"), [("driven", "half-space", "number"), ("half-space", "clamped", "field")]
+)
+def test_a_chart_has_all_grids_that_the_mesh_is_fine_enough_for(
+    upper: str, lower: str, friction: str
+) -> None:
+    scene = scene_of((upper, lower, "force", friction, "upper", (1.0, 0.0)))
+    chart = scene.chart(budget=4.0, repeats=1)
+    assert "on the meshes as they are" in chart.reference
+    points = [p for p in chart.points if not p.is_reference]
+    name = scene.own_model
+    assert {f"{name}, direct", f"{name}, further loads"} <= {p.series for p in points}
+    # none is finer than the nodes of the mesh allow, and all are of this scene
+    nodes = 0.08 / 12, 0.04 / 8
+    assert all(p.spacing**2 * 1.5**2 >= nodes[0] * nodes[1] for p in chart.points)
+    assert not any(p.failure for p in points)
+    own = [p for p in points if p.unknowns == 35 and "frictionless" not in p.series]
+    assert own
+    assert all(p.errors["pressure"] < 0.1 and p.errors["force"] < 1e-2 for p in own)
+    assert not any("half-space" in p.series for p in points)
+
+
+def test_a_given_gap_is_thinned_on_wider_cells() -> None:
+    """Its means over the hats: of a linear one the same line, but for the border."""
+    line = np.broadcast_to(1e-6 * np.linspace(0.0, 1.0, 7), (5, 7)).copy()
+    scene = scene_of(("clamped", "half-space", "approach", "number", "upper", (1.0, 0.0)))
+    tapered = scene.with_(gap=line)
+    wide = tapered.with_(spacing=(2 * STEP[0], 2 * STEP[1])).solve()
+    np.testing.assert_allclose(wide.initial_gap[:, 1:-1], line[::2, 2:-2:2], rtol=1e-9)
+    assert wide.normal_force == pytest.approx(tapered.solve().normal_force, rel=0.05)
+    with pytest.raises(ValueError, match=r"the gap is given on 6 x 4 cells"):
+        tapered.with_(spacing=(STEP[0] / 2, STEP[1] / 2)).solve()
