@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -358,6 +359,24 @@ class Averages:
     frames: Array
     overlap: Array
     places: Array
+
+    @cached_property
+    def rows(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], Array]:
+        """The overlap where it is not zero: the first entry of each row, rows, columns, values."""
+        row, column = np.nonzero(self.overlap)
+        start = np.searchsorted(row, np.arange(self.overlap.shape[0]))
+        return start, row, column, self.overlap[row, column]
+
+    def means(self, coefficients: Array, area: Array) -> Array:
+        """Mean tractions (3, n) [Pa] over the contact points; see :func:`mtb_rs.solve.mean_tractions`."""
+        start, row, column, share = self.rows
+        closed = coefficients[2] > 0.0
+        # what the points in contact do not share out among themselves they keep
+        shared = np.bincount(column, share * np.where(closed, area, 0.0)[row], area.size)
+        mean = np.add.reduceat(coefficients[:, column] * share, start, axis=1)
+        mean += coefficients * (1.0 - shared / area)
+        mean[:, ~closed] = 0.0
+        return np.asarray(mean)
 
 
 def averages(parts: Sequence[ElasticPart]) -> Averages:

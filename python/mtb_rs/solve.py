@@ -491,14 +491,7 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
     """
     if problem.averages is None:
         return coefficients
-    overlap = problem.averages.overlap
-    open_ = coefficients[2] <= 0.0
-    area = problem.area
-    # what the points in contact do not share out among themselves they keep
-    lost = 1.0 - (np.where(open_, 0.0, area) @ overlap) / area
-    mean: Array = coefficients @ overlap.T + coefficients * lost
-    mean[:, open_] = 0.0
-    return mean
+    return problem.averages.means(coefficients, problem.area)
 
 
 def _resultants(problem: ContactProblem, coefficients: Array) -> Array:

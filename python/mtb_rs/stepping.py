@@ -528,7 +528,8 @@ def prepare(
     mean, means = unit, None
     if problem.averages is not None:
         mean = list(problem.averages.frames)
-        means = _rows(problem.averages.overlap)
+        start, row, column, share = problem.averages.rows
+        means = [*start.tolist(), row.size], column.tolist(), np.ascontiguousarray(share)
     core = _mtb_rs.PreparedContact(
         problem.lower.compliance,
         problem.upper.compliance,
@@ -632,10 +633,3 @@ def _parts(spec: Any) -> list[Any]:
     if isinstance(spec, VelocityTable):
         return [spec, *(inner for part in spec.value for inner in _parts(part))]
     return [spec]
-
-
-def _rows(overlap: Array) -> tuple[list[int], list[int], Array]:
-    """A matrix by rows: first entry of each, columns, values."""
-    row, column = np.nonzero(overlap)
-    start = np.searchsorted(row, np.arange(overlap.shape[0] + 1))
-    return start.tolist(), column.tolist(), np.ascontiguousarray(overlap[row, column])
