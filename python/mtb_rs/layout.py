@@ -10,7 +10,16 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import ContactSheet, PoleShoe, SheetPoints, WheelRailGap, place_wheel, wheel_on_rail_gap
+from .geometry import (
+    ContactSheet,
+    PoleShoe,
+    Profile,
+    SheetPoints,
+    WheelRailGap,
+    as_profile,
+    place_wheel,
+    wheel_on_rail_gap,
+)
 from .plain import plain
 from .result import Patch, Surface
 
@@ -326,13 +335,48 @@ class WheelLayout:
         return flat_sheet(cells, flat_points(x, y, corner), nx, ny, place.spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:
-        """Rail and wheel around the contact, both as they stand apart from the contact plane."""
-        place = self.placement
-        flat = np.zeros_like(place.gap)
-        return (
-            height_surface("lower", place.x, place.y, flat),
-            height_surface("upper", place.x, place.y, place.gap),
+        """The surfaces of rail and wheel around the contact, as layers, just touching each other."""
+        given, place = dict(self.arguments), self.placement
+        rail, wheel = as_profile(given["rail"]), as_profile(given["wheel"])
+        reach = 1.3 * max(float(np.abs(place.x).max()), float(np.abs(place.y).max()))
+        along = np.linspace(-reach, reach, 41)
+
+        across = _around(rail, place.rail_position, reach)
+        head = np.array([across, rail.height(across)])
+        cos, sin = np.cos(given["rail_inclination"]), np.sin(given["rail_inclination"])
+        turned = np.array([[cos, -sin], [sin, cos]]) @ head
+        at = np.array([[cos, -sin], [sin, cos]]) @ [
+            place.rail_position,
+            float(rail.height(place.rail_position)),
+        ]
+        head = turned + (place.position[1:] - at)[:, None]
+        foot = head - np.array([[0.0], [0.3 * reach]])
+        lower = prism_surface("lower", np.concatenate([head, foot[:, ::-1]], axis=1), along)
+
+        across = _around(wheel, place.wheel_position, 0.8 * reach)
+        tape = 0.5 * given["flange_back"] + given["tape_circle"] + given["lateral"]
+        radius = given["wheel_radius"] - wheel.height(across)
+        ring = np.array(
+            [np.append(across, across[::-1]) + tape, np.append(radius, radius[::-1] - 0.3 * reach)]
         )
+        tyre = prism_surface("upper", ring, along / given["wheel_radius"])
+        angle, station, size = tyre.vertices
+        axle = given["wheel_radius"] + place.undeformed_height
+        upper = np.stack([size * np.sin(angle), station, axle - size * np.cos(angle)])
+
+        def seen(vertices: Array) -> Array:
+            return np.asarray(place.rotation.T @ (vertices - place.position[:, None]))
+
+        return (
+            Surface("lower rail", seen(lower.vertices), lower.triangles),
+            Surface("upper wheel", seen(upper), tyre.triangles),
+        )
+
+
+def _around(profile: Profile, position: float, reach: float) -> Array:
+    """Places on a profile within `reach` of a position."""
+    start, end = profile.range
+    return np.linspace(max(start, position - reach), min(end, position + reach), 81)
 
 
 def height_surface(name: str, x: Array, y: Array, z: Array) -> Surface:

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
@@ -218,13 +219,68 @@ def plot_side_by_side(
     if options.get("limits") is None:
         given = {"kind": kind, **options} if kind else options
         options["limits"] = _shared_limits(results, quantity, given)
-    figure = ResultFigure(figsize=(6.6 * len(results), 6.0), dpi=150, layout="constrained")
-    panels = figure.subplots(1, len(results), squeeze=False)[0]
-    for axes, result, name in zip(panels, results, names, strict=True):
-        plot(result, quantity, kind, ax=axes, **options)
-        drawn = axes.get_title(loc="left")
-        axes.set_title(f"{name}\n{drawn}", loc="left", fontsize=9.5, color=INK)
+    if kind == "line" or options.get("y") is not None:
+        figure = ResultFigure(figsize=(7.2, 3.6 * len(results)), dpi=150, layout="constrained")
+        panels = figure.subplots(len(results), 1, squeeze=False)[:, 0]
+        for axes, result, name in zip(panels, results, names, strict=True):
+            plot(result, quantity, kind, ax=axes, **options)
+            axes.set_title(f"{name}: {axes.get_title(loc='left')}", loc="left", fontsize=9.5, color=INK)
+        return figure
+    return _maps_side_by_side(results, names, quantity, options.get("body", "lower"), options["limits"])
+
+
+def _maps_side_by_side(
+    results: Sequence[Pictured], names: Sequence[str], quantity: str, body: Body, limits: Limits | None
+) -> Figure:
+    """Maps that show as much of the plane each, so that the patches compare, with one colour bar."""
+    asked = quantity_of(results[0], quantity)
+    boxes = []
+    for result in results:
+        points = flat(result, result.points)[:2, flat(result, result.status) > 0] / MILLIMETRE
+        boxes.append((points.min(axis=1), points.max(axis=1)))
+    # a margin of a tenth, or of a millimetre
+    half = np.array([0.5 * np.ptp(box, axis=0) for box in boxes]).max(axis=0)
+    half += np.maximum(0.15 * half, 1.0)
+    columns = 1 if half[0] > 2.0 * half[1] else min(2, len(results))
+    rows = -(-len(results) // columns)
+    width = (7.2 - 1.0) / columns - 0.7
+    height = width * half[1] / half[0] + 1.0
+    figure = ResultFigure(figsize=(7.2, rows * height + 0.2), dpi=150, layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, result, name, (low, high) in zip(panels, results, names, boxes, strict=False):
+        draw_map(result, quantity, body, limits, axes, panel=True)
+        # nothing touches beyond the grid either
+        axes.set_facecolor(OPEN_COLOUR if quantity != "status" else STATUS_COLOURS[0])
+        middle = 0.5 * (low + high)
+        axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
+        axes.set_ylim(middle[1] - half[1], middle[1] + half[1])
+        told = "" if quantity == "status" else f"\n{axes.get_title(loc='left')}"
+        axes.set_title(name + told, loc="left", fontsize=9.5, color=INK)
+    for axes in panels[len(results) :]:
+        axes.set_axis_off()
+    if quantity == "status":
+        present = np.unique(np.concatenate([np.ravel(result.status) for result in results]))
+        handles = _status_swatches(present)
+        figure.legend(handles=handles, loc="outside upper right", ncols=3, frameon=False, fontsize=9)
+    else:
+        everything = np.concatenate([asked.values(result, body)[result.status > 0] for result in results])
+        scale = colour_scale(everything, asked, limits)
+        drawn = ScalarMappable(scale.norm, scale.colours)
+        _colour_bar(figure, drawn, list(panels), f"{asked.label} [{scale.unit}]", scale.extend)
     return figure
+
+
+def _status_swatches(present: Iterable[int]) -> list[Swatch]:
+    return [
+        Swatch(facecolor=STATUS_COLOURS[c], edgecolor=INK, lw=0.5, label=STATUS_NAMES[c]) for c in present
+    ]
+
+
+def _colour_bar(figure: Figure, drawn: Any, axes: Any, label: str, extend: str) -> None:
+    bar = figure.colorbar(drawn, ax=axes, extend=extend, shrink=0.9, aspect=28, pad=0.02)
+    bar.set_label(label, color=INK)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(labelsize=8.5, colors=INK)
 
 
 def animate(
@@ -298,8 +354,19 @@ def _shared_limits(history: Sequence[Pictured], quantity: str, options: dict[str
     return (low, high) if low < high else None
 
 
-def draw_map(result: Pictured, quantity: str, body: Body, limits: Limits | None, ax: Axes | None) -> Figure:
-    """The quantity over all patches, seen from above, on one colour scale."""
+def draw_map(
+    result: Pictured,
+    quantity: str,
+    body: Body,
+    limits: Limits | None,
+    ax: Axes | None,
+    *,
+    panel: bool = False,
+) -> Figure:
+    """The quantity over all patches, seen from above, on one colour scale.
+
+    A `panel` of several leaves the key to the colours and the direction of friction to the whole.
+    """
     asked = quantity_of(result, quantity)
     grids = patches(result)
     x, y = flat(result, result.points)[:2]
@@ -328,7 +395,8 @@ def draw_map(result: Pictured, quantity: str, body: Body, limits: Limits | None,
         drawn = ax.pcolormesh(*edges, field, **style)
         if quantity != "status":
             _outline(ax, edges, patch.view(closed))
-        ax.plot(*_border(edges), color="#9A9A9A", linewidth=0.8)
+        if not panel:
+            ax.plot(*_border(edges), color="#9A9A9A", linewidth=0.8)
     if not grids:
         drawn = _scattered(
             ax, x / MILLIMETRE, y / MILLIMETRE, np.ma.masked_where(~shown, values / factor), style
@@ -338,26 +406,23 @@ def draw_map(result: Pictured, quantity: str, body: Body, limits: Limits | None,
     ax.set_xlabel("x [mm]")
     ax.set_ylabel("y [mm]")
     _style(ax)
-    if quantity == "status":
-        present = [code for code in (0, 1, 2) if np.any(values == code)]
-        handles = [
-            Swatch(facecolor=STATUS_COLOURS[c], edgecolor=INK, lw=0.5, label=STATUS_NAMES[c]) for c in present
-        ]
+    if panel:
+        pass
+    elif quantity == "status":
+        handles = _status_swatches(code for code in (0, 1, 2) if np.any(values == code))
         ax.legend(
             handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, fontsize=9
         )
     elif drawn is not None:
-        bar = figure.colorbar(drawn, ax=ax, extend=extend, shrink=0.9, aspect=28, pad=0.02)
-        bar.set_label(f"{asked.label} [{unit}]", color=INK)
-        bar.outline.set_visible(False)
-        bar.ax.tick_params(labelsize=8.5, colors=INK)
+        _colour_bar(figure, drawn, ax, f"{asked.label} [{unit}]", extend)
     ax.set_title(
         _title(_label(asked, body), values[shown] / factor, unit), loc="left", fontsize=10.5, color=INK
     )
     if hasattr(result, "traction"):
         if quantity in ("traction", "slip"):
             _arrows(ax, result, getattr(result, asked.source))
-        _friction_arrow(figure, ax, result)
+        if not panel:
+            _friction_arrow(figure, ax, result)
     return figure
 
 

@@ -454,6 +454,9 @@ def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale:
 
 
 def _is_upper(surface: Surface, contact: Array) -> bool:
+    for side in ("upper", "lower"):
+        if surface.name.startswith(side):
+            return side == "upper"
     z = surface.vertices[2]
     return bool(z.max() - contact[2].max() > contact[2].min() - z.min())
 

@@ -226,13 +226,14 @@ class WheelStep:
     report: WheelReport
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """All patches side by side on one scale, each in its own frame; see :func:`mtb_rs.plot.plot`."""
+        """All patches on one scale of colours and of length, each in its own frame: x along the rail; see
+        :func:`mtb_rs.plot.plot`."""
         from .plot import plot_side_by_side
 
         if not self.patches:
             raise ValueError("the wheels are lifted: there is no patch to draw")
         names = [
-            f"{p.side} wheel, {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
+            f"{p.side} wheel, plane at {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
             for p in self.patches
         ]
         return plot_side_by_side([p._picture() for p in self.patches], names, quantity, kind, **options)
