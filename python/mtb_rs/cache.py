@@ -62,6 +62,16 @@ _lock = Lock()
 _on_disk = True
 
 
+def _renew_lock() -> None:
+    """Another thread may have held the lock when the process was forked."""
+    global _lock
+    _lock = Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
 @contextlib.contextmanager
 def memory_only() -> Iterator[None]:
     """Leaves the folder alone, so that what is built takes the time it takes."""

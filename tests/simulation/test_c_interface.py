@@ -140,6 +140,86 @@ def test_a_program_that_runs_on_wheels(compiled, library, wheels, contact, tmp_p
     assert "no prepared wheels: it does not begin as one" in wrong.stderr
 
 
+#: A host that gives its handles back when the locals of the thread are gone: at exit, and when a thread ends.
+LATE = """
+#include <pthread.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+#include "mtb.h"
+
+static uint64_t contact, wheels;
+static pthread_key_t keys[2];
+static int freed;
+
+static void check(int good, const char *what) {
+    if (good) return;
+    fprintf(stderr, "%s: %s\\n", what, mtb_last_error_message());
+    _exit(3);
+}
+
+/* every call that needs no file, once all locals are gone */
+static void use(uint64_t contact, uint64_t wheels) {
+    uint64_t n, motions, copy;
+    double state[1];
+    check(mtb_contact_size(contact, &n, &motions) == MTB_STATUS_OK && n > 0, "size");
+    check(mtb_contact_copy(contact, &copy) == MTB_STATUS_OK, "copy");
+    check(mtb_contact_free(copy) == MTB_STATUS_OK, "free copy");
+    check(mtb_contact_state(contact, 1, state) == MTB_STATUS_BAD_ARGUMENT, "state");
+    check(mtb_wheels_state_size(wheels, &n) == MTB_STATUS_OK, "state size");
+    check(mtb_contact_free(contact) == MTB_STATUS_OK, "free");
+    check(mtb_wheels_free(wheels) == MTB_STATUS_OK, "free wheels");
+    check(mtb_contact_free(contact) == MTB_STATUS_BAD_ARGUMENT, "free again");
+    check(mtb_last_error_message() != NULL, "message");
+}
+
+static void at_exit(void) { use(contact, wheels); }
+
+/* the last rounds of destructors run after the library's own */
+static void at_end(void *round) {
+    uintptr_t left = (uintptr_t)round;
+    if (left > 1) {
+        pthread_setspecific(keys[0], (void *)(left - 1));
+        return;
+    }
+    uint64_t own, rolling;
+    check(mtb_contact_copy(contact, &own) == MTB_STATUS_OK, "copy");
+    check(mtb_wheels_copy(wheels, &rolling) == MTB_STATUS_OK, "copy wheels");
+    use(own, rolling);
+    freed = 1;
+}
+
+static void *thread(void *unused) {
+    pthread_setspecific(keys[0], (void *)(uintptr_t)3);
+    check(mtb_contact_free(999) == MTB_STATUS_BAD_ARGUMENT, "a message for this thread");
+    return unused;
+}
+
+int main(int count, char **arguments) {
+    (void)count;
+    atexit(at_exit);
+    pthread_key_create(&keys[0], at_end);
+    check(mtb_contact_load(arguments[1], &contact) == MTB_STATUS_OK, "load");
+    check(mtb_wheels_load(arguments[2], &wheels) == MTB_STATUS_OK, "load wheels");
+    pthread_t worker;
+    pthread_create(&worker, NULL, thread, NULL);
+    pthread_join(worker, NULL);
+    return freed ? 0 : 4;
+}
+"""
+
+
+def test_handles_are_freed_after_the_locals_of_the_thread_are_gone(library, contact, wheels, tmp_path):
+    source, program = tmp_path / "late.c", tmp_path / "late"
+    source.write_text(LATE)
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-D_POSIX_C_SOURCE=200809L"]
+    places = [f"-I{CAPI / 'include'}", f"-L{library}"]
+    subprocess.run([compiler("gcc"), *flags, str(source), *places, *LINK, "-o", str(program)], check=True)
+    done = run(program, library, contact[1], wheels[1])
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.fixture(scope="session")
 def c(library):
     """The library by ctypes."""

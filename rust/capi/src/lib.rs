@@ -30,7 +30,7 @@ use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
 use mtb_contact::prepared::{Prepared, Pull, Step};
-use mtb_operator::unmonitored;
+use mtb_operator::{ready_workers, unmonitored};
 
 use registry::{CONTACTS, Contact, Last, Registry, Stepped, lock};
 
@@ -87,7 +87,11 @@ thread_local! {
 
 /// Runs the work of a call: no panic leaves, and the message is kept for this thread.
 fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
-    let done = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+    let done = catch_unwind(AssertUnwindSafe(|| {
+        ready_workers();
+        work()
+    }))
+    .unwrap_or_else(|_| {
         Err(Failure(
             MtbStatus::Internal,
             "internal fault; the last step is forgotten".to_owned(),
@@ -97,7 +101,8 @@ fn call(work: impl FnOnce() -> Result<(), Failure>) -> MtbStatus {
         Ok(()) => (MtbStatus::Ok, String::new()),
         Err(Failure(status, message)) => (status, message),
     };
-    MESSAGE.with(|kept| *kept.borrow_mut() = CString::new(message).unwrap_or_default());
+    // a thread that ends has lost its message before the last of its own calls: the status stands alone
+    let _ = MESSAGE.try_with(|kept| *kept.borrow_mut() = CString::new(message).unwrap_or_default());
     status
 }
 
@@ -190,7 +195,9 @@ pub extern "C" fn mtb_version() -> *const c_char {
 /// Why the last call on this thread failed; empty if it did not. Valid until the next call on this thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn mtb_last_error_message() -> *const c_char {
-    MESSAGE.with(|kept| kept.borrow().as_ptr())
+    MESSAGE
+        .try_with(|kept| kept.borrow().as_ptr())
+        .unwrap_or_else(|_| c"the thread has ended: its message is gone".as_ptr())
 }
 
 /// Reads a contact that Python's `PreparedContact.save` wrote.

@@ -26,7 +26,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use mtb_contact::prepared::{Prepared, PreparedContact, Pull, Step};
-use mtb_operator::unmonitored;
+use mtb_operator::{ready_workers, unmonitored};
 use percent_encoding::percent_decode_str;
 
 use variables::{INPUTS, OUTPUTS, Values};
@@ -157,7 +157,11 @@ fn call(unit: *mut Unit, work: impl FnOnce(&mut Unit) -> Result<(), Failure>) ->
     let Some(unit) = (unsafe { unit.as_mut() }) else {
         return ERROR;
     };
-    let done = catch_unwind(AssertUnwindSafe(|| work(unit))).unwrap_or_else(|_| {
+    let done = catch_unwind(AssertUnwindSafe(|| {
+        ready_workers();
+        work(unit)
+    }))
+    .unwrap_or_else(|_| {
         unit.forget();
         Err(Failure::error(
             "internal fault; the contact forgets its last step",

@@ -2,7 +2,7 @@
 //!
 //! **What.** [`LinearOperator`] (a square map on `f64` vectors), [`Compliance`] (traction in,
 //! displacement out, component by component), and the ways to build them: dense matrices, Fourier
-//! convolutions on regular grids, sums of bodies.
+//! convolutions on regular grids, sums of bodies; [`dense`] factors that can be interrupted.
 //!
 //! **Not here.** No mechanics, no geometry, no contact conditions.
 //!
@@ -16,6 +16,7 @@
 
 mod compliance;
 mod convolution;
+pub mod dense;
 mod error;
 mod folded;
 mod fourier;
@@ -36,7 +37,7 @@ pub use linear::LinearOperator;
 pub use monitor::{Monitor, Progress, unmonitored};
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
-pub use workers::reset_workers;
+pub use workers::{ready_workers, reset_workers};
 
 /// The examples of the README.
 #[cfg(doctest)]

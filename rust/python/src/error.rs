@@ -1,11 +1,12 @@
 //! The edge: errors of the crates become Python exceptions here, and here only.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt::Display;
 use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
-use mtb_operator::{Monitor, Progress};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use mtb_operator::{Monitor, Progress, ready_workers};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// Bad input: the message of the crate is the message of the `ValueError`.
@@ -13,31 +14,48 @@ pub(crate) fn bad_input(error: &impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// Runs `work` without the interpreter lock; Ctrl-C is looked for whenever the work reports progress.
+/// Runs `work` without the interpreter lock, with workers that live in this process.
+pub(crate) fn apart<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
+    #[allow(clippy::disallowed_methods, reason = "the one door")]
+    py.detach(|| {
+        ready_workers();
+        work()
+    })
+}
+
+/// Time between two looks for a signal: what the eye takes for at once, and far more than a look costs.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Runs `work` as [`apart`] does; Ctrl-C is looked for when the work reports progress.
 pub(crate) fn enter<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce(Monitor<'_>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    let (result, signal) = py.detach(move || {
+    let (result, signal) = apart(py, move || {
         let signal: RefCell<Option<PyErr>> = RefCell::new(None);
-        let monitor =
-            |_: Progress| match Python::attach(|py| -> PyResult<()> { py.check_signals() }) {
+        let looked = Cell::new(Instant::now());
+        let monitor = |_: Progress| {
+            // the lock of the interpreter may be another thread's for milliseconds
+            if looked.get().elapsed() < LOOK {
+                return ControlFlow::Continue(());
+            }
+            let found = Python::attach(Python::check_signals);
+            looked.set(Instant::now());
+            match found {
                 Ok(()) => ControlFlow::Continue(()),
                 Err(error) => {
                     *signal.borrow_mut() = Some(error);
                     ControlFlow::Break(())
                 }
-            };
+            }
+        };
         let result = work(&monitor).map_err(|error| error.to_string());
         (result, signal.into_inner())
     });
     match (result, signal) {
+        // the work may have ended before it heard of the signal
         (_, Some(signal)) => Err(signal),
         (Ok(value), None) => Ok(value),
-        (Err(message), None) if message == INTERRUPTED => Err(PyKeyboardInterrupt::new_err(())),
         (Err(message), None) => Err(PyValueError::new_err(message)),
     }
 }
-
-/// The message every crate uses for its `Interrupted` error.
-const INTERRUPTED: &str = "interrupted";

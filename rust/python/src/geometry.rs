@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::{bad_input, enter};
+use crate::error::{apart, bad_input, enter};
 
 /// A height z(y) of a cross-section; private, use `mtb_rs.geometry.Profile`.
 #[pyclass(frozen, name = "Profile", module = "mtb_rs._mtb_rs")]
@@ -329,7 +329,7 @@ impl PyBodySurface {
         y: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Values<'py>> {
         let (x, y) = (slice(&x)?, slice(&y)?);
-        let heights: Vec<f64> = py.detach(|| {
+        let heights: Vec<f64> = apart(py, || {
             let above = x.iter().zip(y).map(|(&x, &y)| self.0.top(x, y));
             above
                 .map(|hit| hit.map_or(f64::NAN, |hit| hit.distance))

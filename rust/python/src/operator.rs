@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::error::bad_input;
+use crate::error::{apart, bad_input};
 
 /// What a body contributes to a contact: traction in, displacement out, in its own frame
 /// (tangential x, tangential y, into the body).
@@ -46,7 +46,7 @@ impl PyCompliance {
         let (observed, loaded) = (component(observed)?, component(loaded)?);
         let n = self.0.points();
         check_dense(n, 1).map_err(|error| bad_input(&error))?;
-        let matrix = py.detach(|| {
+        let matrix = apart(py, || {
             let mut matrix = vec![0.0; n * n];
             self.0.add_influence(observed, loaded, 1.0, &mut matrix);
             matrix
@@ -62,7 +62,7 @@ impl PyCompliance {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let n = self.0.points();
         let rows = rows3(&traction, n, "traction")?;
-        let field = py.detach(|| displacement(&*self.0, rows));
+        let field = apart(py, || displacement(&*self.0, rows));
         field.concat().into_pyarray(py).reshape([3, n])
     }
 

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::contact::{Pair, flat, rigid_motions, status_name};
-use crate::error::{bad_input, enter};
+use crate::error::{apart, bad_input, enter};
 use crate::operator::{PyCompliance, rows3};
 
 /// A prepared sliding contact with the memory of its last step.
@@ -150,7 +150,7 @@ impl PyPreparedContact {
 
     /// The contact as bytes, checksum included; without the memory of steps.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = py.detach(|| self.prepared.to_bytes());
+        let bytes = apart(py, || self.prepared.to_bytes());
         PyBytes::new(py, &bytes)
     }
 

@@ -1,0 +1,403 @@
+//! Factors of dense matrices, made in place and in pieces, with a look at the monitor between them.
+
+use std::ops::ControlFlow;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{
+    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
+    solve_upper_triangular_in_place,
+};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+
+use crate::monitor::{Monitor, Progress};
+
+/// The monitor asked to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupted;
+
+/// Operations after which the monitor is asked: at most half a second on a slow core.
+pub const WORK_UNWATCHED: f64 = 1e9;
+
+/// Columns of a panel: from here on products run at their full speed.
+const PANEL: usize = 256;
+
+/// Counts operations, and asks the monitor whenever there were enough of them.
+///
+/// Code whose pieces are each below [`WORK_UNWATCHED`] is never unwatched for more than twice that.
+pub struct Watch<'a> {
+    monitor: Monitor<'a>,
+    since: f64,
+    looks: usize,
+}
+
+impl<'a> Watch<'a> {
+    /// Starts to count.
+    pub fn new(monitor: Monitor<'a>) -> Self {
+        Self {
+            monitor,
+            since: 0.0,
+            looks: 0,
+        }
+    }
+
+    /// Counts operations that were made.
+    ///
+    /// # Errors
+    /// [`Interrupted`] if the monitor was asked and wants to stop.
+    pub fn spend(&mut self, operations: f64) -> Result<(), Interrupted> {
+        self.since += operations;
+        if self.since < WORK_UNWATCHED {
+            return Ok(());
+        }
+        self.since = 0.0;
+        self.looks += 1;
+        let progress = Progress {
+            iteration: self.looks,
+            residual: f64::NAN,
+        };
+        match (self.monitor)(progress) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Interrupted),
+        }
+    }
+}
+
+/// How many of `count` parts of `operations` each are one piece.
+fn piece(operations: f64, count: usize) -> usize {
+    ((WORK_UNWATCHED / operations.max(1.0)) as usize).clamp(1, count.max(1))
+}
+
+/// Columns of the panels of a matrix of this size: few enough that one panel is one piece.
+fn panel(n: usize) -> usize {
+    let most = (WORK_UNWATCHED / n.max(1) as f64).sqrt() as usize;
+    most.clamp(8, PANEL)
+}
+
+/// Gauss' factors of a square matrix, with partial pivoting.
+#[derive(Clone, Debug)]
+pub struct Lu {
+    factors: Mat<f64>,
+    order: Vec<usize>,
+    sign: f64,
+}
+
+impl Lu {
+    /// Factorises `matrix` in its own memory, on the threads of `par`.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub fn new(mut matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
+        let n = matrix.nrows();
+        let mut watch = Watch::new(monitor);
+        let width = panel(n);
+        let mut order: Vec<usize> = (0..n).collect();
+        let mut is_odd = false;
+        let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
+            n,
+            width.min(n),
+            par,
+            Spec::default(),
+        ));
+        for start in (0..n).step_by(width) {
+            let (size, rows) = (width.min(n - start), n - start);
+            let (mut forward, mut backward) = (vec![0_usize; rows], vec![0_usize; rows]);
+            let (info, _) = lu_in_place(
+                matrix.as_mut().submatrix_mut(start, start, rows, size),
+                &mut forward,
+                &mut backward,
+                par,
+                MemStack::new(&mut memory),
+                Spec::default(),
+            );
+            is_odd ^= info.transposition_count % 2 == 1;
+            watch.spend((rows * size * size) as f64)?;
+            // the few rows that the panel exchanged, in all other columns
+            let moved: Vec<(usize, usize)> = forward
+                .iter()
+                .enumerate()
+                .filter(|&(to, &from)| to != from)
+                .map(|(to, &from)| (start + to, start + from))
+                .collect();
+            exchange(&mut order, &moved);
+            for column in (0..start).chain(start + size..n) {
+                exchange(matrix.col_as_slice_mut(column), &moved);
+            }
+            watch.spend((moved.len() * (n - size)) as f64)?;
+            let (left, mut right) = matrix.as_mut().split_at_col_mut(start + size);
+            let left = left.rb();
+            let upper = left.submatrix(start, start, size, size);
+            let lower = left.submatrix(start + size, start, rows - size, size);
+            let each = (size * size + 2 * size * (rows - size)) as f64;
+            let columns = right.ncols();
+            let step = piece(each, columns);
+            for first in (0..columns).step_by(step) {
+                let count = step.min(columns - first);
+                let below = right.rb_mut().submatrix_mut(start, first, rows, count);
+                let (mut x, y) = below.split_at_row_mut(size);
+                solve_unit_lower_triangular_in_place(upper, x.rb_mut(), par);
+                matmul(y, Accum::Add, lower, x.rb(), -1.0, par);
+                watch.spend(each * count as f64)?;
+            }
+        }
+        let mut sign = if is_odd { -1.0 } else { 1.0 };
+        for i in 0..n {
+            sign *= matrix[(i, i)].signum();
+        }
+        Ok(Self {
+            factors: matrix,
+            order,
+            sign,
+        })
+    }
+
+    /// Sign of the determinant.
+    pub fn sign(&self) -> f64 {
+        self.sign
+    }
+
+    /// Row of the matrix that each row of the factors came from.
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
+    /// Both factors: `U`, and `L` below its diagonal of ones.
+    pub fn factors(&self) -> MatRef<'_, f64> {
+        self.factors.as_ref()
+    }
+
+    /// The solution for the columns of `rhs`.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub fn solve(
+        &self,
+        rhs: MatRef<'_, f64>,
+        par: Par,
+        monitor: Monitor<'_>,
+    ) -> Result<Mat<f64>, Interrupted> {
+        let mut x = Mat::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(self.order[i], j)]);
+        in_pieces(x.as_mut(), monitor, |mut part| {
+            solve_unit_lower_triangular_in_place(self.factors(), part.rb_mut(), par);
+            solve_upper_triangular_in_place(self.factors(), part, par);
+        })?;
+        Ok(x)
+    }
+}
+
+/// Puts what stands at `from` to `to`, all at once.
+fn exchange<T: Copy>(values: &mut [T], moved: &[(usize, usize)]) {
+    let taken: Vec<T> = moved.iter().map(|&(_, from)| values[from]).collect();
+    for (&(to, _), value) in moved.iter().zip(taken) {
+        values[to] = value;
+    }
+}
+
+/// Cholesky's factor of a symmetric positive definite matrix.
+#[derive(Clone, Debug)]
+pub struct Cholesky(Mat<f64>);
+
+impl Cholesky {
+    /// Factorises the lower triangle of `matrix` in its own memory; `None` where it is not positive definite.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub fn new(
+        mut matrix: Mat<f64>,
+        par: Par,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<Self>, Interrupted> {
+        let n = matrix.nrows();
+        let mut watch = Watch::new(monitor);
+        let width = panel(n);
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(
+            width.min(n),
+            par,
+            Spec::default(),
+        ));
+        for start in (0..n).step_by(width) {
+            let size = width.min(n - start);
+            let below = n - start - size;
+            let (left, right) = matrix.as_mut().split_at_col_mut(start + size);
+            let panel = left.submatrix_mut(start, start, n - start, size);
+            let (mut top, mut lower) = panel.split_at_row_mut(size);
+            let factorised = cholesky_in_place(
+                top.rb_mut(),
+                LltRegularization::default(),
+                par,
+                MemStack::new(&mut memory),
+                Spec::default(),
+            );
+            if factorised.is_err() {
+                return Ok(None);
+            }
+            solve_lower_triangular_in_place(top.rb(), lower.rb_mut().transpose_mut(), par);
+            watch.spend((size * size * (below + size)) as f64)?;
+            let lower = lower.rb();
+            let mut rest = right.subrows_mut(start + size, below);
+            let step = piece((2 * size * below) as f64, PANEL);
+            for first in (0..below).step_by(step) {
+                let count = step.min(below - first);
+                // above the diagonal of the part stands what nothing reads
+                let part = rest
+                    .rb_mut()
+                    .submatrix_mut(first, first, below - first, count);
+                let rows = lower.subrows(first, below - first);
+                let columns = lower.subrows(first, count).transpose();
+                matmul(part, Accum::Add, rows, columns, -1.0, par);
+                watch.spend((2 * size * (below - first) * count) as f64)?;
+            }
+        }
+        Ok(Some(Self(matrix)))
+    }
+
+    /// The factor: a lower triangle, with anything above its diagonal.
+    pub fn lower(&self) -> MatRef<'_, f64> {
+        self.0.as_ref()
+    }
+
+    /// The solution for the columns of `rhs`.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub fn solve(
+        &self,
+        rhs: MatRef<'_, f64>,
+        par: Par,
+        monitor: Monitor<'_>,
+    ) -> Result<Mat<f64>, Interrupted> {
+        let mut x = rhs.to_owned();
+        in_pieces(x.as_mut(), monitor, |mut part| {
+            solve_lower_triangular_in_place(self.lower(), part.rb_mut(), par);
+            solve_upper_triangular_in_place(self.lower().transpose(), part, par);
+        })?;
+        Ok(x)
+    }
+}
+
+/// Triangular solves of a few columns at a time.
+fn in_pieces(
+    mut x: MatMut<'_, f64>,
+    monitor: Monitor<'_>,
+    mut solve: impl FnMut(MatMut<'_, f64>),
+) -> Result<(), Interrupted> {
+    let mut watch = Watch::new(monitor);
+    let each = 2.0 * (x.nrows() as f64).powi(2);
+    let count = x.ncols();
+    let step = piece(each, count);
+    for first in (0..count).step_by(step) {
+        let columns = step.min(count - first);
+        solve(x.rb_mut().subcols_mut(first, columns));
+        watch.spend(each * columns as f64)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::unmonitored;
+
+    /// Numbers without structure, the same on every run.
+    fn random(n: usize, columns: usize) -> Mat<f64> {
+        let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
+        Mat::from_fn(n, columns, |_, _| {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            seed as f64 / u64::MAX as f64 - 0.5
+        })
+    }
+
+    fn definite(n: usize) -> Mat<f64> {
+        let a = random(n, n);
+        let shift = Mat::<f64>::identity(n, n) * faer::Scale(n as f64 / 12.0);
+        &a * a.transpose() + shift
+    }
+
+    fn is_solved(a: &Mat<f64>, x: &Mat<f64>, rhs: &Mat<f64>) -> bool {
+        (a * x - rhs).norm_max() <= 1e-9 * a.norm_max() * x.norm_max()
+    }
+
+    #[test]
+    fn factors_of_many_panels_solve() {
+        for n in [1, 3, PANEL, PANEL + 1, 3 * PANEL + 17] {
+            let rhs = random(n, 3);
+            let a = random(n, n);
+            let lu = Lu::new(a.clone(), Par::Seq, &unmonitored).unwrap();
+            let x = lu.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
+            assert!(is_solved(&a, &x, &rhs), "LU of {n}");
+            assert_eq!(lu.sign(), a.determinant().signum(), "sign of {n}");
+            let a = definite(n);
+            let llt = Cholesky::new(a.clone(), Par::Seq, &unmonitored)
+                .unwrap()
+                .expect("positive definite");
+            let x = llt.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
+            assert!(is_solved(&a, &x, &rhs), "Cholesky of {n}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_definite_has_no_cholesky_factor() {
+        for bad in [0, PANEL - 1, PANEL + 40] {
+            let mut a = definite(PANEL + 50);
+            a[(bad, bad)] = -1.0;
+            let found = Cholesky::new(a, Par::Seq, &unmonitored).unwrap();
+            assert!(found.is_none(), "row {bad}");
+        }
+    }
+
+    #[test]
+    fn work_between_two_looks_is_bounded_and_a_wish_to_stop_is_heard() {
+        let n = 2300;
+        let looks = Cell::new(0_u32);
+        let count = |_: Progress| {
+            looks.set(looks.get() + 1);
+            ControlFlow::Continue(())
+        };
+        let cube = (n as f64).powi(3);
+        let made = |least: f64| {
+            let work = f64::from(looks.replace(0) + 1) * 2.0 * WORK_UNWATCHED;
+            assert!(
+                work >= least,
+                "{work:e} of {least:e} operations are watched"
+            );
+        };
+        let rhs = random(n, 400);
+        let lu = Lu::new(random(n, n), Par::Seq, &count).unwrap();
+        made(2.0 / 3.0 * cube);
+        lu.solve(rhs.as_ref(), Par::Seq, &count).unwrap();
+        made(2.0 * 400.0 * (n as f64).powi(2));
+        let mut a = random(n, n);
+        for i in 0..n {
+            a[(i, i)] += n as f64;
+        }
+        assert!(Cholesky::new(a, Par::Seq, &count).unwrap().is_some());
+        made(1.0 / 3.0 * cube);
+        let stop = |_: Progress| ControlFlow::Break(());
+        assert_eq!(
+            Lu::new(random(n, n), Par::Seq, &stop).err(),
+            Some(Interrupted)
+        );
+    }
+
+    #[test]
+    fn no_piece_is_larger_than_what_may_go_unwatched() {
+        for n in [100, 3000, 15_000, 60_000] {
+            let width = panel(n) as f64;
+            assert!(n as f64 * width * width <= WORK_UNWATCHED, "panel of {n}");
+            let each = 2.0 * width * n as f64;
+            assert!(
+                each * piece(each, n) as f64 <= WORK_UNWATCHED.max(each),
+                "update of {n}"
+            );
+        }
+    }
+}
