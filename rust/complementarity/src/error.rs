@@ -1,3 +1,4 @@
+use mtb_operator::dense::Interrupted;
 use thiserror::Error;
 
 /// Why a problem could not be taken or its solution was broken off.
@@ -27,6 +28,12 @@ pub enum Error {
     /// The monitor asked to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+impl From<Interrupted> for Error {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
 }
 
 pub(crate) fn check(name: &'static str, values: &[f64], expected: usize) -> Result<(), Error> {

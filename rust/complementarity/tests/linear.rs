@@ -125,6 +125,7 @@ fn definiteness_limit_of_a_known_pair() {
         &[-2.0, 0.0, 0.0, 1.0],
         &[1.0, 1.0],
         None,
+        &unmonitored,
     )
     .unwrap();
     assert!((limit - 0.5).abs() < 1e-12, "{limit}");
@@ -133,6 +134,7 @@ fn definiteness_limit_of_a_known_pair() {
         &[0.0, 1.0, -1.0, 0.0],
         &[1.0, 1.0],
         None,
+        &unmonitored,
     )
     .unwrap();
     assert!(none > 1e12);
@@ -141,6 +143,7 @@ fn definiteness_limit_of_a_known_pair() {
         &[-2.0, 0.0, 0.0, 1.0],
         &[1.0, 1.0],
         Some(&[1.0, 0.0]),
+        &unmonitored,
     )
     .unwrap();
     assert!(held > 1e12, "the only dangerous direction is held: {held}");

@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         direction: &direction,
         motions: &[descent],
     };
-    let matrix = SlidingMatrix::new(&lining, &direction, true)?;
+    let matrix = SlidingMatrix::new(&lining, &direction, true, &unmonitored)?;
     let solved = matrix.solve(&contact, None, &unmonitored)?;
     assert_eq!(solved.status, Status::Solved);
 

@@ -1,5 +1,6 @@
 use mtb_complementarity::Error as Complementarity;
 use mtb_operator::Error as Operator;
+use mtb_operator::dense::Interrupted;
 use thiserror::Error;
 
 use crate::record::Damaged;
@@ -126,6 +127,12 @@ pub enum Error {
     /// An operator could not be built.
     #[error(transparent)]
     Operator(#[from] Operator),
+}
+
+impl From<Interrupted> for Error {
+    fn from(_: Interrupted) -> Self {
+        Complementarity::Interrupted.into()
+    }
 }
 
 impl From<Damaged> for Error {

@@ -3,7 +3,7 @@
 use mtb_complementarity::linear::{
     Border, Options, Problem, Solution, Status, definiteness_limit, solve,
 };
-use mtb_operator::{Compliance, Component, Monitor, check_dense};
+use mtb_operator::{Compliance, Component, Monitor, Progress, check_dense};
 
 use crate::error::{Error, check};
 
@@ -72,17 +72,19 @@ impl SlidingMatrix {
     /// Forms `C_nn`, and `C_nt d` for sliding in `direction` (2n) if `frictional`.
     ///
     /// # Errors
-    /// A direction of the wrong length or that is not finite; more points than the memory holds.
+    /// A direction of the wrong length or that is not finite; more points than the memory holds; an interruption.
     pub fn new(
         compliance: &dyn Compliance,
         direction: &[f64],
         frictional: bool,
+        monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
         let n = compliance.points();
         check("direction", direction, 2 * n)?;
         check_dense(n, if frictional { 4 } else { 2 })?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
+        look(monitor)?;
         let mut coupling = None;
         if frictional {
             let mut sum = vec![0.0; n * n];
@@ -95,6 +97,7 @@ impl SlidingMatrix {
                 }
                 let mut block = vec![0.0; n * n];
                 compliance.add_influence(Component::Normal, component, 1.0, &mut block);
+                look(monitor)?;
                 for (sum, block) in sum.chunks_exact_mut(n).zip(block.chunks_exact(n)) {
                     for ((s, b), d) in sum.iter_mut().zip(block).zip(along) {
                         *s += b * d;
@@ -125,12 +128,13 @@ impl SlidingMatrix {
     /// not open or close the gap. See [`definiteness_limit`].
     ///
     /// # Errors
-    /// Wrong lengths, numbers that are not finite.
+    /// Wrong lengths, numbers that are not finite, an interruption.
     pub fn wedging_factor(
         &self,
         area: &[f64],
         friction: &[f64],
         motions: &[RigidMotion],
+        monitor: Monitor<'_>,
     ) -> Result<f64, Error> {
         let n = self.points;
         check("area", area, n)?;
@@ -153,6 +157,7 @@ impl SlidingMatrix {
             &scaled,
             area,
             Some(&held),
+            monitor,
         )?)
     }
 
@@ -291,6 +296,18 @@ impl SlidingContact<'_> {
         }
         Ok(())
     }
+}
+
+/// Asks the monitor between the parts of a matrix.
+pub(crate) fn look(monitor: Monitor<'_>) -> Result<(), Error> {
+    let progress = Progress {
+        iteration: 0,
+        residual: f64::NAN,
+    };
+    if monitor(progress).is_break() {
+        return Err(mtb_complementarity::Error::Interrupted.into());
+    }
+    Ok(())
 }
 
 /// Displacement of a body's contact points under a traction field, both in its own frame

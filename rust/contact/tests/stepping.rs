@@ -116,7 +116,7 @@ struct Walk {
 }
 
 fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
-    let mut stepper = SlidingStepper::new(Arc::new(Influence::of(plate)));
+    let mut stepper = SlidingStepper::new(Arc::new(Influence::of(plate, &unmonitored).unwrap()));
     let area: Vec<f64> = (0..N).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
     let mut efforts = Vec::new();
     for w in walk {
@@ -146,7 +146,7 @@ fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
             direction: &direction,
             motions: &motions[..w.free],
         };
-        let cold = SlidingMatrix::new(plate, &direction, true)
+        let cold = SlidingMatrix::new(plate, &direction, true, &unmonitored)
             .unwrap()
             .solve(&contact, None, &unmonitored)
             .unwrap();

@@ -181,12 +181,25 @@ impl Lu {
         par: Par,
         monitor: Monitor<'_>,
     ) -> Result<Mat<f64>, Interrupted> {
-        let mut x = Mat::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(self.order[i], j)]);
-        in_pieces(x.as_mut(), monitor, |mut part| {
-            solve_unit_lower_triangular_in_place(self.factors(), part.rb_mut(), par);
-            solve_upper_triangular_in_place(self.factors(), part, par);
-        })?;
+        let mut x = self.ordered(rhs);
+        in_pieces(x.as_mut(), monitor, |part| self.substitute(part, par))?;
         Ok(x)
+    }
+
+    /// The same for few columns, without a look at a monitor.
+    pub fn solve_few(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
+        let mut x = self.ordered(rhs);
+        self.substitute(x.as_mut(), par);
+        x
+    }
+
+    fn ordered(&self, rhs: MatRef<'_, f64>) -> Mat<f64> {
+        Mat::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(self.order[i], j)])
+    }
+
+    fn substitute(&self, mut x: MatMut<'_, f64>, par: Par) {
+        solve_unit_lower_triangular_in_place(self.factors(), x.rb_mut(), par);
+        solve_upper_triangular_in_place(self.factors(), x, par);
     }
 }
 

@@ -107,7 +107,9 @@ impl PySlidingPair {
         let direction = direction
             .as_slice()
             .map_err(|_| PyValueError::new_err("direction must be C-contiguous"))?;
-        let matrix = enter(py, |_| SlidingMatrix::new(&*pair, direction, frictional))?;
+        let matrix = enter(py, |monitor| {
+            SlidingMatrix::new(&*pair, direction, frictional, monitor)
+        })?;
         Ok(Self {
             matrix,
             points: pair.points(),
@@ -143,7 +145,10 @@ impl PySlidingPair {
     ) -> PyResult<f64> {
         let (area, friction) = (flat(&area, "area")?, flat(&friction, "friction")?);
         let motions = rigid_motions(&motions, &[], self.points)?;
-        enter(py, |_| self.matrix.wedging_factor(area, friction, &motions))
+        enter(py, |monitor| {
+            self.matrix
+                .wedging_factor(area, friction, &motions, monitor)
+        })
     }
 
     /// Solves for one load; returns a dictionary of arrays and counts.

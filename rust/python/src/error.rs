@@ -39,7 +39,11 @@ pub(crate) fn enter<T: Send, E: Display + Send>(
             if looked.get().elapsed() < LOOK {
                 return ControlFlow::Continue(());
             }
-            let found = Python::attach(Python::check_signals);
+            #[allow(
+                clippy::redundant_closure_for_method_calls,
+                reason = "the method itself is not general in the lifetime"
+            )]
+            let found = Python::attach(|py| py.check_signals());
             looked.set(Instant::now());
             match found {
                 Ok(()) => ControlFlow::Continue(()),

@@ -124,9 +124,9 @@ impl PyPreparedContact {
                 PyValueError::new_err("magnetic has two rows: without, and the change by 1 Pa")
             })?),
         };
-        let prepared = enter(py, |_| {
+        let prepared = enter(py, |monitor| {
             let prepared = Prepared {
-                influence: Arc::new(Influence::of(&pair)),
+                influence: Arc::new(Influence::of(&pair, monitor)?),
                 geometry,
                 motions,
                 friction: Table::new(friction_speed, friction)?,

@@ -1,5 +1,5 @@
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, Par};
+use mtb_operator::dense::Lu;
 use mtb_operator::{LinearOperator, Monitor, reset_workers};
 
 use super::newton::solve_discs;
@@ -39,7 +39,7 @@ pub fn solve_discs_dense(
     let inverse = Inverse {
         dim: 2 * n,
         free,
-        lu: block.partial_piv_lu(),
+        lu: Lu::new(block, faer::get_global_parallelism(), monitor)?,
     };
     reset_workers();
     solve_discs(
@@ -80,7 +80,7 @@ impl LinearOperator for Dense<'_> {
 struct Inverse {
     dim: usize,
     free: Vec<usize>,
-    lu: PartialPivLu<f64>,
+    lu: Lu,
 }
 
 impl LinearOperator for Inverse {
@@ -90,7 +90,9 @@ impl LinearOperator for Inverse {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let rhs = Mat::from_fn(self.free.len(), 1, |i, _| x[self.free[i]]);
-        let solution = self.lu.solve(&rhs);
+        let solution = self
+            .lu
+            .solve_few(rhs.as_ref(), faer::get_global_parallelism());
         y.fill(0.0);
         for (i, k) in self.free.iter().enumerate() {
             y[*k] = solution[(i, 0)];

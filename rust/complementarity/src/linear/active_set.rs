@@ -1,10 +1,10 @@
 use std::collections::HashSet;
 
-use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::{Mat, Par};
+use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, Progress, reset_workers};
 
-use super::dense::{Factor, lu_sign};
+use super::dense::Factor;
 use super::existence::reachable;
 use super::lemke::lemke;
 use super::problem::{Problem, Solution, Status};
@@ -75,7 +75,7 @@ pub fn solve(
     };
     let mut visited = HashSet::new();
     for iteration in 1..=SETS {
-        let Some(mut point) = stationary(problem, &active) else {
+        let Some(mut point) = stationary(problem, &active, monitor)? else {
             break;
         };
         let changes = flip(&mut active, &point);
@@ -118,20 +118,24 @@ fn nothing(problem: &Problem<'_>, status: Status) -> Solution {
 }
 
 /// Pressures that close every gap of the active set and meet the balance; `None` where they do not exist.
-pub(super) fn stationary(problem: &Problem<'_>, active: &[bool]) -> Option<Solution> {
+pub(super) fn stationary(
+    problem: &Problem<'_>,
+    active: &[bool],
+    monitor: Monitor<'_>,
+) -> Result<Option<Solution>, Error> {
     let n = problem.dim();
     let m = problem.motions();
     let set: Vec<usize> = (0..n).filter(|&i| active[i]).collect();
     let k = set.len();
     if k < m {
-        return None;
+        return Ok(None);
     }
-    let factor = Factor::of(problem.matrix, n, &set, problem.symmetric);
+    let factor = Factor::of(problem.matrix, n, &set, problem.symmetric, monitor)?;
     let rhs = Mat::from_fn(k, 1 + m, |i, j| match (j, problem.border) {
         (0, _) | (_, None) => -problem.offset[set[i]],
         (j, Some(border)) => border.motion[(j - 1) * n + set[i]],
     });
-    let solved = factor.solve(rhs.as_ref());
+    let solved = factor.solve(rhs.as_ref(), monitor)?;
     reset_workers();
     let mut motion = vec![0.0; m];
     let mut sign = factor.determinant_sign();
@@ -160,9 +164,9 @@ pub(super) fn stationary(problem: &Problem<'_>, active: &[bool]) -> Option<Solut
             }
         }
         let target = Mat::from_fn(m, 1, |i, _| (border.target[i] - weigh(i, 0)) / rows[i]);
-        let lu = small.partial_piv_lu();
-        let c = lu.solve(&target);
-        sign *= lu_sign(&lu);
+        let lu = Lu::new(small, Par::Seq, monitor)?;
+        let c = lu.solve_few(target.as_ref(), Par::Seq);
+        sign *= lu.sign();
         for j in 0..m {
             motion[j] = c[(j, 0)] / columns[j];
         }
@@ -173,13 +177,13 @@ pub(super) fn stationary(problem: &Problem<'_>, active: &[bool]) -> Option<Solut
             solved[(i, 0)] + (0..m).map(|j| solved[(i, j + 1)] * motion[j]).sum::<f64>();
     }
     if pressure.iter().chain(&motion).any(|v| !v.is_finite()) {
-        return None;
+        return Ok(None);
     }
     let mut slack = problem.slack(&pressure, &motion);
     for &point in &set {
         slack[point] = 0.0;
     }
-    Some(Solution {
+    Ok(Some(Solution {
         status: Status::Solved,
         pressure,
         slack,
@@ -188,7 +192,7 @@ pub(super) fn stationary(problem: &Problem<'_>, active: &[bool]) -> Option<Solut
         residual: f64::INFINITY,
         by_lemke: false,
         determinant_sign: sign,
-    })
+    }))
 }
 
 /// Moves what has the wrong sign to the other side; returns how much that was.

@@ -1,60 +1,80 @@
 //! Factorised dense blocks.
 
-use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
+use mtb_operator::Monitor;
+use mtb_operator::dense::{Cholesky, Interrupted, Lu, Watch};
 
 /// A factorised square matrix that solves and knows the sign of its determinant.
 pub(super) enum Factor {
-    Symmetric(Llt<f64>),
-    General(PartialPivLu<f64>),
+    Symmetric(Cholesky),
+    General(Lu),
 }
 
 impl Factor {
     /// Factorises the rows and columns `set` of the row-major n x n `matrix`; by Cholesky where it is
     /// symmetric and positive definite, by Gauss otherwise.
-    pub(super) fn of(matrix: &[f64], n: usize, set: &[usize], symmetric: bool) -> Self {
-        let block = Mat::from_fn(set.len(), set.len(), |i, j| matrix[set[i] * n + set[j]]);
-        if symmetric && let Ok(llt) = block.llt(Side::Lower) {
-            return Self::Symmetric(llt);
+    pub(super) fn of(
+        matrix: &[f64],
+        n: usize,
+        set: &[usize],
+        symmetric: bool,
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Interrupted> {
+        let par = faer::get_global_parallelism();
+        if symmetric {
+            // rows read as columns: they are the same, and lie in the order of the memory
+            let block = columns(set.len(), monitor, |j, column| {
+                let row = &matrix[set[j] * n..(set[j] + 1) * n];
+                for (a, &i) in column.iter_mut().zip(set) {
+                    *a = row[i];
+                }
+            })?;
+            if let Some(cholesky) = Cholesky::new(block, par, monitor)? {
+                return Ok(Self::Symmetric(cholesky));
+            }
         }
-        Self::General(block.partial_piv_lu())
+        let block = columns(set.len(), monitor, |j, column| {
+            for (a, &i) in column.iter_mut().zip(set) {
+                *a = matrix[i * n + set[j]];
+            }
+        })?;
+        Ok(Self::General(Lu::new(block, par, monitor)?))
     }
 
-    pub(super) fn solve(&self, rhs: MatRef<'_, f64>) -> Mat<f64> {
+    pub(super) fn solve(
+        &self,
+        rhs: MatRef<'_, f64>,
+        monitor: Monitor<'_>,
+    ) -> Result<Mat<f64>, Interrupted> {
+        let par = faer::get_global_parallelism();
         match self {
-            Self::Symmetric(llt) => llt.solve(rhs),
-            Self::General(lu) => lu.solve(rhs),
+            Self::Symmetric(cholesky) => cholesky.solve(rhs, par, monitor),
+            Self::General(lu) => lu.solve(rhs, par, monitor),
         }
     }
 
     pub(super) fn determinant_sign(&self) -> f64 {
         match self {
             Self::Symmetric(_) => 1.0,
-            Self::General(lu) => lu_sign(lu),
+            Self::General(lu) => lu.sign(),
         }
     }
 }
 
-/// Sign of the determinant from the diagonal of U and the parity of the row permutation.
-pub(super) fn lu_sign(lu: &PartialPivLu<f64>) -> f64 {
-    let u = lu.U();
-    let mut sign = 1.0;
-    for i in 0..u.nrows() {
-        sign *= u[(i, i)].signum();
+/// Operations that filling an entry counts for: it waits for the memory.
+const ENTRY: f64 = 20.0;
+
+/// A square matrix filled column by column.
+pub(super) fn columns(
+    n: usize,
+    monitor: Monitor<'_>,
+    mut fill: impl FnMut(usize, &mut [f64]),
+) -> Result<Mat<f64>, Interrupted> {
+    let mut watch = Watch::new(monitor);
+    let mut matrix = Mat::zeros(n, n);
+    for j in 0..n {
+        fill(j, matrix.col_as_slice_mut(j));
+        watch.spend(ENTRY * n as f64)?;
     }
-    let (forward, _) = lu.P().arrays();
-    let mut seen = vec![false; forward.len()];
-    for start in 0..forward.len() {
-        let mut length = 0;
-        let mut i = start;
-        while !seen[i] {
-            seen[i] = true;
-            i = forward[i];
-            length += 1;
-        }
-        if length > 0 && length % 2 == 0 {
-            sign = -sign;
-        }
-    }
-    sign
+    Ok(matrix)
 }

@@ -1,9 +1,10 @@
 //! Does a solution exist? Cheap answers before and beside the solution.
 
-use faer::linalg::solvers::Llt;
 use faer::{Mat, Side};
-use mtb_operator::reset_workers;
+use mtb_operator::dense::Cholesky;
+use mtb_operator::{Monitor, Progress, reset_workers};
 
+use super::dense::columns;
 use crate::error::{Error, check};
 
 /// Whether some `p >= 0` meets the balance `K^T p = f` (`balance`: m columns of length n, column-major).
@@ -114,21 +115,24 @@ pub fn reachable(balance: &[f64], target: &[f64]) -> bool {
 /// no `mu` destroys definiteness. By Lanczos steps on the Cholesky factor of `A_n`.
 ///
 /// # Errors
-/// Wrong lengths, numbers that are not finite.
+/// Wrong lengths, numbers that are not finite, an interruption by the monitor.
 pub fn definiteness_limit(
     normal: &[f64],
     coupling: &[f64],
     weights: &[f64],
     fixed: Option<&[f64]>,
+    monitor: Monitor<'_>,
 ) -> Result<f64, Error> {
     let n = weights.len();
     check("weights", weights, n)?;
     check("normal", normal, n * n)?;
     check("coupling", coupling, n * n)?;
-    let a = Mat::from_fn(n, n, |i, j| {
-        0.5 * (weights[i] * normal[i * n + j] + weights[j] * normal[j * n + i])
-    });
-    let Ok(llt) = a.llt(Side::Lower) else {
+    let a = columns(n, monitor, |j, column| {
+        for (i, a) in column.iter_mut().enumerate() {
+            *a = 0.5 * (weights[i] * normal[i * n + j] + weights[j] * normal[j * n + i]);
+        }
+    })?;
+    let Some(llt) = Cholesky::new(a, faer::get_global_parallelism(), monitor)? else {
         return Ok(0.0);
     };
     let constraints = orthonormal_constraints(&llt, fixed.unwrap_or(&[]), n);
@@ -139,7 +143,7 @@ pub fn definiteness_limit(
             *v -= q * c;
         }
     };
-    let l = llt.L();
+    let l = llt.lower();
     let apply = |v: &Mat<f64>| -> Mat<f64> {
         let mut x = v.clone();
         faer::linalg::triangular_solve::solve_upper_triangular_in_place(
@@ -183,6 +187,13 @@ pub fn definiteness_limit(
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut largest = f64::NEG_INFINITY;
     for step in 0..n.min(80) {
+        let progress = Progress {
+            iteration: step,
+            residual: f64::NAN,
+        };
+        if monitor(progress).is_break() {
+            return Err(Error::Interrupted);
+        }
         let mut w = apply(&basis[step]);
         alpha.push((basis[step].transpose() * &w)[(0, 0)]);
         // full orthogonalisation: the basis is short
@@ -219,14 +230,14 @@ pub fn definiteness_limit(
 }
 
 /// Orthonormal basis of the constraints in the coordinates `L^T p`.
-fn orthonormal_constraints(llt: &Llt<f64>, fixed: &[f64], n: usize) -> Option<Mat<f64>> {
+fn orthonormal_constraints(llt: &Cholesky, fixed: &[f64], n: usize) -> Option<Mat<f64>> {
     let m = fixed.len() / n.max(1);
     if m == 0 {
         return None;
     }
     let mut k = Mat::from_fn(n, m, |i, j| fixed[j * n + i]);
     faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        llt.L(),
+        llt.lower(),
         k.as_mut(),
         faer::get_global_parallelism(),
     );

@@ -25,7 +25,7 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     let polished = if status == Status::Solved {
         // the last active set, solved anew, is free of the rounding of many pivots
         let active: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-        stationary(problem, &active)
+        stationary(problem, &active, monitor)?
     } else {
         None
     };

@@ -3,6 +3,7 @@
 use mtb_complementarity::bounded::Status;
 use mtb_complementarity::linear;
 use mtb_operator::Monitor;
+use mtb_operator::dense::Watch;
 
 use super::level::{Level, Region, half_sides};
 use super::nested::{error_of, unpack_motion};
@@ -57,15 +58,13 @@ fn on_level(
     let modes = level.modes(&region, contact);
     let shapes: Vec<f64> = modes.iter().flat_map(|m| m.shape.iter().copied()).collect();
     let target: Vec<f64> = modes.iter().map(|m| m.target).collect();
-    let mut matrix = matrix(contact.surface, level);
     // Over a period displacements are known up to their mean, so that with every cell in contact the matrix
     // is singular. A uniform displacement under every pressure heals that, and goes back into the approach.
     let is_loose =
         matches!(contact.surface, Surface::Periodic(_)) && matches!(contact.load, Load::Force(_));
-    let lift = if is_loose { matrix[0] } else { 0.0 };
-    for entry in &mut matrix {
-        *entry += lift;
-    }
+    let table = table(contact.surface, level);
+    let lift = if is_loose { table[0] } else { 0.0 };
+    let matrix = matrix(level, &table, lift, monitor)?;
     let border = linear::Border {
         motion: &shapes,
         balance: &shapes,
@@ -85,10 +84,10 @@ fn on_level(
     Ok(solution)
 }
 
-/// The influence matrix, every offset evaluated once.
-fn matrix(surface: Surface<'_>, level: &Level) -> Vec<f64> {
+/// Influence at all offsets between cells.
+fn table(surface: Surface<'_>, level: &Level) -> Vec<f64> {
     let (nx, n) = (level.grid.nx, level.grid.points());
-    let table: Vec<f64> = match surface {
+    match surface {
         Surface::FreeSpace(influence) => (0..n)
             .map(|k| {
                 let offset = [
@@ -108,14 +107,26 @@ fn matrix(surface: Surface<'_>, level: &Level) -> Vec<f64> {
             product.apply(&unit, &mut column);
             column
         }
-    };
+    }
+}
+
+/// The influence matrix, with `lift` added to every entry.
+fn matrix(
+    level: &Level,
+    table: &[f64],
+    lift: f64,
+    monitor: Monitor<'_>,
+) -> Result<Vec<f64>, Error> {
+    let (nx, n) = (level.grid.nx, level.grid.points());
+    let mut watch = Watch::new(monitor);
     let mut matrix = Vec::with_capacity(n * n);
     for row in 0..n {
-        for column in 0..n {
-            let i = (row % nx).abs_diff(column % nx);
-            let j = (row / nx).abs_diff(column / nx);
-            matrix.push(table[j * nx + i]);
+        let (i, j) = (row % nx, row / nx);
+        for line in 0..level.grid.ny {
+            let from = &table[j.abs_diff(line) * nx..][..nx];
+            matrix.extend((0..nx).map(|column| from[i.abs_diff(column)] + lift));
         }
+        watch.spend(4.0 * n as f64)?;
     }
-    matrix
+    Ok(matrix)
 }

@@ -1,4 +1,6 @@
 use faer::Mat;
+use mtb_operator::Monitor;
+use mtb_operator::dense::{Interrupted, Watch};
 
 use super::factor::{Lu, Small};
 use super::influence::Influence;
@@ -36,7 +38,7 @@ struct Now {
     entered: Vec<(usize, usize)>,
     left: Vec<usize>,
     balance: Vec<Vec<f64>>,
-    schur: Small,
+    schur: Option<Small>,
 }
 
 #[derive(Default)]
@@ -49,7 +51,12 @@ struct Work {
 const ABSENT: usize = usize::MAX;
 
 impl Bordered {
-    pub(super) fn new(influence: &Influence, drag: &[f64], set: &[usize]) -> Self {
+    pub(super) fn new(
+        influence: &Influence,
+        drag: &[f64],
+        set: &[usize],
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Interrupted> {
         let n = influence.points();
         let mut matrix = Mat::zeros(set.len(), set.len());
         for (j, &point) in set.iter().enumerate() {
@@ -62,8 +69,8 @@ impl Bordered {
         for (i, &point) in set.iter().enumerate() {
             place[point] = i;
         }
-        Self {
-            lu: Lu::of(matrix),
+        Ok(Self {
+            lu: Lu::of(matrix, monitor)?,
             factorised: set.to_vec(),
             place,
             drag: drag.to_vec(),
@@ -74,10 +81,10 @@ impl Bordered {
                 entered: Vec::new(),
                 left: Vec::new(),
                 balance: Vec::new(),
-                schur: Small::of(Mat::zeros(0, 0)),
+                schur: None,
             },
             work: Work::default(),
-        }
+        })
     }
 
     /// Whether the set is the one factorised.
@@ -114,7 +121,7 @@ impl Bordered {
 
     /// Sign of the determinant of the bordered equations.
     pub(super) fn sign(&self) -> f64 {
-        self.lu.sign * self.now.schur.sign()
+        self.lu.sign() * self.now.schur.as_ref().map_or(1.0, Small::sign)
     }
 
     /// Turns to the set `points`; returns the columns it had to solve for.
@@ -123,7 +130,10 @@ impl Bordered {
         influence: &Influence,
         contact: &SlidingContact<'_>,
         points: &[usize],
-    ) -> usize {
+        monitor: Monitor<'_>,
+    ) -> Result<usize, Interrupted> {
+        let mut watch = Watch::new(monitor);
+        let each = 4.0 * (self.factorised.len() as f64).powi(2);
         let mut solves = self.keep_motions(contact);
         let mut absent = vec![true; self.factorised.len()];
         self.now.entered.clear();
@@ -152,6 +162,7 @@ impl Bordered {
                     solved,
                 });
                 solves += 1;
+                watch.spend(each)?;
             }
         }
         for &place in &self.now.left {
@@ -162,6 +173,7 @@ impl Bordered {
                 self.lu.solve(&mut solved, &mut self.work.lu);
                 *kept = Some(solved);
                 solves += 1;
+                watch.spend(each)?;
             }
         }
         self.now.balance = contact
@@ -174,8 +186,8 @@ impl Bordered {
                     .collect()
             })
             .collect();
-        self.now.schur = Small::of(self.schur(influence, contact));
-        solves
+        self.now.schur = Some(Small::of(self.schur(influence, contact), monitor)?);
+        Ok(solves)
     }
 
     /// Overwrites `x` (pressures of the set, then motions) with the solution for the right-hand side `x`.
@@ -202,7 +214,9 @@ impl Bordered {
             t.push(x[at] - row);
         }
         t.extend(self.now.left.iter().map(|&place| -y[place]));
-        self.now.schur.solve(t, lu);
+        if let Some(schur) = &self.now.schur {
+            schur.solve(t, lu);
+        }
         let m = self.motions.len();
         let columns = columns(
             &self.motions,

@@ -1,47 +1,24 @@
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
-use faer::{Mat, Par, Spec};
+use faer::{Mat, Par};
+use mtb_operator::Monitor;
+use mtb_operator::dense::{self, Interrupted};
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
-pub(super) struct Lu {
-    factors: Mat<f64>,
-    order: Vec<usize>,
-    /// Sign of the determinant.
-    pub(super) sign: f64,
-}
+pub(super) struct Lu(dense::Lu);
 
 impl Lu {
-    pub(super) fn of(mut matrix: Mat<f64>) -> Self {
-        let k = matrix.nrows();
-        let (mut order, mut inverse) = (vec![0_usize; k], vec![0_usize; k]);
-        let scratch = lu_in_place_scratch::<usize, f64>(k, k, Par::Seq, Spec::default());
-        let (info, _) = lu_in_place(
-            matrix.as_mut(),
-            &mut order,
-            &mut inverse,
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-            Spec::default(),
-        );
-        let mut sign = if info.transposition_count % 2 == 0 {
-            1.0
-        } else {
-            -1.0
-        };
-        for i in 0..k {
-            sign *= matrix[(i, i)].signum();
-        }
-        Self {
-            factors: matrix,
-            order,
-            sign,
-        }
+    pub(super) fn of(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
+        Ok(Self(dense::Lu::new(matrix, Par::Seq, monitor)?))
+    }
+
+    /// Sign of the determinant.
+    pub(super) fn sign(&self) -> f64 {
+        self.0.sign()
     }
 
     /// Overwrites `x` with the solution; `work` has the same length.
     pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {
         work.clear();
-        work.extend(self.order.iter().map(|&i| x[i]));
+        work.extend(self.0.order().iter().map(|&i| x[i]));
         let k = x.len();
         for j in 0..k {
             let (head, tail) = work.split_at_mut(j + 1);
@@ -57,7 +34,11 @@ impl Lu {
     }
 
     fn column(&self, j: usize) -> &[f64] {
-        self.factors.col_as_slice(j)
+        let factors = self.0.factors();
+        factors
+            .col(j)
+            .try_as_col_major()
+            .map_or(&[], |c| c.as_slice())
     }
 }
 
@@ -77,7 +58,7 @@ pub(super) struct Small {
 }
 
 impl Small {
-    pub(super) fn of(mut matrix: Mat<f64>) -> Self {
+    pub(super) fn of(mut matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
         let m = matrix.nrows();
         let size = |v: f64| if v > 0.0 { v } else { 1.0 };
         let columns: Vec<f64> = (0..m).map(|j| size(matrix.col(j).norm_max())).collect();
@@ -92,15 +73,15 @@ impl Small {
                 matrix[(i, j)] /= rows[i];
             }
         }
-        Self {
-            lu: Lu::of(matrix),
+        Ok(Self {
+            lu: Lu::of(matrix, monitor)?,
             rows,
             columns,
-        }
+        })
     }
 
     pub(super) fn sign(&self) -> f64 {
-        self.lu.sign
+        self.lu.sign()
     }
 
     pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {

@@ -1,6 +1,7 @@
-use mtb_operator::{Compliance, Component};
+use mtb_operator::{Compliance, Component, Monitor, check_dense};
 
 use crate::error::{Error, check};
+use crate::sliding::look;
 
 /// What a sliding pair does to its own gap, each component of the traction apart.
 ///
@@ -16,22 +17,30 @@ impl Influence {
     /// Influence of tractions on the lower body on the gap: `C_nn`, `C_nx` and `C_ny`.
     ///
     /// A tangential influence that is nothing but rounding (like half-spaces) is left out.
-    pub fn of(compliance: &dyn Compliance) -> Self {
+    ///
+    /// # Errors
+    /// More points than the memory holds; an interruption by the monitor.
+    pub fn of(compliance: &dyn Compliance, monitor: Monitor<'_>) -> Result<Self, Error> {
         let n = compliance.points();
-        let block = |component| {
+        // three blocks, the one being turned, and the factors
+        check_dense(n, 6)?;
+        let block = |component| -> Result<Vec<f64>, Error> {
             let mut rows = vec![0.0; n * n];
             compliance.add_influence(Component::Normal, component, 1.0, &mut rows);
-            transposed(&rows, n)
+            look(monitor)?;
+            let columns = transposed(&rows, n);
+            look(monitor)?;
+            Ok(columns)
         };
-        let normal = block(Component::Normal);
+        let normal = block(Component::Normal)?;
         let noise = 1e-14 * largest(&normal);
-        let along = [Component::X, Component::Y]
-            .map(|axis| Some(block(axis)).filter(|b| largest(b) > noise));
-        Self {
+        let coupled = |axis| block(axis).map(|b| Some(b).filter(|b| largest(b) > noise));
+        let along = [coupled(Component::X)?, coupled(Component::Y)?];
+        Ok(Self {
             points: n,
             normal,
             along,
-        }
+        })
     }
 
     /// The same from stored matrices (n x n, column-major) [m/Pa].

@@ -216,7 +216,8 @@ impl SlidingStepper {
             effort.sets = iteration;
             // roughly, until the set holds or comes again
             let (changes, OnSet { point, sign, .. }) = loop {
-                let found = self.on_set(contact, drag, &active, &guess, tolerance, effort);
+                let found =
+                    self.on_set(contact, drag, &active, &guess, tolerance, effort, monitor)?;
                 let Some(mut found) = found else {
                     return Ok(None);
                 };
@@ -255,6 +256,10 @@ impl SlidingStepper {
         Ok(None)
     }
 
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a state of the search, and what it reports to"
+    )]
     /// Pressures and motions that close the gaps of `active` to `tolerance`; the gaps of all points go to the scratch.
     fn on_set(
         &mut self,
@@ -264,10 +269,11 @@ impl SlidingStepper {
         guess: &Point,
         tolerance: f64,
         effort: &mut Effort,
-    ) -> Option<OnSet> {
+        monitor: Monitor<'_>,
+    ) -> Result<Option<OnSet>, Error> {
         let points: Vec<usize> = (0..active.len()).filter(|&i| active[i]).collect();
         if points.len() < contact.motions.len() {
-            return None;
+            return Ok(None);
         }
         if self
             .memory
@@ -275,7 +281,7 @@ impl SlidingStepper {
             .as_ref()
             .is_none_or(|f| f.is_far_from(active))
         {
-            self.factorise(drag, &points, effort);
+            self.factorise(drag, &points, effort, monitor)?;
         }
         let start: Vec<f64> = points
             .iter()
@@ -283,8 +289,10 @@ impl SlidingStepper {
             .chain(guess.motion.iter().copied())
             .collect();
         for _ in 0..2 {
-            let factors = self.memory.factors.as_mut()?;
-            effort.products += factors.turn_to(&self.influence, contact, &points);
+            let Some(factors) = self.memory.factors.as_mut() else {
+                return Ok(None);
+            };
+            effort.products += factors.turn_to(&self.influence, contact, &points, monitor)?;
             let equations = Equations {
                 influence: &self.influence,
                 contact,
@@ -302,25 +310,32 @@ impl SlidingStepper {
                     self.scratch.gap[point] = 0.0;
                 }
                 let motion = x.split_off(points.len());
-                return Some(OnSet {
+                return Ok(Some(OnSet {
                     point: Point { pressure, motion },
                     sign: factors.sign(),
                     error,
-                });
+                }));
             }
             if factors.is_exact(drag) && factors.holds(active) {
-                return None;
+                return Ok(None);
             }
-            self.factorise(drag, &points, effort);
+            self.factorise(drag, &points, effort, monitor)?;
         }
-        None
+        Ok(None)
     }
 
-    fn factorise(&mut self, drag: &[f64], points: &[usize], effort: &mut Effort) {
-        self.memory.factors = Some(Bordered::new(&self.influence, drag, points));
+    fn factorise(
+        &mut self,
+        drag: &[f64],
+        points: &[usize],
+        effort: &mut Effort,
+        monitor: Monitor<'_>,
+    ) -> Result<(), Error> {
+        self.memory.factors = Some(Bordered::new(&self.influence, drag, points, monitor)?);
         self.memory.spent = (points.len() / PRODUCTS, 0);
         self.memory.recent = 0.0;
         effort.factorisations += 1;
+        Ok(())
     }
 
     /// Gives the factors up once steps take more than those since they were made took on average.
