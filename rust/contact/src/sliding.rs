@@ -3,7 +3,7 @@
 use mtb_complementarity::linear::{
     Border, Options, Problem, Solution, Status, definiteness_limit, solve,
 };
-use mtb_operator::{Compliance, Component, Monitor, Progress, check_dense};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, Progress, check_memory};
 
 use crate::error::{Error, check};
 
@@ -81,7 +81,7 @@ impl SlidingMatrix {
     ) -> Result<Self, Error> {
         let n = compliance.points();
         check("direction", direction, 2 * n)?;
-        check_dense(n, if frictional { 4 } else { 2 })?;
+        check_memory(n, memory(n, frictional), MEMORY_LIMIT)?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
         look(monitor)?;
@@ -296,6 +296,13 @@ impl SlidingContact<'_> {
         }
         Ok(())
     }
+}
+
+/// Memory [bytes] that the matrices of a sliding contact take, solves included: its blocks, their sum for a load,
+/// and the active block or Lemke's table.
+pub fn memory(points: usize, frictional: bool) -> f64 {
+    let matrices = if frictional { 5.0 } else { 3.0 };
+    8.0 * matrices * (points as f64).powi(2)
 }
 
 /// Asks the monitor between the parts of a matrix.

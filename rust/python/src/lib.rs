@@ -35,7 +35,7 @@ mod _mtb_rs {
         PyBodySurface, PyProfile, pole_shoe_sheet, surface_gap, wheel_on_rail_gap,
     };
     #[pymodule_export]
-    use super::normal::solve_normal;
+    use super::normal::{available_memory, normal_memory, sliding_memory, solve_normal};
     #[pymodule_export]
     use super::operator::PyCompliance;
     #[pymodule_export]

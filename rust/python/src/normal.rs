@@ -2,7 +2,7 @@
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{
-    Load, Method, NormalContact, NormalSolution, Options, Surface, solve_normal as solve,
+    Load, Method, NormalContact, NormalSolution, Options, Surface, memory, solve_normal as solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{influence, wave_compliance};
@@ -49,16 +49,7 @@ pub(crate) fn solve_normal<'py>(
         (None, Some(approach)) => Load::Approach(approach),
         _ => return Err(PyValueError::new_err("either force or approach is needed")),
     };
-    let method = match method {
-        "auto" => Method::Auto,
-        "dense" => Method::Dense,
-        "fft" => Method::Fourier,
-        _ => {
-            return Err(PyValueError::new_err(format!(
-                "method is {method:?}: \"auto\", \"dense\" or \"fft\" is needed"
-            )));
-        }
-    };
+    let method = method_named(method)?;
     let solution = enter(py, |monitor| {
         let rectangle = |offset: [f64; 2], cell: [f64; 2]| -> f64 {
             influence(&pair, Component::Normal, Component::Normal, offset, cell)
@@ -79,6 +70,35 @@ pub(crate) fn solve_normal<'py>(
         solve(&contact, Options { tolerance, method }, monitor)
     })?;
     as_dict(py, solution, [ny, nx])
+}
+
+fn method_named(name: &str) -> PyResult<Method> {
+    match name {
+        "auto" => Ok(Method::Auto),
+        "dense" => Ok(Method::Dense),
+        "fft" => Ok(Method::Fourier),
+        _ => Err(PyValueError::new_err(format!(
+            "method is {name:?}: \"auto\", \"dense\" or \"fft\" is needed"
+        ))),
+    }
+}
+
+/// Memory [bytes] that this process can still have; `None` where the system does not tell.
+#[pyfunction]
+pub(crate) fn available_memory() -> Option<f64> {
+    mtb_operator::available_memory()
+}
+
+/// Memory [bytes] that `solve_normal` takes at most.
+#[pyfunction]
+pub(crate) fn normal_memory(cells: usize, method: &str) -> PyResult<f64> {
+    Ok(memory(cells, method_named(method)?))
+}
+
+/// Memory [bytes] that the matrices of a `SlidingPair` and their solves take at most.
+#[pyfunction]
+pub(crate) fn sliding_memory(points: usize, frictional: bool) -> f64 {
+    mtb_contact::sliding::memory(points, frictional)
 }
 
 fn as_dict(

@@ -217,11 +217,9 @@ impl PyTetraBody {
         let (m, k) = (body.modes.len(), body.cases.len());
         let out = PyDict::new(py);
         let names: Vec<String> = body.modes.iter().map(RigidMode::name).collect();
-        out.set_item(
-            "weights",
-            body.flexibility.weights().to_vec().into_pyarray(py),
-        )?;
-        let blocks = body.flexibility.blocks().concat().into_pyarray(py);
+        let (weights, blocks) = body.flexibility.into_parts();
+        out.set_item("weights", weights.into_pyarray(py))?;
+        let blocks = blocks.into_pyarray(py);
         out.set_item("flexibility", blocks.reshape([6, n, n])?)?;
         out.set_item("mode_names", names)?;
         out.set_item("modes", rows(py, flat_modes(&body.modes), 9)?)?;
@@ -396,8 +394,7 @@ pub(crate) fn flexibility(
             blocks.shape()
         )));
     }
-    let mut parts = flat(blocks.as_slice())?.chunks_exact((n * n).max(1));
-    let blocks = std::array::from_fn(|_| parts.next().unwrap_or_default().to_vec());
+    let blocks = flat(blocks.as_slice())?.to_vec();
     let body = Flexibility::new(flat(weights.as_slice())?.to_vec(), blocks);
     Ok(PyCompliance(Arc::new(
         body.map_err(|error: Error| bad_input(&error))?,

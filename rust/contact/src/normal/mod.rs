@@ -11,7 +11,7 @@ mod nested;
 mod product;
 
 use mtb_complementarity::bounded::Status;
-use mtb_operator::{Grid, Monitor};
+use mtb_operator::{Grid, MEMORY_LIMIT, Monitor, check_memory};
 
 use crate::error::{Error, check, check_number};
 
@@ -106,8 +106,21 @@ pub struct NormalSolution {
 /// Cells up to which the dense method is the quicker one.
 const DENSE_UP_TO: usize = 300;
 
-/// Cells beyond which a dense matrix would not fit.
+/// Cells that the dense method takes at most, for its time.
 const DENSE_AT_MOST: usize = 10_000;
+
+/// Cells that the Fourier method takes at most.
+const CELLS_AT_MOST: usize = 100_000_000;
+
+/// Memory [bytes] that a solve with a method takes, `Auto` as it would choose in free space.
+///
+/// Measured: the matrix, its block in contact and Lemke's table; or fields, spectra and their turned copies
+/// on all grids, with the whole grid in contact.
+pub fn memory(cells: usize, method: Method) -> f64 {
+    let n = cells as f64;
+    let is_dense = method == Method::Dense || method == Method::Auto && cells <= DENSE_UP_TO;
+    8.0 * if is_dense { 3.0 * n * n } else { 27.0 * n }
+}
 
 /// Solves the frictionless contact problem.
 ///
@@ -154,6 +167,8 @@ pub fn solve_normal(
                 is_possible,
                 "the dense method takes at most 10000",
             )?;
+            let needed = memory(points, Method::Dense);
+            check_memory(points, needed, MEMORY_LIMIT)?;
             dense::solve(contact, monitor)
         }
         Method::Auto if is_free && points <= DENSE_UP_TO => dense::solve(contact, monitor),

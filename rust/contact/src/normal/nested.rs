@@ -1,11 +1,11 @@
 //! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
 
 use mtb_complementarity::bounded::{self, Solution, Status};
-use mtb_operator::{Grid, Monitor};
+use mtb_operator::{Grid, Monitor, check_memory};
 
 use super::level::{Level, Region, half_sides};
 use super::product::{Product, sizes};
-use super::{Load, Method, NormalContact, NormalSolution};
+use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, memory};
 use crate::Error;
 
 /// Relative error of the pressure that a coarse grid may have from its residual: enough to start from and
@@ -30,6 +30,11 @@ pub(super) fn solve(
     tolerance: Option<f64>,
     monitor: Monitor<'_>,
 ) -> Result<NormalSolution, Error> {
+    check_memory(
+        contact.grid.points(),
+        memory(contact.grid.points(), Method::Fourier),
+        memory(CELLS_AT_MOST, Method::Fourier),
+    )?;
     let levels = Level::pyramid(contact);
     let mut work = Work::default();
     // the last level solved: its number and pressure, and its difference from the one before

@@ -1,7 +1,8 @@
 use std::time::Instant;
 
 use faer::Mat;
-use mtb_operator::Monitor;
+use mtb_operator::dense::WORK_UNWATCHED;
+use mtb_operator::{Monitor, check_memory};
 use rayon::prelude::*;
 
 use super::balance::{ReactionRows, WRENCH, lever};
@@ -145,8 +146,19 @@ impl Responses {
 /// Contact points whose columns go through the factor together, three columns each.
 const GROUP: usize = 32;
 
-/// Groups per round: bounds the time between two looks at the monitor.
+/// Groups that go through the factor in one round, at most.
 const ROUND: usize = 8;
+
+/// Components of the blocks of a flexibility.
+const BLOCKS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Pieces of `operations` each that the workers take between two looks at the monitor: one for each of them at
+/// the least, `most` at most.
+fn round(operations: f64, most: usize) -> usize {
+    let workers = rayon::current_num_threads();
+    let few = WORK_UNWATCHED * workers as f64 / operations.max(1.0);
+    (few as usize).clamp(workers.min(most), most)
+}
 
 impl TetraBody {
     /// The body condensed onto the contact points of a sampling of its surface.
@@ -165,15 +177,36 @@ impl TetraBody {
     ) -> Result<CondensedBody, Error> {
         let trace = Trace::new(self.mesh(), sampling)?;
         let modes = self.held_by_contact(sampling)?;
+        let n = sampling.n_points();
+        // the blocks, and their copy in the compliance that is made of them
+        let kept = 2.0 * (BLOCKS.len() * 8) as f64 * (n as f64).powi(2);
+        check_memory(n, kept, limits.bytes)?;
         let factored = self.factored(limits, monitor)?;
         let mut cost = factored.cost;
-        let n = sampling.n_points();
 
         let clock = Instant::now();
         let order = elimination_order(&trace, &factored);
         let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
+        let unknowns = |points: &[usize]| -> Vec<usize> {
+            let columns = points
+                .iter()
+                .map(|&i| trace.column(i, 2, &factored.unknowns.source));
+            columns.flatten().map(|(unknown, _)| unknown).collect()
+        };
+        let heights: Vec<usize> = groups
+            .iter()
+            .map(|points| factored.factor.rows_reached(&unknowns(points)))
+            .collect();
+        let entries: usize = groups
+            .iter()
+            .zip(&heights)
+            .map(|(g, h)| 3 * g.len() * h)
+            .sum();
+        let needed = kept + 8.0 * (entries + cost.factor_entries) as f64;
+        check_memory(n, needed, limits.bytes)?;
         let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
-        for (k, round) in groups.chunks(ROUND).enumerate() {
+        let dearest = 2.0 * (3 * GROUP * cost.factor_entries) as f64;
+        for (k, round) in groups.chunks(round(dearest, ROUND)).enumerate() {
             let columns: Vec<Vec<SparseColumn>> = round
                 .iter()
                 .map(|points| {
@@ -194,13 +227,15 @@ impl TetraBody {
         cost.forward_s = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let mut flexibility: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; n * n]);
+        let mut flexibility = vec![0.0; BLOCKS.len() * n * n];
         let held: usize = reached.iter().map(Reached::bytes).sum();
         cost.peak_bytes = 8 * (cost.factor_entries + 6 * n * n) + held;
         let pairs: Vec<(usize, usize)> = (0..groups.len())
             .flat_map(|i| (i..groups.len()).map(move |j| (i, j)))
             .collect();
-        for (k, round) in pairs.chunks(8 * ROUND).enumerate() {
+        let longest = heights.into_iter().max().unwrap_or(0);
+        let dearest = 2.0 * (9 * GROUP * GROUP * longest) as f64;
+        for (k, round) in pairs.chunks(round(dearest, 8 * ROUND)).enumerate() {
             let products: Vec<(Mat<f64>, f64)> = round
                 .par_iter()
                 .map(|&(i, j)| factored.factor.product(&reached[i], &reached[j]))
@@ -458,15 +493,8 @@ fn elimination_order(trace: &Trace, factored: &Factored) -> Vec<usize> {
 }
 
 /// Puts the product of two groups of points into the six blocks.
-fn store(
-    flexibility: &mut [Vec<f64>; 6],
-    n: usize,
-    rows: &[usize],
-    columns: &[usize],
-    product: &Mat<f64>,
-) {
-    const BLOCKS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-    for (block, (c, d)) in flexibility.iter_mut().zip(BLOCKS) {
+fn store(flexibility: &mut [f64], n: usize, rows: &[usize], columns: &[usize], product: &Mat<f64>) {
+    for (block, (c, d)) in flexibility.chunks_exact_mut(n * n).zip(BLOCKS) {
         for (a, &i) in rows.iter().enumerate() {
             for (b, &j) in columns.iter().enumerate() {
                 block[i * n + j] = product[(3 * a + c, 3 * b + d)];

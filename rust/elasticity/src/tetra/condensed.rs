@@ -64,21 +64,22 @@ pub struct Balance {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flexibility {
     weights: Vec<f64>,
-    blocks: [Vec<f64>; 6],
+    /// One after the other.
+    blocks: Vec<f64>,
 }
 
 impl Flexibility {
-    /// Flexibility of `n` points: `weights`, the integrals of the basis functions [m2], and `blocks`
-    /// `S_cd = B_c^T K^-1 B_d` [m3/Pa], row-major `(n, n)`, for `cd` = 11, 22, nn, 12, 1n, 2n.
+    /// Flexibility of `n` points: `weights`, the integrals of the basis functions [m2], and the blocks
+    /// `S_cd = B_c^T K^-1 B_d` [m3/Pa], `(6, n, n)` row-major, for `cd` = 11, 22, nn, 12, 1n, 2n.
     ///
     /// # Errors
     /// [`Error::Shape`]; [`Error::NoArea`] on a weight that is not positive.
-    pub fn new(weights: Vec<f64>, blocks: [Vec<f64>; 6]) -> Result<Self, Error> {
-        let expected = weights.len() * weights.len();
-        if let Some(block) = blocks.iter().find(|block| block.len() != expected) {
+    pub fn new(weights: Vec<f64>, blocks: Vec<f64>) -> Result<Self, Error> {
+        let expected = 6 * weights.len() * weights.len();
+        if blocks.len() != expected {
             return Err(Error::Shape {
-                name: "flexibility block",
-                found: block.len(),
+                name: "flexibility",
+                found: blocks.len(),
                 expected,
             });
         }
@@ -93,9 +94,9 @@ impl Flexibility {
         &self.weights
     }
 
-    /// The six blocks, see [`Flexibility::new`].
-    pub fn blocks(&self) -> &[Vec<f64>; 6] {
-        &self.blocks
+    /// Weights and blocks, as [`Flexibility::new`] took them.
+    pub fn into_parts(self) -> (Vec<f64>, Vec<f64>) {
+        (self.weights, self.blocks)
     }
 
     /// The block of the two components and whether it has to be transposed.
@@ -112,7 +113,8 @@ impl Flexibility {
             (Y, Normal) => (5, false),
             (Normal, Y) => (5, true),
         };
-        (&self.blocks[k], transposed)
+        let size = self.weights.len().pow(2);
+        (&self.blocks[k * size..(k + 1) * size], transposed)
     }
 }
 

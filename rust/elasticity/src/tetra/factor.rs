@@ -213,6 +213,22 @@ impl Factor {
         Ok(())
     }
 
+    /// Rows of right-hand sides in `unknowns` that differ from zero after forward substitution.
+    pub(super) fn rows_reached(&self, unknowns: &[usize]) -> usize {
+        let s = &self.symbolic.0;
+        let mut is_reached = vec![false; s.n_supernodes()];
+        let mut rows = 0;
+        for &unknown in unknowns {
+            let mut k = self.supernode_of[unknown];
+            while k != usize::MAX && !is_reached[k] {
+                is_reached[k] = true;
+                rows += s.supernode_end()[k] - s.supernode_begin()[k];
+                k = self.parent[k];
+            }
+        }
+        rows
+    }
+
     /// Forward substitution of a few sparse columns through the supernodes they reach.
     pub(super) fn forward(&self, columns: &[SparseColumn]) -> Reached {
         let l = self.supernodal();

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a solve takes of the memory, said before it starts."""
+
+from __future__ import annotations
+
+import warnings
+
+from . import _mtb_rs
+
+#: Share of the free memory above which a solve says what it will take.
+SAID_FROM = 0.5
+
+
+def available() -> float | None:
+    """Memory [bytes] that this process can still have; None where the system does not tell.
+
+    The least of what the machine has free and of what its container and its shell (`ulimit -v`) leave.
+    """
+    return _mtb_rs.available_memory()
+
+
+def of_normal_contact(cells: int, method: str = "auto") -> float:
+    """Memory [bytes] that :func:`mtb_rs.solve_normal` takes at most, for a number of cells and a method."""
+    return _mtb_rs.normal_memory(cells, method)
+
+
+def of_sliding(points: int, frictional: bool = True) -> float:
+    """Memory [bytes] that the dense matrices of a sliding contact take at most, for a number of points."""
+    return _mtb_rs.sliding_memory(points, frictional)
+
+
+def say(needed: float, what: str, stacklevel: int = 3) -> None:
+    """Warns of a solve that takes more than half of the free memory.
+
+    Parameters
+    ----------
+    needed : float [bytes]
+    what : str
+        What is solved, as the subject of the sentence.
+    """
+    free = available()
+    if free is not None and needed > SAID_FROM * free:
+        warnings.warn(
+            f"{what} may take {needed / 1e9:.1f} GB of memory; {max(free, 0.0) / 1e9:.1f} GB are free",
+            stacklevel=stacklevel,
+        )
