@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _mtb_rs
+from . import _mtb_rs, memory
 from .bodies import HalfSpace, Rigid
 from .cache import Memory
 from .errors import ConvergenceError, ResultantError
@@ -283,6 +283,7 @@ def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_
     frictional = bool(problem.direction.any()) and not (
         isinstance(problem.friction, np.ndarray) and not problem.friction.any()
     )
+    memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
     made_from = (problem.lower.compliance, problem.upper.compliance, problem.direction, frictional)
     pair = problem.memory.recall("pair", made_from, lambda: _mtb_rs.SlidingPair(*made_from))
     problem.time_s["influence matrix"] = time.perf_counter() - clock

@@ -329,9 +329,7 @@ def test_a_tilt_that_no_contact_carries_is_named_on_large_grids_too(monkeypatch)
 
 
 def test_more_points_than_the_memory_holds_are_refused():
-    with pytest.raises(
-        ValueError, match=r"70200 contact points take 197.1 GB; the limit is 8 GB"
-    ):
+    with pytest.raises(ValueError, match=r"70200 contact points take 197.1 GB; the limit is 8 GB"):
         mtb.scenes.pole_shoe_on_rail(spacing=0.2e-3, lateral=1e-4).solve(model="half-space")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Processes made by fork after the library was used: they have the parent's memory and none of its threads."""
+"""Processes made by fork after the library was used: they have none of their parent's threads."""
 
 import multiprocessing
 import sys
@@ -21,13 +21,17 @@ def dense():
 def by_fourier():
     x = np.linspace(-4e-3, 4e-3, 128)
     gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.2
-    return mtb.solve_normal(gap, (x[1] - x[0],) * 2, lower=mtb.steel, upper=mtb.steel, force=500.0).pressure.max()
+    return mtb.solve_normal(
+        gap, (x[1] - x[0],) * 2, lower=mtb.steel, upper=mtb.steel, force=500.0
+    ).pressure.max()
 
 
 def many_cells_densely():
     x = np.linspace(-4e-3, 4e-3, 24)
     gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.2
-    return mtb.solve_normal(gap, (x[1] - x[0],) * 2, lower=mtb.steel, upper=mtb.steel, force=500.0, method="dense").pressure.max()
+    return mtb.solve_normal(
+        gap, (x[1] - x[0],) * 2, lower=mtb.steel, upper=mtb.steel, force=500.0, method="dense"
+    ).pressure.max()
 
 
 def condensed():

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Memory: what is said is what is taken, and what the process cannot have is refused before."""
+
+import subprocess
+import sys
+
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs import memory
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="limits and peaks of the process are Linux'")
+
+PREAMBLE = """
+import resource, warnings
+import numpy as np, mtb_rs as mtb
+from mtb_rs import cache, memory
+def used(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+def leave(room):
+    size = next(line for line in open("/proc/self/status") if line.startswith("VmSize"))
+    room += int(size.split()[1]) * 1024
+    resource.setrlimit(resource.RLIMIT_AS, (room, room))
+def contact(n, method="fft"):
+    # nearly all of it touches
+    x = np.linspace(-1.0, 1.0, n)
+    gap = 1e-7 * np.cos(30.0 * x) * np.cos(30.0 * x[:, None])
+    steel = dict(lower=mtb.steel, upper=mtb.steel)
+    return mtb.solve_normal(gap, 1e-5, **steel, approach=1e-4, method=method, edge="sharp")
+"""
+
+
+def child(body):
+    done = subprocess.run(
+        [sys.executable, "-c", PREAMBLE + body], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split("\n")[0]
+
+
+@linux
+@pytest.mark.parametrize(("n", "method"), [(900, "fft"), (50, "dense")])
+def test_a_solve_takes_no_more_than_was_said_and_not_far_less(n, method):
+    body = f"contact(20); before = used(); contact({n}, {method!r}); print(used() - before)"
+    taken, said = float(child(body)), memory.of_normal_contact(n * n, method)
+    # the allocator keeps some, and NumPy a few fields
+    assert 0.3 * said < taken < 1.05 * said + 20e6
+
+
+@linux
+def test_what_the_process_cannot_have_is_refused_before_it_is_asked_for():
+    body = """
+leave(400 << 20)
+warnings.simplefilter("ignore")
+try:
+    contact(2000)
+except ValueError as error:
+    print(error)
+"""
+    message = child(body)
+    assert message.startswith(
+        "4000000 contact points take 0.9 GB; the limit is 22 GB, and the machine has 0."
+    )
+    assert message.endswith("GB free: take fewer, larger cells")
+
+
+@linux
+def test_what_takes_half_of_the_memory_is_said_before_it_starts():
+    body = """
+leave(570 << 20)
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    contact(300)
+    assert not caught
+    contact(1200)
+print([str(w.message) for w in caught])
+"""
+    assert "the contact of 1200 x 1200 cells may take 0.3 GB of memory; 0." in child(body)
+
+
+@linux
+def test_a_condensation_that_the_process_cannot_hold_is_refused():
+    body = """
+shoe = mtb.scenes.pole_shoe_on_rail(spacing=3e-3)
+with cache.memory_only():
+    shoe.solve("elastic-upper")
+    leave(650 << 20)
+    try:
+        mtb.scenes.pole_shoe_on_rail(spacing=2.2e-3).solve("elastic-upper")
+    except ValueError as error:
+        print(error)
+"""
+    message = child(body)
+    assert "contact points take 0." in message
+    assert "GB free" in message
+
+
+def test_estimates_grow_as_the_matrices_do():
+    assert memory.of_sliding(2000) == pytest.approx(4.0 * memory.of_sliding(1000))
+    assert memory.of_sliding(1000, frictional=False) < memory.of_sliding(1000)
+    free = memory.available()
+    assert free is None or free > 0.0
+    with pytest.warns(UserWarning, match="the test may take .* GB of memory"):
+        memory.say(1e18, "the test")
+    with pytest.raises(ValueError, match='method is "guess"'):
+        memory.of_normal_contact(100, "guess")
+    assert mtb.__version__
