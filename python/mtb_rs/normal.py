@@ -162,8 +162,8 @@ def solve_normal(
     Besides the gap it takes some 100 bytes per cell where the contact is a small part of the grid, up to 216
     where it is all of it, the result included: at most 0.9 GB for 2048 x 2048 cells, 3.6 GB for 4096 x 4096.
     What may take more than half of the free memory is warned of; what may take more than there is, or more
-    than 21.6 GB, is refused. Numbers are doubles throughout: the products of a single-precision transform err by 1e-7
-    and more of the largest displacement, and the residual could not fall below that.
+    than 21.6 GB, is refused. Numbers are doubles throughout: the products of a single-precision transform
+    err by 1e-7 and more of the largest displacement, and the residual could not fall below that.
 
     Examples
     --------
