@@ -115,7 +115,8 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //.
+            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //. A file of more
+            than two columns needs a heading that names y and z.
         interpolation : "smooth" or "linear"
         unit : str
             Length unit of files that do not state theirs: "m", "mm", "um" or "in".
