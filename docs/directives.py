@@ -148,7 +148,11 @@ class Example(SphinxDirective):
             raise self.error(f"{kept} is missing: run docs/gallery.py {name}")
         question = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
         # the first sentence, or what stands before its colon, is the heading
-        title, mark, rest = re.split(r"([?.:])\s+", question + " ", maxsplit=1)
+        title, mark, rest = re.split(r"(?<!fig)([?.:])\s+", question + " ", maxsplit=1)
+        # what it answers in the paper stands below, not in the heading
+        source = re.search(r"\s*(\[[^\]]*\])$", title)
+        if source is not None:
+            title, rest = title[: source.start()], f"{source[1]} {rest}"
         lines = [f"## {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
         for picture in sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif")):
             lines += [f"```{{image}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", "```", ""]

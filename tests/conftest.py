@@ -5,12 +5,14 @@ with some extras only."""
 from __future__ import annotations
 
 import os
+import sys
 import tomllib
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from packaging.requirements import Requirement
@@ -20,6 +22,16 @@ import mtb_rs
 from mtb_rs.geometry import Profile
 from mtb_rs.report import Report
 from mtb_rs.result import Displacement, Patch, Result, Surface
+
+
+@pytest.fixture(autouse=True)
+def _figures_closed() -> Iterator[None]:
+    """Where a test has brought pyplot along, figures are its own: no test leaves any to the next."""
+    mpl.rcParams["figure.max_open_warning"] = 0
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+
 
 RAIL = Profile.standard("60E1")
 

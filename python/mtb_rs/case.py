@@ -8,10 +8,8 @@ the scene's signature, so that nothing is said twice. ``[upper]`` and ``[lower]`
 
 from __future__ import annotations
 
-import csv
 import difflib
 import inspect
-import io
 import json
 import math
 import re
@@ -42,7 +40,7 @@ from . import scenes
 from .bodies import Rigid
 from .check import choice, path_of, shortened
 from .errors import CaseError
-from .files import read_bytes, read_text
+from .files import read_bytes
 from .friction import InterfaceLayer
 from .geometry import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
 from .loads import GaussianPressure, VelocityTable
@@ -240,7 +238,9 @@ def _field(given: Any, info: ValidationInfo) -> Any:
         if keys == {"velocity", "value"}:
             return VelocityTable(_numbers("velocity", given["velocity"]), _field(_list(given["value"]), info))
         if keys == {"file"}:
-            return _table_file((info.context or {}).get("directory", Path()) / path_of("file", given["file"]))
+            return VelocityTable.from_file(
+                (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
+            )
         if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
             return GaussianPressure(
                 _numbers("peak", [given["peak"]])[0],
@@ -267,25 +267,6 @@ def _numbers(name: str, given: Any) -> list[float]:
     ):
         raise ValueError(f"{name} is {given!r}: a list of finite numbers is needed")
     return [float(v) for v in given]
-
-
-def _table_file(path: Path) -> VelocityTable:
-    """A CSV with two columns, velocity [m/s] and value; a first line without numbers is a heading."""
-    text = read_text(path, "table")
-    try:
-        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-    except csv.Error as error:
-        raise ValueError(f"table {path} cannot be read: {error}") from error
-    numbers = []
-    for line, row in enumerate(rows, start=1):
-        try:
-            velocity, value = (float(cell) for cell in row)
-        except ValueError:
-            if line == 1:
-                continue
-            raise ValueError(f"{path}, line {line}: {shortened(','.join(row))} is not two numbers") from None
-        numbers.append((velocity, value))
-    return VelocityTable([v for v, _ in numbers], [value for _, value in numbers])
 
 
 def _profile(given: Any, info: ValidationInfo) -> str | Profile:

@@ -19,7 +19,7 @@ from PIL import Image
 from .errors import PictureWarning
 from .files import check_folder, drafted, read_text
 from .grids import flat, patches
-from .plot import drawable
+from .plot import drawable, own_figures
 from .result import Pictured, Result
 
 #: Where a pole shoe is cut for line plots [m]: its inner edge and inside the conforming strip, as in
@@ -103,7 +103,8 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
     """
     target = check_saveable(directory)
     files: dict[str, bytes] = {}
-    notices = _fields(result, files) + _pictures(result, files)
+    with own_figures():
+        notices = _fields(result, files) + _pictures(result, files)
     names = sorted(files)
     text = json.dumps(summary(result, names, notices), indent=2, allow_nan=False)
     earlier = _files_of_earlier_result(target)

@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .check import LARGEST, number, pair, positive, reals
+from .check import LARGEST, number, pair, path_of, positive, reals, shortened
+from .files import read_text
 from .plain import plain
 from .result import Patch
 
@@ -89,6 +93,36 @@ class VelocityTable:
             raise ValueError(f"velocity is {velocity}: finite numbers [m/s] that rise are needed")
         object.__setattr__(self, "velocity", velocity)
         object.__setattr__(self, "value", value)
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> VelocityTable:
+        """Table from a CSV with two columns, velocity [m/s] and value.
+
+        A first line without numbers is a heading.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or names the line that is not two numbers.
+        """
+        path = path_of("path", path)
+        text = read_text(path, "table")
+        try:
+            rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+        except csv.Error as error:
+            raise ValueError(f"table {path} cannot be read: {error}") from error
+        numbers = []
+        for line, row in enumerate(rows, start=1):
+            try:
+                velocity, value = (float(cell) for cell in row)
+            except ValueError:
+                if line == 1:
+                    continue
+                raise ValueError(
+                    f"{path}, line {line}: {shortened(','.join(row))} is not two numbers"
+                ) from None
+            numbers.append((velocity, value))
+        return cls([v for v, _ in numbers], [value for _, value in numbers])
 
     def bracket(self, velocity: float) -> tuple[Any, Any, float]:
         """The two values around `velocity` [m/s] and the weight of the second."""

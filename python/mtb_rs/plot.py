@@ -7,7 +7,10 @@ Nothing here touches pyplot: a picture is a figure of its own, or is drawn into 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -18,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 from matplotlib.transforms import Affine2D, ScaledTranslation
@@ -26,6 +29,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from PIL import Image
 
+from .check import pair
 from .files import check_target, write_bytes
 from .grids import corners, flat, patches, row_borders
 from .plain import plain
@@ -47,6 +51,8 @@ _PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "-": ((1.0, "-"), (1e-3, "10⁻³"), (1e-6, "10⁻⁶"), (1e-9, "10⁻⁹")),
+    "W/m2": ((1e9, "GW/m²"), (1e6, "MW/m²"), (1e3, "kW/m²"), (1.0, "W/m²")),
+    "J/m2": ((1e3, "kJ/m²"), (1.0, "J/m²"), (1e-3, "mJ/m²")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "\N{MICRO SIGN}m/s")),
 }
 
@@ -128,12 +134,48 @@ def quantity_of(result: Pictured, name: str) -> Quantity:
 
 
 class ResultFigure(Figure):
-    """A matplotlib figure that shows itself in a notebook and belongs to nobody else."""
+    """A matplotlib figure that shows itself in a notebook; pyplot's own where pyplot is in use."""
+
+    def show(self, warn: bool = True) -> None:
+        """Shows the figure in a window, if there is a display."""
+        if self.canvas.manager is None:
+            from matplotlib import pyplot
+            from matplotlib._pylab_helpers import Gcf
+
+            # a figure of pyplot's gives the canvas of its backend, and its number
+            window = pyplot.figure()
+            number, canvas = window.number, type(window.canvas)
+            pyplot.close(window)
+            manager = canvas.new_manager(self, number)
+            Gcf._set_new_active_manager(manager)
+        super().show(warn)
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
         self.savefig(buffer, format="png")
         return buffer.getvalue()
+
+
+#: Whether figures belong to nobody: those that the library makes for its own files and notebooks.
+_IS_OWN: ContextVar[bool] = ContextVar("own figures", default=False)
+
+
+@contextmanager
+def own_figures() -> Iterator[None]:
+    """Figures drawn inside do not become pyplot's, which would keep them."""
+    token = _IS_OWN.set(True)
+    try:
+        yield
+    finally:
+        _IS_OWN.reset(token)
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is None or _IS_OWN.get():
+        return ResultFigure(figsize=size, dpi=150, layout="constrained")
+    figure: Figure = pyplot.figure(FigureClass=ResultFigure, figsize=size, dpi=150, layout="constrained")
+    return figure
 
 
 def plot(
@@ -145,6 +187,9 @@ def plot(
     body: Body = "lower",
     limits: Limits | None = None,
     ax: Axes | None = None,
+    title: str | None = None,
+    cmap: str | Colormap | None = None,
+    figsize: tuple[float, float] | None = None,
     **options: Any,
 ) -> Any:
     """Draws one quantity of a result.
@@ -170,6 +215,12 @@ def plot(
         Ends of the scale, to compare pictures; by default those of the values.
     ax : matplotlib.axes.Axes
         Draw there, not into a figure of its own (not for "3d").
+    title : str
+        In place of the one that says the quantity and its range.
+    cmap : str or matplotlib.colors.Colormap
+        Colours of a map.
+    figsize : (width, height) [in]
+        Of the figure. Like `title` and `cmap` not for "3d", nor beside `ax`.
     **options
         For "3d": see :func:`mtb_rs.view.view` and :func:`mtb_rs.view.view_von_mises`.
 
@@ -192,6 +243,12 @@ def plot(
     quantity_of(result, quantity)
     if kind is None:
         kind = "map" if y is None else "line"
+    if kind == "3d" and not (title is None and cmap is None and figsize is None):
+        raise ValueError('title, cmap and figsize have no meaning for kind="3d"')
+    if cmap is not None and kind != "map":
+        raise ValueError('cmap has a meaning for kind="map" only')
+    if figsize is not None and ax is not None:
+        raise ValueError("figsize has no meaning beside ax")
     if kind == "3d":
         if y is not None or ax is not None:
             raise ValueError('y and ax have no meaning for kind="3d"')
@@ -203,10 +260,25 @@ def plot(
     if kind == "map":
         if y is not None:
             raise ValueError('y has no meaning for kind="map"; cuts are kind="line"')
-        return draw_map(result, quantity, body, limits, ax)
-    if kind == "line":
-        return draw_lines(result, quantity, y, body, limits, ax)
-    raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
+        figure = draw_map(result, quantity, body, limits, ax)
+    elif kind == "line":
+        figure = draw_lines(result, quantity, y, body, limits, ax)
+    else:
+        raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
+    if figsize is not None:
+        figure.set_size_inches(*pair("figsize", figsize, "in"))
+    drawn = figure.axes[0] if ax is None else ax
+    if cmap is not None:
+        _recolour(drawn, cmap)
+    if title is not None:
+        drawn.set_title(title, loc="left", fontsize=10.5, color=INK)
+    return figure
+
+
+def _recolour(drawn: Axes, cmap: str | Colormap) -> None:
+    for shown in (*drawn.collections, *drawn.images):
+        if shown.get_array() is not None:
+            shown.set_cmap(cmap)
 
 
 def plot_side_by_side(
@@ -216,17 +288,32 @@ def plot_side_by_side(
     if kind == "3d" or "ax" in options:
         raise ValueError('several patches are drawn as maps or lines: neither kind="3d" nor ax has a meaning')
     quantity_of(results[0], quantity)
+    title, cmap, figsize = (options.pop(name, None) for name in ("title", "cmap", "figsize"))
+    unknown = [name for name in options if name not in ("y", "body", "limits")]
+    if unknown:
+        raise ValueError(f"unknown options: {', '.join(unknown)}")
     if options.get("limits") is None:
         given = {"kind": kind, **options} if kind else options
         options["limits"] = _shared_limits(results, quantity, given)
     if kind == "line" or options.get("y") is not None:
-        figure = ResultFigure(figsize=(7.2, 3.6 * len(results)), dpi=150, layout="constrained")
+        figure = _figure((7.2, 3.6 * len(results)))
+        if cmap is not None:
+            raise ValueError('cmap has a meaning for kind="map" only')
         panels = figure.subplots(len(results), 1, squeeze=False)[:, 0]
         for axes, result, name in zip(panels, results, names, strict=True):
             plot(result, quantity, kind, ax=axes, **options)
             axes.set_title(f"{name}: {axes.get_title(loc='left')}", loc="left", fontsize=9.5, color=INK)
-        return figure
-    return _maps_side_by_side(results, names, quantity, options.get("body", "lower"), options["limits"])
+    else:
+        body = options.get("body", "lower")
+        figure = _maps_side_by_side(results, names, quantity, body, options["limits"])
+        if cmap is not None:
+            for axes in figure.axes:
+                _recolour(axes, cmap)
+    if figsize is not None:
+        figure.set_size_inches(*pair("figsize", figsize, "in"))
+    if title is not None:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5, color=INK)
+    return figure
 
 
 def _maps_side_by_side(
@@ -245,7 +332,7 @@ def _maps_side_by_side(
     rows = -(-len(results) // columns)
     width = (7.2 - 1.0) / columns - 0.7
     height = width * half[1] / half[0] + 1.0
-    figure = ResultFigure(figsize=(7.2, rows * height + 0.2), dpi=150, layout="constrained")
+    figure = _figure((7.2, rows * height + 0.2))
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, result, name, (low, high) in zip(panels, results, names, boxes, strict=False):
         draw_map(result, quantity, body, limits, axes, panel=True)
@@ -326,7 +413,8 @@ def animate(
 
 
 def _frame(result: Pictured, quantity: str, options: dict[str, Any]) -> NDArray[np.uint8]:
-    picture = plot(result, quantity, **options)
+    with own_figures():
+        picture = plot(result, quantity, **options)
     if isinstance(picture, Figure):
         canvas: Any = FigureCanvasAgg(picture)
         canvas.draw()
@@ -555,7 +643,7 @@ class _Row:
 
 def _canvas(ax: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:
     if ax is None:
-        figure = ResultFigure(figsize=size, dpi=150, layout="constrained")
+        figure = _figure(size)
         return figure, figure.add_subplot()
     owner = ax.get_figure(root=True)
     if owner is None:

@@ -100,7 +100,10 @@ class Pictured:
 
     def _repr_png_(self) -> bytes:
         """The pressure map, for notebooks."""
-        picture: bytes = self.plot("pressure")._repr_png_()
+        from .plot import own_figures
+
+        with own_figures():
+            picture: bytes = self.plot("pressure")._repr_png_()
         return picture
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:

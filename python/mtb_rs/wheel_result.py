@@ -240,5 +240,8 @@ class WheelStep:
 
     def _repr_png_(self) -> bytes | None:
         """The pressure maps, for notebooks; none of lifted wheels."""
-        picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
+        from .plot import own_figures
+
+        with own_figures():
+            picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
         return picture

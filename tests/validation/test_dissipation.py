@@ -151,6 +151,7 @@ def test_wheels_tell_where_their_heat_arises() -> None:
             cellwise = float((patch.traction * patch.slip_velocity).sum() * patch.area)
             assert cellwise < 0.99 * total
             assert patch.dissipation[patch.pressure == 0.0].sum() * patch.area < 0.1 * total
+    assert patch.plot("dissipation").axes[0].get_title(loc="left").endswith("W/m²")
     # the spin of a cone moves the two apart by a part of a cell
     assert apart[0] == pytest.approx(apart[1], rel=1e-5)
     assert apart[2] < 0.6 * apart[0] < 6e-3

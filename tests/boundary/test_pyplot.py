@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Figures are pyplot's own where pyplot is in use, and take what figures take."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+
+
+@pytest.fixture
+def result() -> Iterator[mtb.Result]:
+    yield mtb.scenes.paraboloid_on_plane(points=8).solve("half-space")
+    plt.close("all")
+
+
+def test_figures_are_those_of_pyplot_and_files_leave_none(result: mtb.Result, tmp_path: Path) -> None:
+    figure = result.plot("pressure")
+    assert plt.get_fignums() == [figure.number]
+    assert plt.gcf() is figure
+    result.save(tmp_path / "out")
+    result._repr_png_()
+    assert plt.get_fignums() == [figure.number]
+    _, axes = plt.subplots()
+    result.plot("gap", ax=axes)
+    assert len(plt.get_fignums()) == 2
+
+
+def test_without_pyplot_figures_belong_to_nobody_and_show_themselves() -> None:
+    code = (
+        "import sys, warnings, mtb_rs as mtb; "
+        "r = mtb.scenes.paraboloid_on_plane(points=8).solve('half-space'); "
+        "f = r.plot('pressure'); assert 'matplotlib.pyplot' not in sys.modules; "
+        "warnings.simplefilter('ignore'); f.show(); "
+        "import matplotlib.pyplot as plt; assert plt.get_fignums() == [1] and plt.gcf() is f"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "MPLBACKEND": "Agg"})
+
+
+def test_title_colours_and_size_are_passed_on(result: mtb.Result) -> None:
+    figure = result.plot("pressure", title="Mine", cmap="magma", figsize=(3.0, 2.0))
+    assert np.allclose(figure.get_size_inches(), (3.0, 2.0))
+    assert figure.axes[0].get_title(loc="left") == "Mine"
+    assert any(c.get_array() is not None and c.get_cmap().name == "magma" for c in figure.axes[0].collections)
+    lines = result.plot("pressure", "line", title="Cut")
+    assert lines.axes[0].get_title(loc="left") == "Cut"
+    for options, words in (
+        ({"kind": "line", "cmap": "magma"}, "cmap"),
+        ({"kind": "3d", "title": "a"}, "3d"),
+        ({"ax": lines.axes[0], "figsize": (1.0, 1.0)}, "figsize"),
+        ({"cmap": "no such"}, "no such"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            result.plot("pressure", **options)
+
+
+def test_the_package_lists_what_it_offers() -> None:
+    listed = set(dir(mtb))
+    assert {"animate", "write_html", "load_case", "Case"} <= listed
+    assert not {"Any", "TYPE_CHECKING", "annotations"} & listed
+    assert all(hasattr(mtb, name) for name in listed)
+
+
+def test_tables_over_the_velocity_come_from_files(tmp_path: Path) -> None:
+    path = tmp_path / "mu.csv"
+    path.write_text("v,mu\n0,0.3\n20,0.1\n", encoding="utf-8")
+    assert mtb.VelocityTable.from_file(path) == mtb.VelocityTable([0.0, 20.0], [0.3, 0.1])
+    path.write_text("0,0.3\n20,a\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mu\.csv, line 2"):
+        mtb.VelocityTable.from_file(path)
