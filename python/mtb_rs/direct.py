@@ -28,6 +28,7 @@ from .bodies import HalfSpace, Rigid
 from .estimate import coarsened
 from .layout import Layout, WheelLayout
 from .normal import solve_normal
+from .recovery import left_out
 from .solve import ContactProblem, Solution, solve_direct
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
         level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
         wider, layers = [*before, *copies], None
         if level.is_solved and (free or chosen.errors):
-            if chosen.model != "half-space":
+            if chosen.model != "half-space" and scene.own_model is None:
                 layers = layered(fixed, chosen.model, level, copies)
                 wider = [] if layers is None else [layers[0], *before]
                 new = [found for found in layers or () if all(found is not copy for copy in copies)]
@@ -97,7 +98,10 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
                     break
                 wider.append(copies[-1])
                 besides += copies[-1].operations
-        return level, estimated(level, wider, chosen, layers, skip_border=layout.is_body_edge)
+        errors = estimated(level, wider, chosen, layers, skip_border=layout.is_body_edge)
+        if errors is not None and scene.own_model is not None:
+            errors = errors.with_mesh(*mesh_errors(level))
+        return level, errors
 
     spent = 0.0
     if free:
@@ -179,7 +183,7 @@ def given(scene: Scene, model: str) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     assert scene.layout is not None
     if scene.own_model is not None:
-        return Choice(scene.own_model, {}, {})
+        return Choice(scene.own_model)
     if scene.magnetic_pressure is None:
         return Choice(model)
     models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
@@ -224,6 +228,21 @@ def level_at(
         solution = solve_direct(smooth, with_margin=False)
         return Level(problem, replace(solution, friction=problem.friction_at(solution.pressure)), spacing)
     return Level(problem, solve_direct(problem, with_margin=not is_rough), spacing)
+
+
+def mesh_errors(level: Level) -> tuple[float, float]:
+    """Shares (whole, at the contact) of its energy that the worse mesh of two bodies leaves out.
+
+    Bodies of one's own cannot be meshed anew; what their meshes leave out shows in their stress.
+    """
+    coefficients, first = level.solution.coefficients(level.problem), 0
+    shares = []
+    for side in (level.problem.upper, level.problem.lower):
+        for part in side.state or ():
+            motion = level.solution.motion[first : first + len(part.modes)]
+            first += len(part.modes)
+            shares.append(left_out(part.state(coefficients, motion)))
+    return max(s[0] for s in shares), max(s[1] for s in shares)
 
 
 def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:

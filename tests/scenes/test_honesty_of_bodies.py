@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes with an elastic body of one's own say how good they are: a sample of studies/honesty_bodies.py."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+SAMPLE = (0, 8, 11, 19)
+
+
+@pytest.mark.parametrize("number", SAMPLE)
+def test_estimates_of_own_bodies_are_honest(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "studies"))
+    study = import_module("honesty_bodies")
+    monkeypatch.delitem(sys.modules, "honesty_bodies")
+    for estimate, truth in study.examine(study.CASES[number]).values():
+        assert truth <= 2.0 * estimate
+        assert estimate < 0.2
+
+
+def test_the_estimate_costs_less_than_the_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "studies"))
+    study = import_module("honesty_bodies")
+    monkeypatch.delitem(sys.modules, "honesty_bodies")
+    result = study.CASES[1].solve()
+    assert result.error_estimate == result.report.error_estimates["pressure"]
+    spent = result.report.operations
+    assert 0.0 < spent["choice and estimate"] < spent["condensation"] + spent["solution"]
