@@ -119,7 +119,7 @@ fn named_columns(line: &str) -> Option<(usize, [usize; 2])> {
         .map(|w| {
             let letters = w.trim_matches(['"', '\'']).chars();
             letters
-                .take_while(|c| c.is_ascii_alphabetic())
+                .take_while(char::is_ascii_alphabetic)
                 .collect::<String>()
                 .to_ascii_lowercase()
         })
