@@ -53,12 +53,12 @@ def stepped():
 
 
 def rolled():
-    return mtb.scenes.wheel_on_rail(spacing=1.5e-3).solve().force[2]
+    return mtb.scenes.wheel_on_rail(spacing=1.5e-3).solve().normal_force
 
 
 def wheels():
-    prepared = mtb.scenes.wheel_on_rail(spacing=1.5e-3).prepare()
-    return prepared.step([0.0, 1e-3, np.nan, 0.0, 0.0, 0.0], 20.0).force[2]
+    prepared = mtb.scenes.wheel_on_rail(spacing=1.5e-3, lateral=0.0).prepare(friction=mtb.Coulomb(0.05))
+    return prepared.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], 20.0).force[2]
 
 
 WORK = [dense, by_fourier, many_cells_densely, condensed, stressed, stepped, rolled, wheels]
