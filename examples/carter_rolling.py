@@ -17,6 +17,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 a, load, friction = 3e-3, 1e6, 0.3  # m, N/m
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

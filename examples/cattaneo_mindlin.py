@@ -19,6 +19,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 a, load, friction, n = 3.2e-3, 1e4, 0.3, 99  # m, N
 law = mtb.Coulomb(friction)

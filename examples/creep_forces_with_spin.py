@@ -17,6 +17,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 load, axes, speed, spin = 106.7e3, (8.9e-3, 4.45e-3), 10.0, 0.55  # N, m, m/s, 1/m
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

@@ -24,6 +24,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 load, axes, speed = 106.7e3, (6.3e-3, 12.6e-3), 10.0  # N, m, m/s
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

@@ -23,6 +23,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 a, peak, speed, creepage = 3e-3, 0.6e9, 10.0, 2.5e-3  # m, Pa, m/s
 load = 0.5 * np.pi * a * peak

@@ -13,6 +13,7 @@ from mtb_rs.view import missing_for_view
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 
 shoe = mtb.scenes.pole_shoe_on_rail(height=28.2e-3, friction=0.5, spacing=4.5e-3)
 result = shoe.solve(model="elastic-upper")

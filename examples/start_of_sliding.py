@@ -23,6 +23,7 @@ plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
 output = parser.parse_args().output
+output.mkdir(parents=True, exist_ok=True)
 figure = plt.figure(figsize=(7.4, 7.2))
 places = figure.subplot_mosaic([["force", "slip"], ["block", "block"]])
 plots = [places["force"], places["slip"], places["block"]]

@@ -4,7 +4,8 @@
     python studies/fuzz.py COUNT [--seed 0] [--door NAME ...]
 
 Each input is drawn by hypothesis from the strategies of one door: case files, arguments of scenes, fields,
-profiles, meshes, height fields, bytes of prepared contacts, sweeps and their checkpoints. Allowed are a
+profiles, meshes, height fields, bytes of prepared contacts, sweeps and their checkpoints, forged ones with
+right sums too, tables and summaries of elsewhere. Allowed are a
 result, which then has no NaN and says that it converged, and a ValueError or ConvergenceError with words. All
 else is a finding, and printed with the smallest input that shows it: other exceptions, a panic of the
 compiled core, warnings, silent NaN, inputs that take longer than ten seconds. The same seed draws the same
@@ -21,6 +22,7 @@ import argparse
 import contextlib
 import csv
 import dataclasses
+import json
 import math
 import signal
 import tempfile
@@ -38,7 +40,9 @@ from hypothesis import strategies as st
 
 import mtb_rs as mtb
 from mtb_rs.case import SCENES, case_from_words, load_case
+from mtb_rs.export import check_saveable
 from mtb_rs.mesh import block_mesh
+from mtb_rs.sweep_checkpoint import _line
 
 #: Seconds after which an input counts as hanging.
 PATIENCE = 10.0
@@ -802,6 +806,101 @@ def sweep_checkpoints(drawn: tuple[Any, ...]) -> Any:
     if any(not np.array_equal(table[name], true[name]) for name in ("force_x", "peak_pressure")):
         raise Finding(f"other numbers than without a checkpoint: {table.rows()}")
     return None
+
+
+#: What a JSON file may hold.
+json_values = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(-5, 2**70), st.floats(), st.text(max_size=5)),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=5), inner, max_size=4)
+    ),
+    max_leaves=8,
+)
+
+
+@door(
+    st.lists(
+        sometimes(
+            case=st.one_of(st.integers(-1, 3), json_values),
+            status=st.one_of(st.sampled_from(("solved", "no solution: none", "lost")), json_values),
+            model=st.one_of(st.just("half-space"), json_values),
+            numbers=st.one_of(st.dictionaries(st.just("force_x"), json_values), json_values),
+        ),
+        max_size=3,
+    )
+)
+def forged_checkpoints(records: list[dict[str, Any]]) -> Any:
+    _, good = swept()
+    path = scratch() / "forged.jsonl"
+    path.write_bytes(good.splitlines(keepends=True)[0] + b"".join(_line(record) for record in records))
+    mtb.sweep(tiny(), FRICTIONS, model="half-space", checkpoint=path)
+
+
+# --- tables and summaries from elsewhere
+
+
+@cache
+def creep_arrays() -> dict[str, Any]:
+    scale = np.linspace(0.0, 0.95, 4)
+    forces = np.random.default_rng(1).random((1, 4, 7, 4, 3))
+    return {"poisson_ratio": 0.28, "ratios": np.ones(1), "scale": scale, "forces": forces, "cells": 8}
+
+
+creep_values = st.one_of(
+    odd.filter(lambda v: not isinstance(v, np.ma.MaskedArray)),
+    arrays((1, 4, 7, 4, 3), 1.0),
+    arrays((4,), 0.3),
+)
+
+
+@door(
+    st.tuples(
+        st.dictionaries(st.sampled_from((*creep_arrays(), "further")), creep_values, max_size=2),
+        rarely(st.just(()), st.lists(st.tuples(st.integers(0, 9999), st.integers(0, 255)), max_size=9)),
+    )
+)
+def creep_tables(drawn: tuple[Any, ...]) -> Any:
+    changed, bytes_changed = drawn
+    path = scratch() / "table.npz"
+    try:
+        np.savez(path, **(creep_arrays() | changed))
+    except (TypeError, ValueError, OverflowError) as error:  # what numpy itself does not write
+        raise ValueError(f"not written: {error}") from error
+    data = bytearray(path.read_bytes())
+    for place, byte in bytes_changed:
+        data[place % len(data)] = byte
+    path.write_bytes(data)
+    table = mtb.CreepForceTable.load(path)
+    return table.interpolate((1e-3, 1e-3), 1.0, 80e9, 0.3, [[1e-3, 0.0, 0.0]])
+
+
+names = st.one_of(
+    st.sampled_from(("thesis.docx", "../above.txt", "fields.npz", "pressure.png", "body_a.vtp", ".", "")),
+    json_values,
+)
+
+
+@door(
+    st.tuples(
+        st.one_of(
+            json_values,
+            sometimes(mtb_rs=st.one_of(st.just("1.0"), json_values), files=st.one_of(st.lists(names), names)),
+        ),
+        st.sets(st.sampled_from(("thesis.docx", "fields.npz", "body_a.vtp")), max_size=2),
+    )
+)
+def summaries(drawn: tuple[Any, ...]) -> Any:
+    content, present = drawn
+    folder = Path(tempfile.mkdtemp(dir=scratch()))
+    (folder / "summary.json").write_text(json.dumps(content))
+    for name in present:
+        (folder / name).write_text(name)
+    # whose files these are is decided before anything is drawn
+    check_saveable(folder)
+    listed = content["files"]
+    foreign = {n for n in present if n not in listed and n != "thesis.docx"}
+    if foreign:
+        raise Finding(f"would be replaced though not listed: {foreign}")
 
 
 # --- friction laws and shifts

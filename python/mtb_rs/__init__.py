@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import scenes
+from . import scenes, threads
 from ._mtb_rs import __version__
 from .bodies import HalfSpace, Rigid
 from .chart import Chart, ChartPoint
@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from .case import Case, load_case
     from .plot import animate
     from .view import write_html
+
+threads.limit()
 
 #: Names that bring heavy packages with them (pydantic, matplotlib): loaded when first used.
 _LATER = {"Case": "case", "animate": "plot", "load_case": "case", "write_html": "view"}

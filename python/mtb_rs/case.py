@@ -53,6 +53,8 @@ SCENES: tuple[str, ...] = tuple(scenes.__all__)
 MOST_BYTES = 1_000_000
 #: Most levels of tables and lists in a case file.
 MOST_DEEP = 16
+#: Most dots between two signs that end a key, before the file is parsed.
+MOST_DOTS = 200
 
 
 class Case(BaseModel):
@@ -128,7 +130,11 @@ def load_case(path: str | Path) -> Case:
     except ValueError as error:
         raise CaseError(str(error)) from error
     try:
-        words = tomllib.loads(content.decode("utf-8"))
+        text = content.decode("utf-8")
+        # a dotted key takes time and memory by the square of its parts
+        if any(part.count(".") > MOST_DOTS for part in re.split(r"[=,{\n]", text)):
+            raise RecursionError
+        words = tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise CaseError(f"{path}: is not UTF-8 text: byte {error.start} is no character") from error
     except RecursionError:

@@ -194,6 +194,11 @@ def solve_normal(
         raise ValueError(f"tolerance is {tolerance:g}: a number from 1e-14 to below 1 is needed")
     if not isinstance(periodic, bool):
         raise ValueError(f"periodic is {periodic!r}: True or False is needed")
+    if periodic and approach is not None and approach >= heights.mean():
+        raise ValueError(
+            f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
+            "where all points touch; a smaller one, or a force, is needed"
+        )
     choice("edge", edge, ("auto", "error", "sharp", "grow"))
     choice("method", method, ("auto", "dense", "fft"))
     problem = _Problem(

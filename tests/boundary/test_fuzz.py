@@ -15,9 +15,9 @@ import mtb_rs as mtb
 from mtb_rs.mesh import block_mesh
 
 DOORS = (
-    *("case_files", "cases", "ellipses", "height_fields", "mesh_files", "prepared_bytes", "profile_files"),
-    *("profile_points", "rough_surfaces", "scenes", "shifts", "shoes", "surfaces", "sweep_checkpoints"),
-    *("sweeps", "tetrahedra", "wheels"),
+    *("case_files", "cases", "creep_tables", "ellipses", "forged_checkpoints", "height_fields", "mesh_files"),
+    *("prepared_bytes", "profile_files", "profile_points", "rough_surfaces", "scenes", "shifts", "shoes"),
+    *("summaries", "surfaces", "sweep_checkpoints", "sweeps", "tetrahedra", "wheels"),
 )
 
 

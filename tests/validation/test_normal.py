@@ -382,6 +382,7 @@ def test_roughness_has_the_statistics_asked_for() -> None:
         ({"moments": (1.0,)}, "moments is"),
         ({"moments": (1.0, None)}, r"moments\[0\] is 1 N m"),
         ({"moments": (0.0, 0.0), "periodic": True}, "no tilt"),
+        ({"force": None, "approach": 1e-9, "periodic": True}, "approach is 1e-09 m: .* mean gap, 0 m"),
     ],
 )
 def test_bad_input_is_named(change: dict[str, object], words: str) -> None:

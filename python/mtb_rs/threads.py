@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The number of threads of the compiled core, as its environment asks for it."""
+
+from __future__ import annotations
+
+import os
+import warnings
+
+VARIABLE = "RAYON_NUM_THREADS"
+
+
+def most() -> int:
+    """Threads beyond which more take memory and no work off the others."""
+    return max(64, 4 * (os.cpu_count() or 1))
+
+
+def limit() -> None:
+    """Lowers what the environment asks for to what a machine can start; the core reads it at its first work.
+
+    Warns
+    -----
+    UserWarning
+        If it was lowered.
+    """
+    asked = os.environ.get(VARIABLE, "").strip()
+    # what is no number counts as not set
+    if asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):
+        os.environ[VARIABLE] = str(most())
+        warnings.warn(f"{VARIABLE} is {asked}: {most()} threads are started", stacklevel=3)
