@@ -39,8 +39,9 @@ def say(needed: float, what: str, stacklevel: int = 3) -> None:
         What is solved, as the subject of the sentence.
     """
     free = available()
-    if free is not None and needed > SAID_FROM * free:
+    # what there is not is refused by the solve itself
+    if free is not None and SAID_FROM * free < needed <= free:
         warnings.warn(
-            f"{what} may take {needed / 1e9:.1f} GB of memory; {max(free, 0.0) / 1e9:.1f} GB are free",
+            f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free",
             stacklevel=stacklevel,
         )
