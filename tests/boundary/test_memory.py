@@ -15,10 +15,13 @@ PREAMBLE = """
 import resource, warnings
 import numpy as np, mtb_rs as mtb
 from mtb_rs import cache, memory
-def used(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+def status(name):
+    line = next(line for line in open("/proc/self/status") if line.startswith(name))
+    return int(line.split()[1]) * 1024
+# the peak of getrusage would begin with the parent's
+def used(): return status("VmHWM")
 def leave(room):
-    size = next(line for line in open("/proc/self/status") if line.startswith("VmSize"))
-    room += int(size.split()[1]) * 1024
+    room += status("VmSize")
     resource.setrlimit(resource.RLIMIT_AS, (room, room))
 def contact(n, method="fft"):
     # nearly all of it touches
