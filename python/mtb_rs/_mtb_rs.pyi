@@ -289,8 +289,9 @@ def half_space_cut_hats(
     poisson_ratio: float,
     patch: tuple[float, float, int, int],
     spacing: tuple[float, float],
-    sampling: Sampling,
-    kept: list[int],
+    faces: list[Sampling],
+    shares: list[tuple[int, int, int, float]],
+    points: int,
 ) -> Compliance: ...
 def half_space_gaussians(
     materials: list[tuple[float, float]],

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid
 from .elastic_body import Balance, BodyState, Condensed, ElasticBody
+from .faces import Hats, owners, thinned
 from .geometry import ContactSheet, PoleShoe, SheetPoints
 from .layout import BlockLayout, Layout, ShoeLayout, cells_along
 from .material import Material
@@ -49,8 +50,8 @@ class ElasticPart:
         Magnetic pressure on it.
     modes : (m, 9)
         Rigid motions its supports leave free.
-    kept : (n,) int or None
-        Its contact points as nodes of the grids, where not all of these lie on the body.
+    hats : Hats or None
+        Its contact points, where not all nodes of the grids lie on the body.
     spread : (6,)
         Force [N] and moment about the centre of volume [N m] spread over the body.
     balance : Balance or None
@@ -68,7 +69,7 @@ class ElasticPart:
     upper: bool
     pull: Array
     modes: Array
-    kept: NDArray[np.intp] | None = None
+    hats: Hats | None = None
     spread: Array = field(default_factory=lambda: np.zeros(6))
     balance: Balance | None = None
     covered: NDArray[np.bool_] | None = None
@@ -128,14 +129,14 @@ class ElasticPart:
 
     def own_points(self) -> SheetPoints:
         """Its contact points."""
-        return self.points if self.kept is None else _part(self.points, self.kept)
+        return self.points if self.hats is None else _part(self.points, self.hats.kept)
 
     def sampling(self) -> _mtb_rs.Sampling:
         """Its basis on the contact face."""
         whole = self.body.sample(self.points, self.patches, upper=self.upper)
         if self.covered is not None:
             whole = thinned(whole, self.covered)
-        return whole if self.kept is None else restricted_sampling(whole, self.kept)
+        return whole if self.hats is None else self.hats.of(whole)
 
 
 @dataclass(frozen=True)
@@ -424,13 +425,6 @@ def overlap(sampling: _mtb_rs.Sampling) -> Array:
     return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
 
 
-def owners(arrays: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
-    """The quadrature point of each basis value."""
-    start = arrays["start"].astype(np.int64)
-    counts = start[1:] - start[:-1]
-    return np.repeat(np.arange(counts.size), counts)
-
-
 def half_space_on_nodes(
     body: HalfSpace | Rigid, sheet: ContactSheet, pull: Array, *, interact: bool = True
 ) -> Side:
@@ -572,46 +566,6 @@ def _upper_body(
         ) from None
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     return body
-
-
-def thinned(whole: _mtb_rs.Sampling, covered: NDArray[np.bool_]) -> _mtb_rs.Sampling:
-    """The basis at some of its quadrature points."""
-    arrays = whole.arrays()
-    start = arrays["start"].astype(np.int64)
-    there = np.repeat(covered, np.diff(start))
-    return _mtb_rs.Sampling(
-        whole.n_points,
-        arrays["face"][covered],
-        arrays["barycentric"][covered],
-        arrays["weight"][covered],
-        arrays["frame"][covered],
-        np.concatenate([[0], np.cumsum(np.diff(start)[covered])]).astype(np.uintp),
-        arrays["point"][there],
-        arrays["value"][there],
-    )
-
-
-def restricted_sampling(whole: _mtb_rs.Sampling, kept: NDArray[np.intp]) -> _mtb_rs.Sampling:
-    """The basis without the functions of the points that are not kept."""
-    arrays = whole.arrays()
-    number = np.full(whole.n_points, -1)
-    number[kept] = np.arange(kept.size)
-    renamed = number[arrays["point"].astype(np.int64)]
-    there = renamed >= 0
-    begin = arrays["start"].astype(np.int64)
-    counts = begin[1:] - begin[:-1]
-    owner = np.repeat(np.arange(counts.size, dtype=np.int64), counts)[there]
-    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=counts.size))])
-    return _mtb_rs.Sampling(
-        int(kept.size),
-        arrays["face"],
-        arrays["barycentric"],
-        arrays["weight"],
-        arrays["frame"],
-        start.astype(np.uintp),
-        renamed[there].astype(np.uintp),
-        np.ascontiguousarray(arrays["value"][there]),
-    )
 
 
 def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:

@@ -514,13 +514,18 @@ class ElasticBody:
     def heights(self, sampling: _mtb_rs.Sampling) -> Array:
         """Height z (q,) [m] of the face at the quadrature points of a sampling; curved elements count."""
         arrays = sampling.arrays()
-        a, b, c = arrays["barycentric"].T
-        shape = np.stack([a, b, c])
-        if self.faces.shape[1] == 6:
-            corner = shape * (2.0 * shape - 1.0)
-            shape = np.concatenate([corner, 4.0 * np.stack([a * b, b * c, c * a])])
+        shape = self.face_shape(arrays["barycentric"])
         z = self.mesh.nodes[self.faces[arrays["face"].astype(np.int64)].astype(np.int64), 2]
         return np.asarray(np.einsum("kq,qk->q", shape, z))
+
+    def face_shape(self, barycentric: Array) -> Array:
+        """Shape functions (3, q) or (6, q) of the triangles of its boundary at barycentric (q, 3)."""
+        a, b, c = barycentric.T
+        shape = np.stack([a, b, c])
+        if self.faces.shape[1] == 3:
+            return shape
+        corner = shape * (2.0 * shape - 1.0)
+        return np.concatenate([corner, 4.0 * np.stack([a * b, b * c, c * a])])
 
     def condense(
         self, sampling: _mtb_rs.Sampling, *, keep: bool = True, directory: str | Path | None = None

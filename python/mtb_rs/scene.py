@@ -23,7 +23,7 @@ from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, 
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
 from .friction import Coulomb, Friction, InterfaceLayer
-from .geometry import ContactSheet, SheetPoints, spacing_pair
+from .geometry import ContactSheet, Profile, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
 from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, VelocityTable, fits, friction_field
@@ -53,6 +53,7 @@ from .start_of_sliding import (
     start_with_pressure,
 )
 from .supports import held_by
+from .surfaces import BodySurface
 from .symmetry import folded
 from .wedging import JAMMED
 
@@ -77,11 +78,12 @@ class Scene:
     ----------
     upper, lower : Material, HalfSpace, Rigid, ElasticBody
         A material stands for its half-space. With an elastic body the grid covers its contact face.
-    gap : (ny, nx) [m]
+    gap : (ny, nx) [m] or function
         Undeformed gap on a regular grid, x fastest; > 0 open. With an elastic body at the nodes of the grid,
-        by default the distance of its face from the plane through its end; with two the distance of
-        their faces along z, as their meshes lie. Pressure then acts along z: faces may be curved, but not
-        steep where they touch.
+        or a function of arrays x, y (n,) [m], infinite where there is no opponent; by default the distance of
+        its face from the other body's along z, as both lie: that of an `ElasticBody`, the surface of
+        ``HalfSpace(material, surface)`` or ``Rigid(surface)``, or the plane through the end of the face.
+        Pressure then acts along z: faces may be curved, but not steep where they touch.
     spacing : float or (dx, dy) [m], or None
         None, in ready scenes: :meth:`solve` chooses it by the tolerance.
     friction : float, (ny, nx), callable or table [-]
@@ -118,7 +120,7 @@ class Scene:
 
     upper: Material | Simple | ElasticBody
     lower: Material | Simple | ElasticBody
-    gap: ArrayLike | None = None
+    gap: ArrayLike | Callable[[Array, Array], Any] | None = None
     spacing: float | Sequence[float] | None = 1e-3
     friction: Any = 0.0
     sliding_direction: tuple[float, float] | None = (1.0, 0.0)
@@ -152,8 +154,10 @@ class Scene:
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
         solid = self._solid()
-        gap = None if self.gap is None else gap_field(self.gap)
+        gap: Any = self.gap
+        gap = gap if gap is None or callable(gap) else gap_field(gap)
         layout = self.layout
+        surface = self._surface(solid, gap)
         if layout is not None and not isinstance(layout, (BodyLayout, FieldLayout)):
             if gap is not None or solid is not None:
                 what = "a gap" if gap is not None else "an ElasticBody"
@@ -166,10 +170,11 @@ class Scene:
             before = layout.gap if isinstance(layout, BodyLayout) else None
             if isinstance(layout, BodyLayout) and before is not None and gap is not None:
                 # what was given before is thinned
-                step = layout.step or step if np.array_equal(gap, before) else step
-            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step))
+                same = gap is before or (isinstance(before, np.ndarray) and np.array_equal(gap, before))
+                step = layout.step or step if same else step
+            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step, surface))
         elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
-            put(self, "layout", FieldLayout(gap_field(self.gap), self._pair))
+            put(self, "layout", FieldLayout(gap_field(gap), self._pair))
         elif min(s / d for s, d in zip(self._pair, layout.step, strict=True)) < 0.999:
             raise ValueError(
                 f"spacing is {self.spacing} m, the gap is given on cells of {layout.step} m: give it on the "
@@ -218,6 +223,23 @@ class Scene:
                 "needed, for paraboloid_on_plane a number of points"
             )
         return spacing_pair(self.spacing)
+
+    def _surface(self, solid: ElasticBody | None, gap: Any) -> Profile | BodySurface | None:
+        """The surface given for the half-space or rigid body beside an elastic one."""
+        if solid is None and callable(gap):
+            raise ValueError("gap is a function, which takes an ElasticBody: give a field (ny, nx) [m]")
+        found: Profile | BodySurface | None = None
+        for body in (self.upper, self.lower):
+            if not isinstance(body, (HalfSpace, Rigid)) or body.surface is None:
+                continue
+            if solid is None or gap is not None:
+                why = "no body is an ElasticBody" if solid is None else "gap is given as well"
+                raise ValueError(
+                    f"a half-space or rigid body has the surface {body.surface!r}, but {why} "
+                    "(mtb_rs.surface_gap makes a gap of two surfaces)"
+                )
+            found = body.surface
+        return found
 
     def _solid(self) -> ElasticBody | None:
         """The elastic body whose contact face carries the grid."""

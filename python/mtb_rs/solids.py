@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,17 +21,17 @@ from .elastic import (
     condensed_part,
     elastic_side,
     moved_by,
-    owners,
-    restricted_sampling,
-    thinned,
 )
 from .elastic_body import Condensed, ElasticBody
 from .estimate import hat_means
-from .geometry import ContactSheet, SheetPoints
+from .faces import hats, joined, owners, parts, profile_parts, thinned
+from .fingerprint import fingerprint
+from .geometry import ContactSheet, Profile, SheetPoints
 from .layout import Spacing, cells_over, flat_points, flat_sheet, height_surface
 from .plain import plain
 from .result import Result, Surface
 from .solve import ContactProblem, Kept, Side
+from .surfaces import BodySurface, height_of
 
 Array = NDArray[np.float64]
 Body = ElasticBody | HalfSpace | Rigid
@@ -61,6 +61,9 @@ FACETS = 0.1
 #: has tens.
 ABRUPT = 6.0
 
+#: Points over the width of a contact up to which its pressure is not resolved.
+NARROW = 2
+
 #: Share of the size of a body below which facets lie in a plane: single precision, as STL files have it.
 ROUNDING = 1e-7
 
@@ -82,18 +85,21 @@ class BodyLayout:
     body : ElasticBody
     upper : bool
         Whether it is the upper body.
-    gap : (ny, nx) [m] or None
-        At the nodes of the grid.
+    gap : (ny, nx) [m], function or None
+        At the nodes of the grid; or of arrays x, y (n,) [m], the mean over the hats.
     opponent : ElasticBody or None
     step : (dx, dy) [m] or None
         Spacing at which the gap is given; on wider cells it is the mean over the hats of their nodes.
+    beside : Profile, BodySurface or None
+        Surface of the half-space or rigid body on the other side; None: a plane.
     """
 
     body: ElasticBody
     upper: bool
-    gap: Array | None = None
+    gap: Array | Callable[[Array, Array], Any] | None = None
     opponent: ElasticBody | None = None
     step: Spacing | None = None
+    beside: Profile | BodySurface | None = None
     is_body_edge: bool = True
     is_grid: bool = True
     start: None = None
@@ -116,7 +122,7 @@ class BodyLayout:
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
         gap = np.zeros((ny + 1, nx + 1))
-        if self.gap is not None:
+        if isinstance(self.gap, np.ndarray):
             gap = self.gap
             own = cells_over(area, spacing if self.step is None else self.step)
             if gap.shape != (own[1] + 1, own[0] + 1):
@@ -158,8 +164,16 @@ class BodyLayout:
             low, high = nodes.min(axis=0), nodes.max(axis=0)
             wide = 0.25 * (high - low)
             x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
-            beside = height_surface(other, x, y, np.full((9, 9), self.level()))
+            beside = height_surface(other, x, y, self._heights_beside(x, y))
         return (beside, own) if self.upper else (own, beside)
+
+    def _heights_beside(self, x: Array, y: Array) -> Array:
+        """Heights (ny, nx) [m] of a half-space or rigid body on the other side, for pictures."""
+        z = np.full((y.size, x.size), self.level())
+        if self.beside is not None:
+            z = height_of(self.beside, *np.meshgrid(x, y), upper=not self.upper)
+        there = np.isfinite(z)
+        return np.where(there, z, z[there].min() if there.any() else self.level())
 
 
 def _extent(body: ElasticBody, *, upper: bool) -> tuple[Array, Array]:
@@ -280,11 +294,11 @@ def body_contact(
     parts: dict[str, Any] = {
         "sheet": sheet.spacing,
         "nodes": sheet.nodes.points,
-        "gap": None if layout.gap is None else sheet.nodes.gap,
+        "gap": sheet.nodes.gap if isinstance(layout.gap, np.ndarray) else fingerprint(layout.gap),
         "carries the grid": "upper" if layout.upper else "lower",
     }
     for name, body in zip(("upper", "lower"), bodies, strict=True):
-        parts[name] = (body.name, body.content) if isinstance(body, ElasticBody) else body
+        parts[name] = (body.name, body.content) if isinstance(body, ElasticBody) else fingerprint(body)
     return cache.recalled(cache.content_key(parts), lambda: _condensed_contact(layout, bodies, sheet, time_s))
 
 
@@ -297,21 +311,33 @@ def _condensed_contact(
         for body, upper in zip(bodies, (True, False), strict=True)
         if isinstance(body, ElasticBody)
     }
-    covered = _covered_by_both(whole)
-    if covered is not None:
-        whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
+    covered, apart = _apart(layout, bodies, whole)
+    whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
     common = whole[layout.upper]
-    kept = np.flatnonzero(common.weights > LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1])
-    if kept.size == 0:
+    if not common.weights.any():
         raise ValueError("the contact faces of the bodies have no area in common")
+    shape = (patches[0].ny, patches[0].nx)
+    least = LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1]
+    basis = hats(common, _parts(layout, bodies, whole), apart, shape, least)
+    kept = basis.kept
+    own = basis.of(common)
     doubts = [_coarse(body, sheet.spacing) for body in bodies if isinstance(body, ElasticBody)]
-    rise = np.zeros(nodes.gap.size)
-    if layout.gap is None:
-        gap, rise = _gap(layout, bodies, whole)
+    if isinstance(layout.gap, np.ndarray):
+        rise = np.zeros(kept.size)
+    else:
+        mean, rise = _means(own, apart)
+        gap = np.zeros(nodes.gap.size)
+        gap[kept] = mean
         nodes = replace(nodes, gap=gap)
         sheet = replace(sheet, nodes=nodes)
-        doubts.append(_overlapping(layout, float(gap[kept].min())))
+        if layout.gap is None:
+            doubts.append(_overlapping(layout, float(mean.min())))
     points = SheetPoints(**{k: np.ascontiguousarray(v[..., kept]) for k, v in vars(nodes).items()})
+    places = points.points.copy()
+    moved = (basis.place != np.stack([kept % shape[1], kept // shape[1]])).any(axis=0)
+    step = np.array(sheet.spacing)[:, None]
+    places[:2, moved] = nodes.points[:2, :1] + basis.place[:, moved] * step
+    points = replace(points, points=places)
     standing = []
     for body, upper in zip(bodies, (True, False), strict=True):
         if isinstance(body, ElasticBody):
@@ -323,21 +349,16 @@ def _condensed_contact(
                 upper,
                 np.zeros(kept.size),
                 np.zeros((0, 9)),
-                kept,
-                covered=None if covered is None else covered[upper],
+                basis,
+                covered=covered[upper],
             )
             flexible = condensed_part(part, time_s)
             standing.append(Standing(flexible.compliance, part, flexible))
         elif isinstance(body, HalfSpace):
             first = nodes.points[:, patches[0].start]
-            cut = _mtb_rs.half_space_cut_hats(
-                body.material.shear_modulus,
-                body.material.poisson_ratio,
-                (float(first[0]), float(first[1]), patches[0].nx, patches[0].ny),
-                patches[0].spacing,
-                common,
-                kept.tolist(),
-            )
+            grid = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
+            shear, ratio = body.material.shear_modulus, body.material.poisson_ratio
+            cut = basis.half_space(common, shear, ratio, grid, patches[0].spacing)
             standing.append(Standing(cut))
         else:
             standing.append(Standing(None))
@@ -346,8 +367,8 @@ def _condensed_contact(
     return BodyContact(
         sheet=sheet,
         points=points,
-        kept=Kept(nodes, kept, rise[kept]),
-        area=restricted_sampling(common, kept).weights,
+        kept=Kept(nodes, kept, rise, basis.on),
+        area=own.weights,
         averages=averages([carrier]),
         upper=standing[0],
         lower=standing[1],
@@ -356,49 +377,98 @@ def _condensed_contact(
     )
 
 
-def _covered_by_both(whole: Mapping[bool, _mtb_rs.Sampling]) -> dict[bool, NDArray[np.bool_]] | None:
-    """Which quadrature points of two samplings of one grid the other has as well; None for a single one."""
-    if len(whole) == 1:
-        return None
-    places = {}
-    for upper, sampling in whole.items():
-        arrays = sampling.arrays()
-        point, value = arrays["point"].reshape(-1, 4).astype(np.int64), arrays["value"].reshape(-1, 4)
-        # its cell, and where in it
-        along = np.floor(SHARES * np.stack([value[:, 1] + value[:, 3], value[:, 2] + value[:, 3]]))
-        places[upper] = (point[:, 0] * SHARES + along[0].astype(np.int64)) * SHARES + along[1].astype(
-            np.int64
+def _apart(
+    layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]
+) -> tuple[dict[bool, NDArray[np.bool_]], Array]:
+    """Which quadrature points of each sampling the other body has as well, and the gap (q,) [m] at these."""
+    found = {
+        upper: np.ones(sampling.arrays()["weight"].size, dtype=bool) for upper, sampling in whole.items()
+    }
+    if len(whole) == 2:
+        places = {upper: _numbers(sampling) for upper, sampling in whole.items()}
+        found = {upper: np.isin(places[upper], places[not upper]) for upper in whole}
+    common = thinned(whole[layout.upper], found[layout.upper])
+    if isinstance(layout.gap, np.ndarray):
+        return found, np.zeros(common.arrays()["weight"].size)
+    x, y = _places(layout, common)
+    apart: Array = np.zeros(x.size)
+    if layout.gap is not None:
+        apart = function_values("gap", layout.gap, x, y)
+    else:
+        for body, upper in zip(bodies, (True, False), strict=True):
+            if isinstance(body, ElasticBody):
+                height = body.heights(thinned(whole[upper], found[upper]))
+            elif body.surface is not None:
+                height = height_of(body.surface, x, y, upper=upper)
+            else:
+                height = np.full(x.size, layout.level())
+            apart = apart + height if upper else apart - height
+    there = np.isfinite(apart)
+    for upper, mask in found.items():
+        mask[np.flatnonzero(mask)[~there]] = False
+        found[upper] = mask
+    return found, apart[there]
+
+
+def function_values(name: str, function: Callable[[Array, Array], Any], x: Array, y: Array) -> Array:
+    """Values (q,) of a function of arrays x, y [m]; infinite or NaN where there is no body."""
+    try:
+        values = np.asarray(function(x, y), dtype=float)
+    except Exception as error:
+        raise ValueError(
+            f"the function {name} fails with {type(error).__name__}: {error}; "
+            "a function of the arrays x and y (n,) [m] is needed"
+        ) from error
+    if values.shape not in (x.shape, ()):
+        raise ValueError(
+            f"the function {name} returns shape {values.shape}: {x.shape} is needed, as x and y have"
         )
-    return {upper: np.isin(places[upper], places[not upper]) for upper in whole}
+    return np.broadcast_to(values, x.shape)
 
 
-def _gap(
-    layout: BodyLayout,
-    bodies: Bodies,
-    whole: Mapping[bool, _mtb_rs.Sampling],
-) -> tuple[Array, Array]:
-    """Gap (n,) [m] between the faces, the mean over the hat of each node, and its rise there; 0 beside them.
+def _numbers(sampling: _mtb_rs.Sampling) -> NDArray[np.int64]:
+    """A number for each quadrature point: its cell, and where in it."""
+    arrays = sampling.arrays()
+    point, value = arrays["point"].reshape(-1, 4).astype(np.int64), arrays["value"].reshape(-1, 4)
+    along = np.floor(SHARES * np.stack([value[:, 1] + value[:, 3], value[:, 2] + value[:, 3]]))
+    cell = point[:, 0] * SHARES + along[0].astype(np.int64)
+    return np.asarray(cell * SHARES + along[1].astype(np.int64))
 
-    The displacements are means over the hats as well: so a curved face or one that ends within a cell is
-    met with the same order as a flat one.
-    """
-    apart: Array | float = 0.0
+
+def _places(layout: BodyLayout, sampling: _mtb_rs.Sampling) -> tuple[Array, Array]:
+    """Coordinates x, y (q,) [m] of the quadrature points of a sampling of the body that carries the grid."""
+    body, arrays = layout.body, sampling.arrays()
+    faces = body.faces[arrays["face"].astype(np.int64)].astype(np.int64)
+    x, y, _ = np.einsum("kq,qkc->cq", body.face_shape(arrays["barycentric"]), body.mesh.nodes[faces])
+    return x, y
+
+
+def _parts(layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
+    """Part (q,) of the faces at each common quadrature point: kinks of both bodies divide them."""
+    labels = []
     for body, upper in zip(bodies, (True, False), strict=True):
-        level = layout.level()
-        height = body.heights(whole[upper]) - level if isinstance(body, ElasticBody) else 0.0
-        apart = apart + height if upper else apart - height
-    arrays = whole[layout.upper].arrays()
-    owner = owners(arrays)
-    weighted = arrays["value"] * arrays["weight"][owner]
-    points, n = arrays["point"].astype(np.int64), whole[layout.upper].n_points
-    total = np.bincount(points, weighted, n)
-    apart = np.broadcast_to(apart, arrays["weight"].shape)[owner]
-    gap = np.bincount(points, weighted * apart, n)
+        if isinstance(body, ElasticBody):
+            number = np.zeros(len(body.faces), dtype=np.int64)
+            number[body.contact_faces.astype(np.int64)] = parts(body)
+            labels.append(number[whole[upper].arrays()["face"].astype(np.int64)])
+        elif isinstance(body.surface, Profile):
+            labels.append(profile_parts(body.surface, _places(layout, whole[layout.upper])[1]))
+    return joined(labels)
+
+
+def _means(sampling: _mtb_rs.Sampling, apart: Array) -> tuple[Array, Array]:
+    """Gap (n,) [m], the mean over the basis of each contact point, and its rise there.
+
+    The displacements are means over it as well: so a curved face or one that ends within a cell is met with
+    the same order as a flat one.
+    """
+    arrays, n = sampling.arrays(), sampling.n_points
+    owner, points = owners(arrays), arrays["point"].astype(np.int64)
+    gap = np.bincount(points, arrays["value"] * (arrays["weight"] * apart)[owner], n) / sampling.weights
     low, high = np.full(n, np.inf), np.full(n, -np.inf)
-    np.minimum.at(low, points, apart)
-    np.maximum.at(high, points, apart)
-    there = total > 0.0
-    return np.where(there, gap / np.where(there, total, 1.0), 0.0), np.where(there, high - low, 0.0)
+    np.minimum.at(low, points, apart[owner])
+    np.maximum.at(high, points, apart[owner])
+    return gap, high - low
 
 
 def _coarse(body: ElasticBody, spacing: tuple[float, float]) -> str:
@@ -420,7 +490,8 @@ def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None
     assert problem.kept is not None
     touching = result.status.ravel()[problem.kept.numbers] > 0
     gap = result.gap.ravel()[problem.kept.numbers]
-    _check_edges(problem, problem.kept, touching, gap)
+    if not _check_edges(problem, problem.kept, touching, gap):
+        _check_width(problem, problem.kept, touching)
     closed = float(np.ptp(problem.points.gap[touching]))
     for body in bodies:
         if not isinstance(body, ElasticBody):
@@ -445,15 +516,20 @@ def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None
             )
 
 
-def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_], gap: Array) -> None:
+def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_], gap: Array) -> bool:
     """The gap of a node is the mean over its cells: where it opens all at once, they do not know the edge."""
     places = problem.points.points
-    near = _beside(places.T, problem, kept, touching, 1.01)
+    near = np.zeros(touching.size, dtype=bool)
+    for part in np.unique(kept.part[touching]):
+        # at a kink the edge is known
+        own = kept.part == part
+        near |= own & _beside(places.T, problem, kept, touching & own, 1.01)
     if touching[near].all():
-        return
+        return False
     worst = np.flatnonzero(near)[kept.rise[near].argmax()]
     closed = float(np.ptp((problem.points.gap - gap)[near]))
-    if kept.rise[worst] > ABRUPT * closed:
+    is_abrupt = bool(kept.rise[worst] > ABRUPT * closed)
+    if is_abrupt:
         x, y = places[:2, worst]
         dx, dy = problem.patches[0].spacing
         warn(
@@ -462,6 +538,35 @@ def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_
             f"cell of {dx:.3g} x {dy:.3g} m only. Give a narrower spacing, or end the "
             "contact face where it turns away"
         )
+    return is_abrupt
+
+
+def _check_width(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_]) -> None:
+    """A contact that ends on both sides within a face needs some cells over its width."""
+    patch = problem.patches[0]
+    on_face = patch.view(kept.put(np.ones(touching.size, dtype=bool), False))
+    closed = patch.view(kept.put(touching, False))
+    for k, name in enumerate("xy"):
+        lines, bodies = (closed, on_face) if k == 0 else (closed.T, on_face.T)
+        if narrow_share(lines, bodies) > 0.5:
+            warn(
+                f"the contact is at most {NARROW} points wide along {name}, at a spacing of "
+                f"{patch.spacing[k]:.3g} m: its width and its pressure are not resolved; "
+                "a narrower spacing is needed"
+            )
+            return
+
+
+def narrow_share(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
+    """Share of the points `closed` (ny, nx) in short runs along x that end on the face."""
+    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
+    change = np.diff(padded.astype(np.int8), axis=1)
+    row, first = np.nonzero(change == 1)
+    _, last = np.nonzero(change == -1)
+    # the columns before and behind each run, in the padded field
+    is_inside = face[row, first] & face[row, last + 1]
+    length = last - first
+    return float(length[is_inside & (length <= NARROW)].sum() / max(int(closed.sum()), 1))
 
 
 def _slope(body: ElasticBody, faces: NDArray[np.int64]) -> float:

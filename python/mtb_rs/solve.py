@@ -87,11 +87,14 @@ class Kept:
         The contact points among them.
     rise : (n,) [m]
         Of the gap between the faces of the bodies over the cells around each contact point.
+    part : (n,) int
+        Part of the faces that each is on: kinks divide them.
     """
 
     nodes: SheetPoints
     numbers: NDArray[np.intp]
     rise: Array
+    part: NDArray[np.int64]
 
     def put(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
         """`values` (..., n) at the contact points and `rest` beside them, at all nodes (..., N)."""
@@ -424,7 +427,7 @@ def finish(
         time_s=dict(problem.time_s),
     )
     result = Result(
-        points=nodes.points.reshape(3, *problem.shape),
+        points=put(points.points, nodes.points),
         area=put(area),
         normal=nodes.normal.reshape(3, *problem.shape),
         pressure=put(mean[2]),

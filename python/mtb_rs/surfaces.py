@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,14 +29,19 @@ class BodySurface:
     25.0
     """
 
-    __slots__ = ("_core", "name")
+    __slots__ = ("_core", "_recipe", "_seen_from_below", "name")
 
     _core: _mtb_rs.BodySurface
     name: str
 
-    def __init__(self, core: _mtb_rs.BodySurface, name: str) -> None:
+    def __init__(self, core: _mtb_rs.BodySurface, name: str, recipe: tuple[Any, ...]) -> None:
         self._core = core
+        self._recipe = recipe
+        self._seen_from_below: _mtb_rs.BodySurface | None = None
         self.name = name
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, self._recipe
 
     def __repr__(self) -> str:
         return f"BodySurface({self.name!r})"
@@ -43,24 +49,26 @@ class BodySurface:
     @classmethod
     def plane(cls, height: float = 0.0) -> BodySurface:
         """The plane z = `height` [m]."""
-        return cls(_mtb_rs.BodySurface.plane(height), "plane")
+        return cls(_mtb_rs.BodySurface.plane(height), "plane", ("plane", height))
 
     @classmethod
     def block(cls, length: float, width: float, height: float = 0.0) -> BodySurface:
         """Face z = `height` [m] of a block of `length` along x and `width` along y, about the origin."""
-        return cls(_mtb_rs.BodySurface.block((length, width), height), "block")
+        core = _mtb_rs.BodySurface.block((length, width), height)
+        return cls(core, "block", ("block", length, width, height))
 
     @classmethod
     def paraboloid(cls, radius: float, radius_y: float | None = None) -> BodySurface:
         """z = x^2 / (2 radius) + y^2 / (2 radius_y), apex at the origin; negative radii open downwards."""
         radii = (radius, radius if radius_y is None else radius_y)
-        return cls(_mtb_rs.BodySurface.paraboloid(radii), "paraboloid")
+        return cls(_mtb_rs.BodySurface.paraboloid(radii), "paraboloid", ("paraboloid", *radii))
 
     @classmethod
     def rail(cls, profile: str | Profile = "60E1", length: float = 0.18) -> BodySurface:
         """A profile z(y), straight for abs(x) <= length / 2."""
         profile = as_profile(profile)
-        return cls(_mtb_rs.BodySurface.prism(profile._core, length), profile.name)
+        core = _mtb_rs.BodySurface.prism(profile._core, length)
+        return cls(core, profile.name, ("rail", profile, length))
 
     @classmethod
     def height_field(
@@ -77,7 +85,8 @@ class BodySurface:
         ny, nx = heights.shape
         if start is None:
             start = (-0.5 * dx * (nx - 1), -0.5 * dy * (ny - 1))
-        return cls(_mtb_rs.BodySurface.height_field(heights, start, (dx, dy)), "height field")
+        core = _mtb_rs.BodySurface.height_field(heights, start, (dx, dy))
+        return cls(core, "height field", ("height_field", np.array(heights), (dx, dy), start))
 
     @classmethod
     def mesh(
@@ -101,7 +110,12 @@ class BodySurface:
         core = _mtb_rs.BodySurface.mesh(
             np.ascontiguousarray(points.T), np.ascontiguousarray(faces, dtype=np.uintp), closed
         )
-        return cls(core, name)
+        return cls(core, name, ("_of_mesh", np.array(points), np.array(faces), closed, name))
+
+    @classmethod
+    def _of_mesh(cls, points: Array, faces: NDArray[np.int64], closed: bool, name: str) -> BodySurface:
+        """What a pickled mesh is made of again."""
+        return cls.mesh(points, faces, closed=closed, name=name)
 
     @classmethod
     def from_file(cls, path: str | Path, *, unit: str, closed: bool = True) -> BodySurface:
@@ -142,6 +156,50 @@ class BodySurface:
         grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
         flat = self._core.top(np.ascontiguousarray(grid_x).ravel(), np.ascontiguousarray(grid_y).ravel())
         return flat.reshape(grid_x.shape)
+
+    def bottom(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Height z [m] of the lowest point over (x, y) [m], any shape; NaN beside the body.
+
+        Of all but meshes it is the top: they are one surface.
+        """
+        if self._recipe[0] != "_of_mesh":
+            return self.top(x, y)
+        if self._seen_from_below is None:
+            _, points, faces, closed, name = self._recipe
+            turned = points * np.array([[1.0], [1.0], [-1.0]])
+            self._seen_from_below = type(self)._of_mesh(turned, faces[:, ::-1], closed, name)._core
+        grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
+        places = (np.ascontiguousarray(part).ravel() for part in (grid_x, grid_y))
+        return -self._seen_from_below.top(*places).reshape(grid_x.shape)
+
+
+def _made(kind: str, *arguments: Any) -> BodySurface:
+    made: BodySurface = getattr(BodySurface, kind)(*arguments)
+    return made
+
+
+def as_surface(surface: Any) -> Profile | BodySurface | None:
+    """The surface of a half-space or rigid body, of any of its forms."""
+    if surface is None or isinstance(surface, BodySurface):
+        return surface
+    if isinstance(surface, (str, Profile)):
+        return as_profile(surface)
+    if hasattr(surface, "vertices") and hasattr(surface, "faces"):
+        closed = bool(getattr(surface, "is_watertight", True))
+        return BodySurface.mesh(np.asarray(surface.vertices).T, np.asarray(surface.faces), closed=closed)
+    raise ValueError(
+        f"surface is {surface!r}: a Profile, the name of a standard one, a BodySurface or a trimesh object "
+        "is needed"
+    )
+
+
+def height_of(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> Array:
+    """Height z [m] of the face of an upper or lower body at `x`, `y` [m]; NaN beside it."""
+    if isinstance(surface, BodySurface):
+        return surface.bottom(x, y) if upper else surface.top(x, y)
+    start, end = surface.range
+    inside = (y >= start) & (y <= end)
+    return np.where(inside, surface.height(np.clip(y, start, end)), np.nan)
 
 
 @dataclass(frozen=True)

@@ -352,14 +352,14 @@ def test_a_bent_arm_of_linear_tetrahedra_bends_as_a_beam(tmp_path):
     assert stiff.core.reactions(u, free, (0.0, 0.0, 0.0))[0][1][2] > 1.2 * beam
 
 
-def test_a_chamfer_within_the_contact_face_is_told():
-    """Its edge is inside of cells: the contact of the flat part would end before it."""
+def test_a_rounded_edge_within_the_contact_face_is_told():
+    """Its edge is inside of cells, and no kink tells where: the flat part would end before it."""
     x = np.linspace(-0.04, 0.04, 17)
     flat = block_mesh(x, np.linspace(-0.02, 0.02, 5), 0.04)
     held = [mtb.Support("top", x=0, y=0, z=mtb.Guide(-2e4))]
 
     def solve(slope, end=0.04):
-        rise = slope * np.maximum(0.0, flat.nodes[:, 0] - 0.02)
+        rise = slope * np.maximum(0.0, flat.nodes[:, 0] - 0.02) ** 2 / 0.005
         nodes = flat.nodes + np.outer(rise * (1.0 - flat.nodes[:, 2] / 0.04), [0.0, 0.0, 1.0])
         face = flat.node_sets["contact"]
         mesh = mtb.TetraMesh(nodes, flat.cells, {**flat.node_sets, "contact": face[nodes[face, 0] <= end]})
@@ -402,3 +402,135 @@ def low_nodes(mesh):
 def corners_only(mesh):
     used, cells = np.unique(mesh.cells[:, :4], return_inverse=True)
     return mesh.nodes[used], cells.reshape(-1, 4)
+
+
+def chamfered(slope, end, spacing, *, ends=False):
+    """A block pressed down whose face rises from x = `end` on, or ends there."""
+    x = np.concatenate([np.linspace(-0.04, end, 17), np.linspace(end, 0.04, 6)[1:]])
+    flat = block_mesh(x, np.linspace(-0.02, 0.02, 7), 0.04)
+    rise = slope * np.maximum(0.0, flat.nodes[:, 0] - end) * (1.0 - flat.nodes[:, 2] / 0.04)
+    nodes = flat.nodes + np.outer(rise, [0.0, 0.0, 1.0])
+    face = flat.node_sets["contact"]
+    face = face[nodes[face, 0] <= end + 1e-9] if ends else face
+    mesh = mtb.TetraMesh(nodes, flat.cells, {"contact": face})
+    body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("top", x=0, y=0, z=-2e-6)])
+    return mtb.Scene(body, steel, spacing=spacing, friction=0.2).solve()
+
+
+def test_a_kink_within_cells_divides_them():
+    """A face that ends at the kink, on a finer grid, is the truth: nothing behind the kink touches."""
+    truth = chamfered(0.1, 0.0213, 3e-3, ends=True).normal_force
+    for spacing in (1e-2, 8e-3, 5e-3):
+        found = chamfered(0.1, 0.0213, spacing)
+        assert found.normal_force == pytest.approx(truth, rel=0.015)
+        assert found.area.sum() == pytest.approx(0.08 * 0.04, rel=1e-9)
+
+
+def test_a_roof_presses_with_both_sides_alike():
+    """A ridge within cells: as the grid moves over it, its two sides share the force."""
+    x = np.linspace(-0.04, 0.04, 25)
+    flat = block_mesh(x, np.linspace(-0.02, 0.02, 7), 0.04)
+    rise = 1e-4 * np.abs(flat.nodes[:, 0]) * (1.0 - flat.nodes[:, 2] / 0.04)
+    mesh = mtb.TetraMesh(flat.nodes + np.outer(rise, [0, 0, 1]), flat.cells, flat.node_sets)
+    body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("top", x=0, y=0, z=-5e-6)])
+    forces = []
+    for cells in (12, 13, 20, 21):
+        result = mtb.Scene(body, mtb.Rigid(), spacing=(0.08 / cells, 5e-3), friction=0.0).solve()
+        np.testing.assert_allclose(result.pressure, result.pressure[:, ::-1], rtol=1e-6, atol=1e2)
+        forces.append(result.normal_force)
+    np.testing.assert_allclose(forces, forces[-1], rtol=0.02)
+
+
+def test_no_point_lies_beside_the_face():
+    """A face with a round border: the hats of nodes beside it press where the rest of them lies."""
+    pytest.importorskip("gmsh")
+    disc = trimesh.creation.cylinder(radius=0.02, height=0.02, sections=64).apply_translation((0, 0, 0.01))
+    body = mtb.ElasticBody.from_mesh(disc, steel, supports=[mtb.Support("top", x=0, y=0)], size=4e-3)
+    result = mtb.Scene(body, steel, spacing=5e-3, friction=0.3, force=1e4).solve()
+    loaded = result.pressure > 0.0
+    assert np.hypot(*result.points[:2][:, loaded]).max() < 0.0201
+    assert result.area.sum() == pytest.approx(np.pi * 0.02**2, rel=0.01)
+    assert result.report.force_balance["relative_error"] < 1e-9
+
+
+def worn_pair(gap=None, lower=None, spacing=2.5e-3, upper=True):
+    """A flat block against a surface, or a function of it."""
+    x, y = np.linspace(-0.02, 0.02, 13), np.linspace(-0.01, 0.01, 7)
+    body = mtb.ElasticBody(block_mesh(x, y, 0.02), steel, "contact", [mtb.Support("top", x=0, y=0)])
+    lower = mtb.HalfSpace(steel) if lower is None else lower
+    return mtb.Scene(body, lower, gap=gap, spacing=spacing, force=2e4, friction=0.1)
+
+
+def crowned(radius=8.0):
+    y = np.linspace(-0.03, 0.03, 61)
+    return mtb.Profile.from_points(y, -(y**2) / (2 * radius))
+
+
+def test_a_surface_and_a_function_make_the_same_gap():
+    radius = 8.0
+    x, y = np.meshgrid(np.linspace(-0.04, 0.04, 41), np.linspace(-0.04, 0.04, 41))
+    field = mtb.BodySurface.height_field(-(y**2) / (2 * radius), 2e-3)
+    pieces = np.arange(40) + 41 * np.arange(40)[:, None]
+    quads = np.stack([pieces, pieces + 1, pieces + 42, pieces + 41]).reshape(4, -1)
+    triangles = np.concatenate([quads[[0, 1, 2]].T, quads[[0, 2, 3]].T])
+    points = np.stack([x.ravel(), y.ravel(), -(y.ravel() ** 2) / (2 * radius)])
+    results = [
+        worn_pair(gap=lambda x, y: y**2 / (2 * radius)).solve(),
+        worn_pair(lower=mtb.HalfSpace(steel, crowned(radius))).solve(),
+        worn_pair(lower=mtb.HalfSpace(steel, field)).solve(),
+        worn_pair(lower=mtb.HalfSpace(steel, mtb.BodySurface.mesh(points, triangles, closed=False))).solve(),
+        worn_pair(lower=mtb.HalfSpace(steel, trimesh.Trimesh(points.T, triangles))).solve(),
+    ]
+    for result in results[1:]:
+        np.testing.assert_allclose(result.initial_gap, results[0].initial_gap, atol=2e-9)
+        np.testing.assert_allclose(
+            result.pressure, results[0].pressure, atol=5e-3 * results[0].pressure.max()
+        )
+    with pytest.raises(ValueError, match="gap is given as well"):
+        worn_pair(gap=lambda x, y: 0.0 * x, lower=mtb.HalfSpace(steel, "60E1"))
+    with pytest.raises(ValueError, match=r"no body is an ElasticBody"):
+        mtb.Scene(mtb.Rigid("60E1"), steel, gap=np.zeros((5, 5)), force=1.0)
+    with pytest.raises(ValueError, match="gap is a function, which takes an ElasticBody"):
+        mtb.Scene(steel, steel, gap=lambda x, y: x, force=1.0)
+    with pytest.raises(ValueError, match="a surface alone has no material"):
+        worn_pair(lower=crowned())
+    with pytest.raises(ValueError, match="the function gap fails with ZeroDivisionError"):
+        worn_pair(gap=lambda x, y: 1 / 0).solve()
+    with pytest.raises(ValueError, match=r"the function gap returns shape \(2,\)"):
+        worn_pair(gap=lambda x, y: np.zeros(2)).solve()
+
+
+def test_an_upper_surface_presses_as_its_mirror_image_from_below():
+    x, y = np.linspace(-0.02, 0.02, 13), np.linspace(-0.01, 0.01, 7)
+    mesh = block_mesh(x, y, 0.02).moved(np.diag([1.0, -1.0, -1.0]))
+    table = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("bottom", x=0, y=0, z=0)])
+    x, y = (
+        field.ravel() for field in np.meshgrid(np.linspace(-0.04, 0.04, 33), np.linspace(-0.03, 0.03, 25))
+    )
+    pieces = (np.arange(32) + 33 * np.arange(24)[:, None]).ravel()
+    quads = np.stack([pieces, pieces + 1, pieces + 34, pieces + 33])
+    triangles = np.concatenate([quads[[2, 1, 0]].T, quads[[3, 2, 0]].T])
+    shape = mtb.BodySurface.mesh(np.stack([x, y, (x**2 + y**2) / 16.0]), triangles, closed=False)
+    load = {"spacing": 1.5e-3, "force": 1e4, "friction": 0.0}
+    ball = mtb.Scene(mtb.Rigid(shape), table, **load).solve()
+    graph = mtb.Scene(mtb.Rigid(), table, gap=lambda x, y: (x**2 + y**2) / 16.0, **load).solve()
+    np.testing.assert_allclose(ball.initial_gap, graph.initial_gap, atol=2e-8)
+    np.testing.assert_allclose(ball.pressure, graph.pressure, atol=0.02 * graph.pressure.max())
+
+
+def test_a_contact_of_two_cells_is_told_with_any_gap():
+    radius = 0.5
+    at = np.linspace(-0.02, 0.02, 17), np.linspace(-0.01, 0.01, 9)
+    field = np.broadcast_to(at[0] ** 2 / (2 * radius), (9, 17))
+    for gap in (field, lambda x, y: x**2 / (2 * radius)):
+        with pytest.warns(UserWarning, match=r"points wide along x|gap opens by"):
+            worn_pair(gap=gap).solve()
+
+
+def test_beside_an_opponent_there_is_no_contact():
+    narrow = worn_pair(lower=mtb.Rigid(mtb.BodySurface.block(0.02, 0.03)), spacing=2e-3).solve()
+    assert narrow.area.sum() == pytest.approx(0.02 * 0.02, rel=1e-6)
+    assert np.abs(narrow.points[0][narrow.pressure > 0.0]).max() <= 0.01 + 1e-9
+    holed = worn_pair(gap=lambda x, y: np.where(np.abs(x) < 0.01, 0.0, np.inf), spacing=2e-3).solve()
+    assert holed.area.sum() == pytest.approx(0.02 * 0.02, rel=0.02)
+    assert np.abs(holed.points[0][holed.pressure > 0.0]).max() <= 0.01 + 1e-9

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use mtb_elasticity::half_space::{
-    CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, Neighbours, Patch,
+    CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, HatShare, Neighbours, Patch,
 };
+use mtb_elasticity::tetra::Sampling;
 use mtb_elasticity::{Error, Material};
 use mtb_operator::Grid;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -57,8 +58,8 @@ pub(crate) fn half_space_hats(
 
 /// The same under a face that covers a grid of nodes in part.
 ///
-/// `patch`: (x0, y0, nx, ny); `sampling`: the basis of all its nodes on the face; `kept`: the nodes that
-/// become contact points.
+/// `patch`: (x0, y0, nx, ny); `faces`: the basis of all its nodes on each part of the face; `shares`: face,
+/// node, contact point and factor of the hats that make the bases of `points` contact points.
 #[pyfunction]
 pub(crate) fn half_space_cut_hats(
     py: Python<'_>,
@@ -66,14 +67,25 @@ pub(crate) fn half_space_cut_hats(
     poisson_ratio: f64,
     patch: (f64, f64, usize, usize),
     spacing: (f64, f64),
-    sampling: &PySampling,
-    kept: Vec<usize>,
+    faces: Vec<PyRef<'_, PySampling>>,
+    shares: Vec<(usize, usize, usize, f64)>,
+    points: usize,
 ) -> PyResult<PyCompliance> {
+    let faces: Vec<&Sampling> = faces.iter().map(|face| &face.0).collect();
+    let shares: Vec<HatShare> = shares
+        .into_iter()
+        .map(|(face, node, point, factor)| HatShare {
+            face,
+            node,
+            point,
+            factor,
+        })
+        .collect();
     let body = enter(py, |_| {
         let material = Material::new(shear_modulus, poisson_ratio)?;
         let patches = grids(&[patch], &Spacing::One(spacing))?;
         let whole = HatHalfSpace::new(material, patches, Neighbours::Interact)?;
-        CutHats::new(whole, &sampling.0, &kept)
+        CutHats::new(whole, &faces, &shares, points)
     })?;
     Ok(PyCompliance(Arc::new(body)))
 }

@@ -10,7 +10,7 @@ mod quadrature;
 
 pub use body::{HalfSpace, Neighbours, Patch, wave_compliance};
 pub use gaussian::GaussianBasis;
-pub use hats::{CutHats, HatHalfSpace};
+pub use hats::{CutHats, HatHalfSpace, HatShare};
 pub use influence::influence;
 pub use integrals::{GaussianHalfSpace, SurfaceIntegrals};
 pub use pair::{LinePair, Pair};

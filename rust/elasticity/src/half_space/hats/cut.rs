@@ -21,15 +21,38 @@ const NEAR: i64 = 5;
 /// An elastic half-space under a face that covers some cells of a grid of nodes in part: round, with holes,
 /// or at an angle to the grid.
 ///
-/// As [`HatHalfSpace`], but each hat ends where the face does. Between whole hats the coefficients are
-/// its own. Where a cut hat takes part, it is summed over rectangles, `1 / FINE` of a cell wide, those of a
+/// As [`HatHalfSpace`], but each hat ends where the face does, and at kinks of the face: one side of a kink is
+/// a face of its own. A contact point has the hat of its node, or several: those of nodes beside the face are
+/// given to points on it. Between whole hats the coefficients are its own. Where a cut hat takes part, it is summed over rectangles, `1 / FINE` of a cell wide, those of a
 /// sampling on the face: to some 5e-3 of the largest coefficient, 2e-3 of what a uniform traction moves. The
 /// compliance is symmetric in the product weighted with the areas of the cut hats.
 pub struct CutHats {
     whole: HatHalfSpace,
     hats: Vec<Hat>,
+    shares: Vec<Owned>,
+    weights: Vec<f64>,
     cell: [f64; 2],
     blocks: [[OnceLock<Vec<f64>>; 3]; 3],
+}
+
+/// A part of a hat in the basis of a contact point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HatShare {
+    /// Which face.
+    pub face: usize,
+    /// Which node of the grid.
+    pub node: usize,
+    /// Which contact point.
+    pub point: usize,
+    /// How much of the hat.
+    pub factor: f64,
+}
+
+/// The same with the number of the hat.
+struct Owned {
+    hat: usize,
+    point: usize,
+    factor: f64,
 }
 
 /// A hat as area-weighted values on the rectangles of the four cells about its node [m2].
@@ -49,63 +72,73 @@ struct Hat {
 const SPAN: i64 = 2 * FINE;
 
 impl CutHats {
-    /// The hats `kept` of a half-space with one patch, on the face that `sampling` covers: the basis
-    /// of all its nodes.
+    /// The hats of a half-space with one patch, on the parts of a face that `faces` cover: each is the basis
+    /// of all nodes. `shares` make the bases of the `points` contact points of them.
     ///
     /// # Errors
-    /// [`Error::Shape`] if the sampling has another number of nodes, [`Error::Index`] on a hat that is none.
-    pub fn new(whole: HatHalfSpace, sampling: &Sampling, kept: &[usize]) -> Result<Self, Error> {
+    /// [`Error::Shape`] if a sampling has another number of nodes, [`Error::Index`] on a hat or point that is
+    /// none.
+    pub fn new(
+        whole: HatHalfSpace,
+        faces: &[&Sampling],
+        shares: &[HatShare],
+        points: usize,
+    ) -> Result<Self, Error> {
         let n = whole.points();
-        if sampling.n_points() != n || whole.patches.len() != 1 {
-            return Err(Error::Shape {
-                name: "sampling",
-                found: sampling.n_points(),
-                expected: n,
-            });
-        }
-        let Grid { nx, dx, dy, .. } = whole.patches[0].grid;
-        let mut parts = vec![vec![0.0; (SPAN * SPAN) as usize]; n];
-        for (q, point) in sampling.quadrature().iter().enumerate() {
-            let basis = sampling.basis(q);
-            // where in its cell the point lies, by the hats there
-            let first = basis.iter().map(|&(i, _)| i).min().unwrap_or(0);
-            let share = |high: &dyn Fn(usize) -> bool| -> f64 {
-                let there = basis.iter().filter(|&&(i, _)| high(i));
-                there.map(|&(_, value)| value).sum()
-            };
-            let fine = [
-                (share(&|i| i % nx != first % nx) * FINE as f64) as i64,
-                (share(&|i| i / nx != first / nx) * FINE as f64) as i64,
-            ];
-            for &(i, value) in basis {
-                let side = [
-                    i64::from(i % nx == first % nx),
-                    i64::from(i / nx == first / nx),
-                ];
-                let at = [0, 1].map(|c| (fine[c] + side[c] * FINE) as usize);
-                parts[i][at[1] * SPAN as usize + at[0]] += point.weight * value;
-            }
-        }
-        let full = whole.weights();
-        let mut hats = Vec::with_capacity(kept.len());
-        for (position, &number) in kept.iter().enumerate() {
-            if number >= n {
-                return Err(Error::Index {
-                    name: "kept",
-                    index: position,
-                    what: "contact point",
-                    value: number,
-                    count: n,
+        for sampling in faces {
+            if sampling.n_points() != n || whole.patches.len() != 1 {
+                return Err(Error::Shape {
+                    name: "sampling",
+                    found: sampling.n_points(),
+                    expected: n,
                 });
             }
-            let node = [(number % nx) as i64, (number / nx) as i64];
-            let own = std::mem::take(&mut parts[number]);
-            let is_cut = (own.iter().sum::<f64>() - full[number]).abs() > 1e-6 * dx * dy;
-            hats.push(Hat::new(number, node, is_cut, own, [dx, dy]));
+        }
+        let Grid { nx, dx, dy, .. } = whole.patches[0].grid;
+        let mut parts: Vec<Vec<Vec<f64>>> = faces.iter().map(|face| hat_parts(face, nx)).collect();
+        let full = whole.weights();
+        let mut number = vec![vec![None; n]; faces.len()];
+        let mut hats: Vec<Hat> = Vec::new();
+        let mut owned = Vec::with_capacity(shares.len());
+        let mut weights = vec![0.0; points];
+        for (index, share) in shares.iter().enumerate() {
+            for (what, value, count) in [
+                ("face", share.face, faces.len()),
+                ("node", share.node, n),
+                ("contact point", share.point, points),
+            ] {
+                if value >= count {
+                    return Err(Error::Index {
+                        name: "shares",
+                        index,
+                        what,
+                        value,
+                        count,
+                    });
+                }
+            }
+            let hat = *number[share.face][share.node].get_or_insert_with(|| {
+                let node = [(share.node % nx) as i64, (share.node / nx) as i64];
+                let own = std::mem::take(&mut parts[share.face][share.node]);
+                let is_cut = (own.iter().sum::<f64>() - full[share.node]).abs() > 1e-6 * dx * dy;
+                hats.push(Hat::new(share.node, node, is_cut, own, [dx, dy]));
+                hats.len() - 1
+            });
+            // a hat without any area does nothing
+            if hats[hat].weight > 0.0 {
+                weights[share.point] += share.factor * hats[hat].weight;
+                owned.push(Owned {
+                    hat,
+                    point: share.point,
+                    factor: share.factor,
+                });
+            }
         }
         Ok(Self {
             whole,
             hats,
+            shares: owned,
+            weights,
             cell: [dx, dy],
             blocks: Default::default(),
         })
@@ -113,11 +146,13 @@ impl CutHats {
 
     pub(super) fn block(&self, observed: Component, loaded: Component) -> &[f64] {
         self.blocks[index(observed)][index(loaded)].get_or_init(|| {
+            let points = self.weights.len();
+            let mut compliance = vec![0.0; points * points];
+            if !is_coupled(&self.whole.material, observed, loaded) {
+                return compliance;
+            }
             let n = self.hats.len();
             let mut matrix = vec![0.0; n * n];
-            if !is_coupled(&self.whole.material, observed, loaded) {
-                return matrix;
-            }
             let all = self.whole.points();
             let whole = self.whole.block(observed, loaded);
             for (row, hat) in matrix.chunks_exact_mut(n).zip(&self.hats) {
@@ -141,12 +176,23 @@ impl CutHats {
                     matrix[i * n + j] = column[i];
                 }
             }
-            for (row, hat) in matrix.chunks_exact_mut(n).zip(&self.hats) {
-                for a in row {
-                    *a /= hat.weight;
+            let mut rows = vec![0.0; points * n];
+            for share in &self.shares {
+                let from = &matrix[share.hat * n..(share.hat + 1) * n];
+                let row = &mut rows[share.point * n..(share.point + 1) * n];
+                for (sum, a) in row.iter_mut().zip(from) {
+                    *sum += share.factor / self.weights[share.point] * a;
                 }
             }
-            matrix
+            for (row, out) in rows
+                .chunks_exact(n)
+                .zip(compliance.chunks_exact_mut(points))
+            {
+                for share in &self.shares {
+                    out[share.point] += share.factor * row[share.hat];
+                }
+            }
+            compliance
         })
     }
 
@@ -209,6 +255,33 @@ impl CutHats {
         let sum = at(aside[0], 0.0) + at(-aside[0], 0.0) + at(0.0, aside[1]) + at(0.0, -aside[1]);
         0.25 * sum * hat.weight * other.weight
     }
+}
+
+/// The hats of a sampling of all nodes on the rectangles about each of them.
+fn hat_parts(sampling: &Sampling, nx: usize) -> Vec<Vec<f64>> {
+    let mut parts = vec![vec![0.0; (SPAN * SPAN) as usize]; sampling.n_points()];
+    for (q, point) in sampling.quadrature().iter().enumerate() {
+        let basis = sampling.basis(q);
+        // where in its cell the point lies, by the hats there
+        let first = basis.iter().map(|&(i, _)| i).min().unwrap_or(0);
+        let share = |high: &dyn Fn(usize) -> bool| -> f64 {
+            let there = basis.iter().filter(|&&(i, _)| high(i));
+            there.map(|&(_, value)| value).sum()
+        };
+        let fine = [
+            (share(&|i| i % nx != first % nx) * FINE as f64) as i64,
+            (share(&|i| i / nx != first / nx) * FINE as f64) as i64,
+        ];
+        for &(i, value) in basis {
+            let side = [
+                i64::from(i % nx == first % nx),
+                i64::from(i / nx == first / nx),
+            ];
+            let at = [0, 1].map(|c| (fine[c] + side[c] * FINE) as usize);
+            parts[i][at[1] * SPAN as usize + at[0]] += point.weight * value;
+        }
+    }
+    parts
 }
 
 impl Hat {
@@ -281,7 +354,7 @@ impl Table {
 
 impl Compliance for CutHats {
     fn points(&self) -> usize {
-        self.hats.len()
+        self.weights.len()
     }
 
     fn add_displacement(

@@ -13,7 +13,7 @@ use super::body::{Placement, index, is_coupled};
 use super::influence::point_load;
 use super::{Neighbours, Patch};
 use crate::{Error, Material};
-pub use cut::CutHats;
+pub use cut::{CutHats, HatShare};
 
 use correlation::{VARIANTS, correlations, side, variant};
 use moments::{POWERS, moments};

@@ -212,7 +212,12 @@ fn hats_cut_along_grid_lines_are_those_of_a_smaller_grid() -> Result<(), Error> 
         .filter(|k| k % nx <= cells[0] && k / nx <= cells[1])
         .collect();
     let basis = sampling(nx, ny, cells, [3e-3, 2e-3])?;
-    let cut = CutHats::new(body(&[(0.0, 0.0, nx, ny)])?, &basis, &kept)?;
+    let cut = CutHats::new(
+        body(&[(0.0, 0.0, nx, ny)])?,
+        &[&basis],
+        &shares(0, &kept),
+        kept.len(),
+    )?;
     let (n, w) = (cut.points(), exact.weights());
     let scale = exact.block(Normal, Normal)[0];
     let uniform: f64 = exact.block(Normal, Normal)[..n].iter().sum();
@@ -243,16 +248,89 @@ fn hats_cut_along_grid_lines_are_those_of_a_smaller_grid() -> Result<(), Error> 
     Ok(())
 }
 
+/// Each of the nodes `kept` a contact point.
+fn shares(face: usize, kept: &[usize]) -> Vec<HatShare> {
+    let share = |(point, &node)| HatShare {
+        face,
+        node,
+        point,
+        factor: 1.0,
+    };
+    kept.iter().enumerate().map(share).collect()
+}
+
+/// A face in two parts whose hats are put together again, and one whose last nodes are given to those before.
+#[test]
+fn contact_points_of_several_hats_add_them_up() -> Result<(), Error> {
+    let (nx, ny) = (6, 3);
+    let all: Vec<usize> = (0..nx * ny).collect();
+    let whole = sampling(nx, ny, [5, 2], [3e-3, 2e-3])?;
+    let grid = || body(&[(0.0, 0.0, nx, ny)]);
+    let n = all.len();
+    let one = CutHats::new(grid()?, &[&whole], &shares(0, &all), n)?;
+    let left = sampling(nx, ny, [2, 2], [3e-3, 2e-3])?;
+    let right = {
+        let (mut quadrature, mut basis) = (Vec::new(), Vec::new());
+        for (q, point) in whole.quadrature().iter().enumerate() {
+            if whole.basis(q)[0].0 % nx >= 2 {
+                quadrature.push(*point);
+                basis.extend_from_slice(whole.basis(q));
+            }
+        }
+        let start = (0..=quadrature.len()).map(|q| 4 * q).collect();
+        crate::tetra::Sampling::new(n, quadrature, start, basis)?
+    };
+    let both = [shares(0, &all), shares(1, &all)].concat();
+    let two = CutHats::new(grid()?, &[&left, &right], &both, n)?;
+    // the last column belongs to the one before it
+    let merged: Vec<HatShare> = all
+        .iter()
+        .map(|&node| HatShare {
+            face: 0,
+            node,
+            point: node / nx * (nx - 1) + (node % nx).min(nx - 2),
+            factor: 1.0,
+        })
+        .collect();
+    let m = (nx - 1) * ny;
+    let fewer = CutHats::new(grid()?, &[&whole], &merged, m)?;
+    for (a, b) in [(Normal, Normal), (X, Y), (X, Normal)] {
+        let (expected, found) = (one.block(a, b), two.block(a, b));
+        let scale = one.block(a, a).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (k, (e, f)) in expected.iter().zip(found).enumerate() {
+            assert!((e - f).abs() < 1e-2 * scale, "{a:?} {b:?} {k}: {e} {f}");
+        }
+        // what the same pressure everywhere moves
+        let uniform = |body: &CutHats, row: usize| -> f64 {
+            body.block(a, b)[row * body.points()..(row + 1) * body.points()]
+                .iter()
+                .sum()
+        };
+        for row in 0..ny {
+            let (e, f) = (uniform(&one, row * nx), uniform(&fewer, row * (nx - 1)));
+            assert!((e - f).abs() < 1e-9 * scale, "{a:?} {b:?} {row}: {e} {f}");
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn cut_hats_of_another_grid_are_refused() -> Result<(), Error> {
     let basis = sampling(4, 4, [3, 3], [3e-3, 2e-3])?;
     assert!(matches!(
-        CutHats::new(body(&[(0.0, 0.0, 5, 4)])?, &basis, &[0]),
+        CutHats::new(body(&[(0.0, 0.0, 5, 4)])?, &[&basis], &shares(0, &[0]), 1),
         Err(Error::Shape { .. })
     ));
-    assert!(matches!(
-        CutHats::new(body(&[(0.0, 0.0, 4, 4)])?, &basis, &[16]),
-        Err(Error::Index { .. })
-    ));
+    let grid = || body(&[(0.0, 0.0, 4, 4)]);
+    for (share, points) in [
+        (shares(0, &[16]), 1),
+        (shares(1, &[0]), 1),
+        (shares(0, &[0, 1]), 1),
+    ] {
+        assert!(matches!(
+            CutHats::new(grid()?, &[&basis], &share, points),
+            Err(Error::Index { .. })
+        ));
+    }
     Ok(())
 }
