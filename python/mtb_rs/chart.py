@@ -17,6 +17,7 @@ import numpy as np
 
 from .errors import ConvergenceError
 from .files import check_folder, drafted, read_bytes
+from .owning import owning
 from .plain import plain
 
 T = TypeVar("T")
@@ -57,6 +58,7 @@ class Run:
     note: str = ""
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class ChartPoint:
@@ -121,6 +123,7 @@ class Figure:
     error: float | None = None
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Chart:

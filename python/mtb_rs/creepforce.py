@@ -20,6 +20,7 @@ from .friction import (
     coulomb_field,
     native_law,
 )
+from .owning import check_finite, solved
 from .patch import PressureField, pressure_field
 from .plain import plain
 from .result import TangentialFields
@@ -54,6 +55,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
     return KalkerCoefficients(*_mtb_rs.kalker_coefficients(axes, nu))
 
 
+@solved
 @dataclass(frozen=True, repr=False)
 @plain
 class FoundationResult(TangentialFields):
@@ -250,6 +252,7 @@ def fastsim_curve(
     """Forces (n, 3) of :func:`fastsim` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
     _, found = _fastsim(normal, _rows(creepages), friction, bound, flexibilities, order, speed, semi_axes)
     forces: Array = found["forces"]
+    check_finite("forces", forces)
     return forces
 
 
@@ -308,4 +311,5 @@ def polach(
         )
         forces[:, :2] += force
         forces[:, 2] += centre[0] * force[:, 1] - centre[1] * force[:, 0]
+    check_finite("forces", forces)
     return forces if np.ndim(creepage) == 2 else forces[0]

@@ -18,6 +18,7 @@ from .errors import MissingFileError
 from .files import TEXT, read_arrays, read_bytes, write_bytes
 from .friction import Coulomb
 from .material import Material
+from .owning import check_finite, owning
 from .plain import plain
 from .reference import elliptic_pressure
 from .tangential import creep_curve
@@ -30,6 +31,7 @@ _MIDDLE = 0.6
 _END = 0.95
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class CreepForceTable:
@@ -188,7 +190,9 @@ class CreepForceTable:
         for (i, wi), (j, wj), (k, wk) in product(*weights):
             found += (wi * wj * wk)[:, None] * table[i, j, k]
         found *= np.stack([turn_x, turn_y, turn_y], axis=1)
-        return np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
+        forces = np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
+        check_finite("forces", forces)
+        return forces
 
     def save(self, path: str | Path) -> None:
         """Writes the table as NPZ; the ending .npz is added where it is missing.

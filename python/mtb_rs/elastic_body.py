@@ -17,6 +17,7 @@ from . import _mtb_rs, cache
 from .geometry import SheetPoints
 from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
+from .owning import own, solved
 from .plain import one_line, plain
 from .result import Patch, Surface
 from .supports import Guide, Support, Where, is_box, select
@@ -177,6 +178,7 @@ class Balance:
         return np.einsum("kcn,cn->k", self.contact, traction), dict(zip(self.supports, answers, strict=True))
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class BodyState:
@@ -273,7 +275,7 @@ class ElasticBody:
             raise ValueError(f"supports is {self.supports!r}: a list of Support objects is needed")
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {self.name!r}: a word is needed")
-        object.__setattr__(self, "supports", tuple(self.supports))
+        own(self)
         for support in self.supports:
             if not isinstance(support, Support):
                 raise ValueError(f"supports contain {support!r}: Support objects are needed")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _mtb_rs
 from .check import number, reals
+from .owning import owning
 from .patch import window
 from .plain import plain
 
@@ -25,6 +26,7 @@ def _number(name: str, value: float, lowest: float = 0.0, strictly: bool = False
     return checked
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Coulomb:
@@ -124,6 +126,7 @@ class FallingFriction:
         return np.asarray(self.kinetic + (self.static - self.kinetic) * fall)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class TabulatedFriction:

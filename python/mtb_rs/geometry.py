@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import choice, number, path_of, positive, reals
 from .files import read_text
+from .owning import frozen, owning
 from .plain import plain, same
 from .result import Patch
 
@@ -99,7 +100,7 @@ class Profile:
             )
         choice("interpolation", interpolation, INTERPOLATIONS)
         core = _mtb_rs.Profile.from_points(y, z, interpolation)
-        return cls(core, name, (cls.from_points, (y, z, interpolation, name)))
+        return cls(core, name, (cls.from_points, (frozen(y), frozen(z), interpolation, name)))
 
     @classmethod
     def from_file(
@@ -212,6 +213,7 @@ def as_profile(profile: str | Profile) -> Profile:
     return profile if isinstance(profile, Profile) else Profile.standard(profile)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class SheetPoints:
@@ -239,6 +241,7 @@ class SheetPoints:
     gap: Array
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class ContactSheet:
@@ -396,6 +399,7 @@ class PoleShoe:
         return contact_sheet(fields, ("left", "right")[: self.poles])
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class WheelRailGap:

@@ -13,6 +13,7 @@ from .bodies import Rigid, Simple, as_body
 from .check import positive, whole
 from .material import Material, steel
 from .normal import NormalResult, centres
+from .owning import solved
 from .plain import plain
 from .report import Report
 
@@ -35,6 +36,7 @@ def elliptic_integrals(ratio: float) -> tuple[float, float]:
     return first, first * (1.0 - deficit)
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class Hertz:

@@ -20,6 +20,7 @@ from .geometry import (
     place_wheel,
     wheel_on_rail_gap,
 )
+from .owning import owning
 from .plain import plain
 from .result import Patch, Surface
 
@@ -114,6 +115,7 @@ def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
     return cells_along(size[0], spacing[0]), cells_along(size[1], spacing[1])
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class FieldLayout:
@@ -274,6 +276,7 @@ class ShoeLayout:
         return tuple(out)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class WheelLayout:

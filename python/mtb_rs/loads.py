@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .check import LARGEST, number, pair, path_of, positive, reals, shortened
 from .files import read_text
+from .owning import owning
 from .plain import plain
 from .result import Patch
 
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 LARGEST_FRICTION = 1e3
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class GaussianPressure:
@@ -61,6 +63,7 @@ class GaussianPressure:
         return np.asarray(self.peak * (self.floor + (1.0 - self.floor) * hill))
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class VelocityTable:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import choice, positive
 from .geometry import PoleShoe, Profile
+from .owning import owning
 from .plain import plain
 
 Array = NDArray[np.float64]
@@ -37,6 +38,7 @@ MOST_UNKNOWNS = 4e6
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class TetraMesh:

@@ -17,6 +17,7 @@ from .check import choice, number, positive, reals
 from .errors import ConvergenceError
 from .geometry import spacing_pair
 from .material import Material
+from .owning import solved
 from .plain import plain
 from .report import Report
 from .result import Pictured
@@ -42,6 +43,7 @@ _FAILURES = {
 }
 
 
+@solved
 @dataclass(frozen=True, repr=False)
 @plain
 class NormalResult(Pictured):

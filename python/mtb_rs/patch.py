@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from .bodies import Rigid
 from .check import pair, positive, reals
 from .material import Material
+from .owning import owning
 from .plain import plain
 
 Array = NDArray[np.float64]
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class PressureField:

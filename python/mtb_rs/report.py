@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from .owning import solved
 from .plain import plain
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class Report:
@@ -69,6 +71,9 @@ class Report:
     history : tuple of float
         Residual by iteration, where the solver keeps it.
     """
+
+    # of states that are no solution, and where any friction at all wedges
+    _unbounded = ("residual", "wedging_margin")
 
     converged: bool
     status: str

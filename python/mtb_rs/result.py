@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .owning import owning, solved
 from .plain import plain
 from .report import Report
 
@@ -33,6 +34,7 @@ class Displacement(NamedTuple):
     lower: Array
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Patch:
@@ -61,6 +63,7 @@ class Patch:
         return part.reshape(*values.shape[:-1], self.ny, self.nx)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Surface:
@@ -141,6 +144,7 @@ class TangentialFields(Pictured):
         )
 
 
+@solved
 @dataclass(frozen=True, repr=False)
 @plain
 class Result(Pictured):
@@ -189,6 +193,9 @@ class Result(Pictured):
     summary : Mapping
         Inputs of the scene worth repeating in `summary.json`.
     """
+
+    # what the user has said
+    _unbounded = ("summary",)
 
     points: Array
     area: Array
@@ -257,12 +264,14 @@ class Result(Pictured):
 
     def errors_in_words(self) -> str:
         """Estimated errors, that of the quantity aimed at first."""
-        quantity, tolerance = self.report.aim or ("pressure", None)
+        aim, tolerance = self.report.aim or ("pressure", None)
         errors = dict(self.report.error_estimates)
-        first = f"{_percent(errors.pop(quantity))} of the {quantity}"
-        if tolerance is not None:
-            first += f" ({_percent(tolerance)} aimed at)"
-        return ", ".join([first, *(f"{_percent(value)} of the {name}" for name, value in errors.items())])
+        # that of the quantity aimed at first
+        words = []
+        for name in sorted(errors, key=lambda name: name != aim):
+            aimed = f" ({_percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
+            words.append(f"{_percent(errors[name])} of the {name}{aimed}")
+        return ", ".join(words)
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.status))

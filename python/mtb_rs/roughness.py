@@ -15,6 +15,7 @@ from .check import number, positive, whole
 from .geometry import spacing_pair
 from .material import Material
 from .normal import solve_normal
+from .owning import owned
 from .plain import plain
 
 Array = NDArray[np.float64]
@@ -157,9 +158,11 @@ def area_load_curve(
         )
         for force in loads
     ]
-    return AreaLoadCurve(
+    columns = AreaLoadCurve(
         np.array(loads),
         np.array([result.contact_area for result in results]),
         np.array([result.approach for result in results]),
         np.array([float(result.gap.mean()) for result in results]),
     )
+    curve: AreaLoadCurve = owned(columns)
+    return curve

@@ -7,6 +7,7 @@ import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +23,14 @@ from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
+from .fingerprint import fingerprint
 from .friction import Coulomb, Friction, InterfaceLayer
 from .geometry import ContactSheet, Profile, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
 from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, VelocityTable, fits, friction_field
 from .material import Material
+from .owning import frozen, own
 from .plain import plain
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, check_faces
@@ -116,6 +119,8 @@ class Scene:
         Of the finite elements of their upper body at the contact; None: that of the contact grid.
     layout, name, inputs
         Geometry, name and arguments of a ready scene; scenes of one's own do without.
+    recipe : (name, arguments) or None
+        The function of :mod:`mtb_rs.scenes` that made it, and all it was given.
     """
 
     upper: Material | Simple | ElasticBody
@@ -136,9 +141,11 @@ class Scene:
     layout: Layout | None = None
     name: str = "scene"
     inputs: dict[str, Any] = field(default_factory=dict, compare=False)
+    recipe: tuple[str, Mapping[str, Any]] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
+        own(self)
         for side in ("upper", "lower"):
             body = getattr(self, side)
             put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
@@ -814,9 +821,46 @@ class Scene:
         return {"scene": self.name, **self.inputs}
 
     def with_(self, **changes: Any) -> Scene:
-        """The same scene with some arguments of :class:`Scene` changed."""
-        inputs = {**self.inputs, **{name: value for name, value in changes.items() if name in self.inputs}}
-        return replace(self, **changes, inputs=inputs)
+        """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
+
+        A ready scene is made anew, so that all that depends on an argument follows it: the grid of a
+        paraboloid its force, the contact plane of a wheel its vertical force.
+        """
+        if self.recipe is None:
+            return replace(self, **changes)
+        name, given = self.recipe
+        build: Callable[..., Scene] = getattr(import_module(".scenes", __package__), name)
+        known = inspect.signature(build).parameters
+        # nothing in place of what the ready scene must have, as force=None beside an approach
+        nothing = {k for k, v in changes.items() if v is None and k in known and known[k].default is not None}
+        optional = nothing & _OPTIONAL
+        anew = {k: v for k, v in changes.items() if k in known and k not in nothing - optional}
+        before, made = build(**given), build(**{**given, **anew})
+        followed = {_FOLLOWS[k] for k in anew if k in _FOLLOWS}
+        kept = {
+            f.name: getattr(self, f.name)
+            for f in fields(self)
+            if f.name not in _MADE | followed | set(changes)
+            and not _same(getattr(self, f.name), getattr(before, f.name))
+        }
+        others = {k: v for k, v in changes.items() if k not in anew}
+        inputs = {k: v for k, v in made.inputs.items() if k not in others}
+        return replace(made, **{**kept, **others, "inputs": inputs})
+
+
+#: Fields of a ready scene that follow from its arguments; arguments of ready scenes that give another field;
+#: and those that may be None though they are something by default.
+_MADE = {"layout", "inputs", "name", "recipe"}
+_FOLLOWS = {"points": "spacing", "width": "spacing"}
+_OPTIONAL = {"points", "spacing", "sliding_direction"}
+
+
+def _same(value: Any, other: Any) -> bool:
+    """Whether two arguments are the same, by what they hold."""
+    try:
+        return fingerprint(value) == fingerprint(other)
+    except ValueError:
+        return value is other
 
 
 def check_options(
@@ -859,7 +903,7 @@ def gap_field(gap: ArrayLike | None) -> Array:
     """A gap (ny, nx) [m] as floats, checked."""
     if gap is None:
         raise ValueError("gap is missing: a height field (ny, nx) [m] is needed")
-    values = np.array(reals("gap", gap, "m"))
+    values = frozen(reals("gap", gap, "m"))
     if values.ndim != 2 or min(values.shape) < 3:
         raise ValueError(f"gap has shape {values.shape}: (ny, nx) with at least 3 points a side is needed")
     return values

@@ -18,6 +18,7 @@ from .friction import InterfaceLayer
 from .geometry import PoleShoe, Profile, question_lengths, spacing_pair
 from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from .material import Material, steel
+from .owning import owned
 from .scene import Scene
 from .supports import Support
 
@@ -28,14 +29,16 @@ F = TypeVar("F", bound=Callable[..., Scene])
 
 
 def _scene(build: F) -> F:
-    """Keeps the arguments of a ready scene for its summary."""
+    """Keeps the arguments of a ready scene, for its summary and for scenes that differ in one of them."""
     signature = inspect.signature(build)
 
     def wrapped(*args: Any, **kwargs: Any) -> Scene:
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
         scene = build(*args, **kwargs)
-        scene.inputs.update({k: v for k, v in bound.arguments.items() if v is not None})
+        arguments = owned(dict(bound.arguments))
+        object.__setattr__(scene, "recipe", (build.__name__, arguments))
+        scene.inputs.update({k: v for k, v in arguments.items() if v is not None})
         return scene
 
     wrapped.__name__, wrapped.__doc__, wrapped.__module__ = build.__name__, build.__doc__, build.__module__

@@ -38,6 +38,9 @@ Array = NDArray[np.float64]
 FRICTION_TOLERANCE = 1e-10
 FRICTION_ROUNDS = 60
 
+#: Words for the size of an effect that could not be estimated.
+UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
+
 #: Floating-point operations of an entry of a dense influence matrix, about.
 ENTRY = 50.0
 
@@ -411,8 +414,9 @@ def finish(
         preconditionings=solution.preconditionings,
         force_balance=balance,
         reactions=reactions,
-        omitted=dict(omitted or {}),
-        error_estimates=dict(errors or {}),
+        # the size of what was left out is unknown where the fuller model has no solution
+        omitted={k: v if v != np.inf else UNKNOWN for k, v in (omitted or {}).items()},
+        error_estimates={k: v for k, v in (errors or {}).items() if np.isfinite(v)},
         aim=aim,
         spacing=spacing,
         operations={
@@ -442,7 +446,7 @@ def finish(
         normal_force=float(mean[2] @ area),
         approach=_approach(problem, solution),
         model=problem.model,
-        error_estimate=(errors or {}).get("pressure"),
+        error_estimate=report.error_estimates.get("pressure"),
         report=report,
         patches=problem.patches,
         surfaces=surfaces,

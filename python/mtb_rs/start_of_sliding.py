@@ -14,12 +14,14 @@ from .coupled_start import CoupledContact, CoupledState, advance
 from .errors import ConvergenceError
 from .friction import InterfaceLayer
 from .geometry import SheetPoints
+from .owning import solved
 from .plain import plain
 from .solve import ContactProblem
 
 Array = NDArray[np.float64]
 
 
+@solved
 @dataclass(frozen=True, repr=False)
 @plain
 class StartOfSliding:

@@ -17,6 +17,7 @@ from .check import number, positive
 from .errors import ConvergenceError, ResultantError
 from .files import check_target, read_bytes, write_bytes
 from .loads import PressureDependentFriction, VelocityTable
+from .owning import own, owning, solved
 from .plain import plain
 from .result import Patch, Pictured
 from .solve import ContactProblem, Side, to_global, to_local
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class StepState:
@@ -48,6 +50,7 @@ class StepState:
     motion: Array
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class StepReport:
@@ -83,6 +86,7 @@ class StepReport:
         return asdict(self)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class StepGrid:
@@ -92,12 +96,8 @@ class StepGrid:
     area: Array
     patches: tuple[Patch, ...]
 
-    def __post_init__(self) -> None:
-        # all steps of a contact share them
-        for shared in (self.points, self.area):
-            shared.flags.writeable = False
 
-
+@solved
 @dataclass(frozen=True)
 @plain
 class StepResult(Pictured):
@@ -164,6 +164,7 @@ class StepResult(Pictured):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
+        own(self)
 
 
 class PreparedContact:

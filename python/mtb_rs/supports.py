@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .check import choice, number, reals
+from .owning import owning
 from .plain import plain
 
 Array = NDArray[np.float64]
@@ -53,6 +54,7 @@ class Guide:
         object.__setattr__(self, "force", number("force of a guide", self.force, "N"))
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Support:

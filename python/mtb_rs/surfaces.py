@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mtb_rs
 from .check import path_of, reals
 from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, metres, spacing_pair
+from .owning import owning
 from .plain import plain
 
 
@@ -202,6 +203,7 @@ def height_of(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool
     return np.where(inside, surface.height(np.clip(y, start, end)), np.nan)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class SurfaceGap:

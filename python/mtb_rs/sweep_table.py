@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .files import write_bytes
+from .owning import owning
 
 #: Units of the quantities a sweep measures by itself.
 UNITS = {
@@ -43,6 +44,7 @@ def check_column(name: Any) -> str:
     return text
 
 
+@owning
 @dataclass(frozen=True)
 class SweepTable:
     """Quantities over the grid of the parameters of a sweep.

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
 import signal
@@ -27,7 +26,6 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from . import scenes
 from ._mtb_rs import __version__
 from .check import shortened
 from .direct import choose
@@ -138,31 +136,6 @@ def sweep(
     return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
 
-def varied(scene: Scene, changes: Values) -> Scene:
-    """The scene with some arguments changed, those of a ready scene's geometry included."""
-    own = {f.name for f in fields(Scene)}
-    if all(name in own for name in changes) or scene.name not in scenes.__all__:
-        return scene.with_(**changes)
-    build = getattr(scenes, scene.name)
-    known = inspect.signature(build).parameters
-    arguments = {k: v for k, v in scene.inputs.items() if k in known}
-    before = build(**arguments)
-    kept = {
-        name: getattr(scene, name)
-        for name in own - {"layout", "inputs", "name"} - set(changes)
-        if not _same(getattr(scene, name), getattr(before, name))
-    }
-    new: Scene = build(**{**arguments, **{k: v for k, v in changes.items() if k in known}})
-    return new.with_(**kept, **{k: v for k, v in changes.items() if k not in known})
-
-
-def _same(value: Any, other: Any) -> bool:
-    try:
-        return fingerprint(value) == fingerprint(other)
-    except ValueError:
-        return value is other
-
-
 class _Work:
     """What is done to a case; goes to the workers."""
 
@@ -178,7 +151,7 @@ class _Work:
         model = self.options.get("model", "auto")
         choosing = {k: self.options[k] for k in ("tolerance", "quantity") if k in self.options}
         try:
-            scene = varied(self.scene, case)
+            scene = self.scene.with_(**case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
                 model = choose(scene, **{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
                 self.model = model
@@ -196,7 +169,7 @@ class _Work:
     def __call__(self, case: Values) -> Record:
         clock = time.perf_counter()
         try:
-            scene = varied(self.scene, case)
+            scene = self.scene.with_(**case)
             result = scene.solve(**self.options | self._chosen(scene))
             # what is given need not be measured
             numbers = {k: v for k, v in measured(result).items() if k not in case}
@@ -427,7 +400,5 @@ def _is_unicode(text: str) -> bool:
 
 def _known(scene: Scene) -> set[str]:
     """Arguments that may be varied."""
-    known = {f.name for f in fields(Scene)} - {"layout", "inputs", "name"}
-    if scene.name in scenes.__all__:
-        known |= set(inspect.signature(getattr(scenes, scene.name)).parameters)
-    return known
+    known = {f.name for f in fields(Scene)} - {"layout", "inputs", "name", "recipe"}
+    return known if scene.recipe is None else known | set(scene.recipe[1])

@@ -26,6 +26,7 @@ from .friction import (
     native_law,
 )
 from .material import Material
+from .owning import check_finite, owning, solved
 from .patch import PressureField, pressure_field, window
 from .plain import plain
 from .report import Report
@@ -36,6 +37,7 @@ Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Rolling:
@@ -74,7 +76,7 @@ class Rolling:
     step: float | None = None
 
     def __post_init__(self) -> None:
-        numbers("creepage", self.creepage, 3)
+        object.__setattr__(self, "creepage", numbers("creepage", self.creepage, 3))
         _check_force(self.force)
         number("angle", self.angle, "rad")
         positive("speed", self.speed, "m/s")
@@ -90,6 +92,7 @@ class Rolling:
         return (length * c, length * s)
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class Shift:
@@ -113,7 +116,7 @@ class Shift:
     duration: float = 1.0
 
     def __post_init__(self) -> None:
-        pair("displacement", self.displacement, "m")
+        object.__setattr__(self, "displacement", pair("displacement", self.displacement, "m"))
         _check_force(self.force)
         number("spin", self.spin, "rad")
         positive("duration", self.duration, "s")
@@ -156,6 +159,7 @@ def _check_force(force: Any) -> None:
             number(f"force[{k}]", value, "N")
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class TangentialState:
@@ -229,6 +233,7 @@ class TangentialState:
         return whole[1], whole[0]
 
 
+@solved
 @dataclass(frozen=True, repr=False)
 @plain
 class TangentialResult(TangentialFields):
@@ -692,6 +697,7 @@ def creep_curve(
         forces[failed] = np.nan
         cause = _likely_cause(Rolling(speed=speed), friction)
         raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
+    check_finite("forces", forces)
     return forces
 
 

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .owning import owning, solved
 from .plain import plain
 from .result import Pictured
 
 Array = NDArray[np.float64]
 
 
+@owning
 @dataclass(frozen=True)
 @plain
 class WheelState:
@@ -33,6 +35,7 @@ class WheelState:
     ratio: tuple[tuple[str, tuple[int, int], Array], ...]
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class WheelPatch:
@@ -140,6 +143,7 @@ class WheelPatch:
         return np.asarray(self.area * np.einsum("ij,jkl->ikl", self.rotation, local))
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class PatchPicture(Pictured):
@@ -181,6 +185,7 @@ class WheelReport:
     iterations: int
 
 
+@solved
 @dataclass(frozen=True)
 @plain
 class WheelStep:

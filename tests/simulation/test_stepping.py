@@ -247,7 +247,7 @@ BAD = [
     (lambda c: c.step([np.inf] * 6, 1.0), "pose, x, is inf"),
     (lambda c: c.step([0.0, 0.0, -1e300, 0.0, 0.0, 0.0], 1.0), r"pose, z, is -1e\+300"),
     (lambda c: c.step(velocity=1.0, state=5), "state is 5: a StepState"),
-    (lambda c: c.step(velocity=1.0, state=bent(c, pressure=[0.0])), "state.pressure is list"),
+    (lambda c: c.step(velocity=1.0, state=bent(c, pressure=[0.0])), "state.pressure is tuple"),
     (lambda c: c.step(velocity=1.0, state=bent(c, motion=np.zeros(2, "f4"))), "state.motion is float32"),
     (lambda c: c.step(velocity=1.0, dt=-1.0), "dt is -1.0"),
     (lambda c: c.step(velocity=1.0, magnetic_pressure=np.ones(3)), "magnetic_pressure has shape"),

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Objects own what they keep: no change of the caller's arrays reaches them, and nobody changes theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from functools import wraps
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ConvergenceError
+
+C = TypeVar("C")
+
+
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, or a copy of it, in memory that nobody can write to."""
+    if array.dtype.hasobject or not array.size:
+        held = array.copy()
+        held.flags.writeable = False
+        return held
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            break
+        base = base.base
+    if isinstance(base, bytes) and type(array) is np.ndarray and array.flags.c_contiguous:
+        return array
+    return np.frombuffer(np.asarray(array).tobytes(), array.dtype).reshape(array.shape)
+
+
+def owned(value: Any) -> Any:
+    """`value` with the arrays it holds frozen; lists become tuples, mappings dictionaries of its own."""
+    if isinstance(value, np.ndarray):
+        return frozen(value)
+    if isinstance(value, tuple) and hasattr(value, "_make"):
+        return type(value)._make(owned(entry) for entry in value)
+    if type(value) in (list, tuple):
+        return tuple(owned(entry) for entry in value)
+    if isinstance(value, Mapping):
+        return {name: owned(entry) for name, entry in value.items()}
+    return value
+
+
+def owning(made: type[C]) -> type[C]:
+    """Class decorator: instances of a frozen dataclass own what they keep, unpickled ones too."""
+    return _built(made, own)
+
+
+def solved(made: type[C]) -> type[C]:
+    """Class decorator of what solvers return: an owning dataclass none of whose numbers is NaN or infinite.
+
+    Making one that has such a number raises :class:`mtb_rs.ConvergenceError`. Numbers that may be infinite
+    are named by the class, as ``_unbounded``.
+    """
+
+    def keep(self: Any) -> None:
+        own(self)
+        for entry in fields(self):
+            if entry.name not in getattr(made, "_unbounded", ()):
+                check_finite(f"{entry.name} of the {made.__name__}", getattr(self, entry.name))
+
+    return _built(made, keep)
+
+
+def _built(made: type[C], keep: Callable[[Any], None]) -> type[C]:
+    build: Callable[..., None] = vars(made)["__init__"]
+
+    @wraps(build)
+    def __init__(self: Any, *args: Any, **kwargs: Any) -> None:
+        build(self, *args, **kwargs)
+        keep(self)
+
+    def __setstate__(self: Any, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        own(self)
+
+    changed: Any = made
+    changed.__init__ = __init__
+    if "__setstate__" not in vars(made):
+        changed.__setstate__ = __setstate__
+    return made
+
+
+def own(self: Any) -> None:
+    """Freezes what an instance of a frozen dataclass keeps."""
+    for entry in fields(self):
+        value = getattr(self, entry.name, None)
+        if isinstance(value, (np.ndarray, list, tuple, Mapping)):
+            object.__setattr__(self, entry.name, owned(value))
+
+
+def check_finite(name: str, value: Any) -> Any:
+    """`value`, if all of its numbers are finite.
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the first one that is NaN or infinite.
+    """
+    place = _lost(value)
+    if place is not None:
+        raise ConvergenceError(
+            f"the solution has lost its numbers: {name}{place} is NaN or infinite. The input may be too "
+            "large, too small or too uneven for floating-point numbers"
+        )
+    return value
+
+
+def _lost(value: Any) -> str | None:
+    """Place of the first number that is NaN or infinite; None if there is none."""
+    if isinstance(value, float):
+        return None if np.isfinite(value) else ""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in "fc":
+            return None
+        bad = ~np.isfinite(value)
+        return str([int(k) for k in np.argwhere(bad)[0]]) if bad.any() else None
+    if isinstance(value, np.generic):
+        return _lost(np.asarray(value))
+    entries: list[tuple[str, Any]] = []
+    if isinstance(value, Mapping):
+        entries = [(f"[{name!r}]", entry) for name, entry in value.items()]
+    elif isinstance(value, tuple):
+        entries = [(f"[{k}]", entry) for k, entry in enumerate(value)]
+    places = ((name, _lost(entry)) for name, entry in entries)
+    return next((name + place for name, place in places if place is not None), None)
