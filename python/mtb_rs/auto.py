@@ -21,7 +21,7 @@ from .elastic import can_be_elastic
 from .estimate import ORDER, GridField, difference, extrapolated
 from .layout import Layout
 from .plain import plain
-from .solve import ContactProblem, Solution, mean_tractions, to_global
+from .solve import ContactProblem, Solution, displaced, mean_tractions, to_global
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
@@ -84,8 +84,11 @@ class Level:
         coefficients = self.solution.coefficients(self.problem)
         hats = self.problem.averages is not None
         if quantity == "displacement" and self.problem.lower.compliance is not None:
-            moved = np.asarray(self.problem.lower.compliance.displacement(coefficients)[2])
-            moved = self.problem.on_grid(moved)
+            # all that is reported, what the pull does included
+            motion = self.solution.motion[self.problem.upper.work.size :]
+            points, lower = self.problem.points, self.problem.lower
+            u = displaced(lower, coefficients[:2], coefficients[2], motion, points, -1.0)
+            moved = self.problem.on_grid(-np.einsum("in,in->n", u, points.normal))
             return GridField(self.problem.axes(), moved, moved if hats else None)
         means = self.problem.on_grid(mean_tractions(self.problem, coefficients)[2])
         pressure = self.problem.on_grid(coefficients[2])

@@ -381,7 +381,10 @@ def _by_convolution(
     assert isinstance(scene.lower, (HalfSpace, Rigid))
     assert isinstance(scene.upper, (HalfSpace, Rigid))
     grid, x, y = problem.axes()[0]
-    gap = problem.points.gap if opening is None else problem.points.gap + opening
+    # the approach is the solver's own; what is pulled up is nearer from the start
+    gap = problem.points.gap + (problem.opening() - problem.gap)
+    if opening is not None:
+        gap = gap + opening
     # contact turns the upper body by these about x and y: its pressure has the opposite moments
     about_x, about_y = scene.moments or (None, None)
     force = None if scene.approach is not None else -float(problem.upper.work[0])

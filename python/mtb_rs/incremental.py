@@ -119,7 +119,7 @@ def solve_incremental(
         problem.lower.compliance,
         problem.upper.compliance,
         np.ascontiguousarray(points.points),
-        np.ascontiguousarray(points.points + points.gap * points.normal),
+        np.ascontiguousarray(points.points + problem.opening() * points.normal),
         [(p.nx, p.ny) for p in problem.patches],
         np.ascontiguousarray(problem.area),
         np.ascontiguousarray(problem.friction),
@@ -149,7 +149,10 @@ def solve_incremental(
     names = ("increments", "problems", "active_sets", "releases", "imbalance", "force", "history")
     fields = IncrementalFields(
         traction=out["traction"],
-        displacement=Displacement(upper=out["upper_displacement"], lower=out["lower_displacement"]),
+        # the increments start from what the pull has moved
+        displacement=Displacement(
+            upper=out["upper_displacement"], lower=out["lower_displacement"] + problem.lower.displacement
+        ),
         approach=out["approach"],
         counts={name: out[name] for name in names},
     )

@@ -20,7 +20,7 @@ from .check import LARGEST, choice, number, pair, positive, reals, warn
 from .coupled_start import at_rest
 from .direct import choose
 from .direct import solve as solve_scene
-from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, upper_side
+from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, moved_by, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
 from .fingerprint import fingerprint
@@ -698,6 +698,10 @@ class Scene:
         sheet = self.layout.sheet(spacing)
         points, n = sheet.cells, sheet.area.size
         lower = half_space_side(_simple(self.lower), sheet.patches, interact=True)
+        if self.magnetic_pressure is not None and self.attraction == "both" and lower.compliance is not None:
+            pull = self.pull_at(points, sheet.patches)
+            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
+            lower = replace(lower, displacement=moved_by(lower.compliance, load, points, -1.0))
         upper = half_space_side(_simple(self.upper), sheet.patches, interact=False)
         gap = points.gap
         loads: dict[str, Any] = {}

@@ -380,8 +380,8 @@ def finish(
 
     m_upper = problem.upper.work.size
     displacement = Displacement(
-        upper=_displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
-        lower=_displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
+        upper=displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
+        lower=displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
     )
     force = load.sum(axis=1)
     reference_point = np.zeros(3)
@@ -521,7 +521,7 @@ def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
     return worst
 
 
-def _displaced(
+def displaced(
     side: Side, tangential: Array, pressure: Array, motion: Array, points: SheetPoints, into: float
 ) -> Array:
     """Displacement (3, n) of a body's contact points; `into` is +1 where the normal points into it."""

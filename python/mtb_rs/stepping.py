@@ -565,10 +565,10 @@ def pull_response(problem: ContactProblem, pull: Array, attraction: str) -> Arra
     points, n = problem.points, problem.n
     apart = np.zeros((3, n))
     work = []
-    # a half-space above is pressed by the resultant, one below finite elements is moved by what pulls it
+    # a half-space above is pressed by the resultant, one below is moved by what pulls it
     sides = [
         (problem.upper, 1.0, True, problem.upper.includes_motion),
-        (problem.lower, -1.0, attraction == "both", problem.averages is not None),
+        (problem.lower, -1.0, attraction == "both", True),
     ]
     for side, into, is_pulled, is_moved in sides:
         if is_pulled and is_moved and side.compliance is not None:
