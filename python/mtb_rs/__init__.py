@@ -20,7 +20,14 @@ from .creepforce import (
 from .creepforce_table import CreepForceTable
 from .elastic_body import ElasticBody
 from .errors import CaseError, ConvergenceError, PictureWarning, ResultantError, ViewError
-from .friction import Coulomb, FallingFriction, InterfaceLayer, StaticKinetic, TabulatedFriction
+from .friction import (
+    Coulomb,
+    FallingFriction,
+    InterfaceLayer,
+    RailFriction,
+    StaticKinetic,
+    TabulatedFriction,
+)
 from .geometry import PoleShoe, Profile, wheel_on_rail_gap
 from .hertzian import Hertz, hertz
 from .loads import GaussianPressure, PressureDependentFriction, VelocityTable
@@ -101,6 +108,7 @@ __all__ = [
     "PressureDependentFriction",
     "PressureField",
     "Profile",
+    "RailFriction",
     "Report",
     "Result",
     "ResultantError",

@@ -118,7 +118,7 @@ class PreparedWheels:
         spacing: tuple[float, float],
         lower: tuple[float, float] | None,
         upper: tuple[float, float] | None,
-        friction: Friction,
+        friction: Friction | tuple[list[float], list[float], list[float]],
         layer: float,
         reference_point: tuple[float, ...] | None,
         standstill_speed: float | None,

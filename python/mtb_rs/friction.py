@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
-from .check import number, reals
+from .check import number, reals, shortened
 from .owning import owning
 from .patch import window
 from .plain import plain
@@ -171,6 +171,61 @@ class TabulatedFriction:
 
 
 Friction = Coulomb | StaticKinetic | FallingFriction | TabulatedFriction
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class RailFriction:
+    """A coefficient of friction over the rail, for wheels in steps (:meth:`mtb_rs.Scene.prepare`).
+
+    It stays on the rail while wheels roll over it: each step takes it at the cells of its patches. Linear
+    between the places where it is given, constant beyond the first and the last; two places close together
+    make a step. Both rails have the same one, the right rail seen in a mirror.
+
+    Parameters
+    ----------
+    rail_position : (n,) float [m]
+        Places across the rail, strictly rising: y in the rail profile's own frame, as `rail_position` of a
+        patch; the gauge corner of the ready rail is at y < 0.
+    coefficient : (n,) or (m, n) float [-]
+        At least 0; (m, n) with `x`.
+    x : (m,) float [m] or None
+        Places along the track, strictly rising; None: friction does not vary along it.
+
+    Examples
+    --------
+    A gauge corner with grease on it, and a rail that is wet from x = 10 m on:
+
+    >>> corner = RailFriction([-20e-3, -15e-3], [0.1, 0.4])
+    >>> wet = RailFriction([0.0], [[0.4], [0.15]], x=[10.0, 10.001])
+    """
+
+    rail_position: Array
+    coefficient: Array
+    x: Array | None = None
+
+    def __post_init__(self) -> None:
+        position = _places("rail_position", self.rail_position)
+        values = reals("coefficient", self.coefficient)
+        along = None if self.x is None else _places("x", self.x)
+        shape = position.shape if along is None else (along.size, position.size)
+        if values.shape != shape:
+            raise ValueError(
+                f"coefficient has shape {values.shape}: {shape} is needed, "
+                f"{'one for each rail_position' if along is None else 'a row for each x'}"
+            )
+        if np.any(values < 0.0):
+            raise ValueError(f"coefficient is {np.min(values):g}: numbers of at least 0 are needed")
+        for name, field in (("rail_position", position), ("coefficient", values), ("x", along)):
+            object.__setattr__(self, name, field)
+
+
+def _places(name: str, values: ArrayLike) -> Array:
+    places = reals(name, values, "m")
+    if places.ndim != 1 or not places.size or np.any(np.diff(places) <= 0.0):
+        raise ValueError(f"{name} is {shortened(values)}: places [m] that rise strictly are needed")
+    return places
 
 
 @dataclass(frozen=True)

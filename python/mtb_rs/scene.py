@@ -24,7 +24,7 @@ from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, 
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError
 from .fingerprint import fingerprint
-from .friction import Coulomb, Friction, InterfaceLayer
+from .friction import Coulomb, Friction, InterfaceLayer, RailFriction
 from .geometry import ContactSheet, Profile, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
 from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
@@ -460,7 +460,7 @@ class Scene:
         standstill_speed: float | None = None,
         tolerance: float = 0.05,
         quantity: str = "force",
-        friction: Friction | None = None,
+        friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: str | None = None,
     ) -> PreparedContact | PreparedWheels:
@@ -482,8 +482,8 @@ class Scene:
             regularisation, not physics: a real brake sticks.
         tolerance, quantity
             What ``model="auto"`` aims at, as in :meth:`solve`.
-        friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
-            Of wheels; None: ``Coulomb(0.3)``.
+        friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
+            Of wheels; None: ``Coulomb(0.3)``. A RailFriction varies over the rail.
         layer : InterfaceLayer
             Between wheel and rail.
         side : "left", "right" or "both"

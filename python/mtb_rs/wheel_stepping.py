@@ -17,7 +17,7 @@ from .bodies import HalfSpace
 from .check import choice, number, numbers, positive
 from .errors import ConvergenceError
 from .files import read_bytes, write_bytes
-from .friction import Coulomb, Friction, InterfaceLayer, native_law
+from .friction import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
 from .geometry import as_profile, spacing_pair
 from .stepping import pose_of
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
@@ -153,7 +153,7 @@ def prepare_wheels(
     scene: Scene,
     layout: WheelLayout,
     side: str,
-    friction: Friction,
+    friction: Friction | RailFriction,
     layer: InterfaceLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
@@ -170,12 +170,15 @@ def prepare_wheels(
     if scene.force is None:
         raise ValueError("nothing presses the wheel: a scene with a force [N] is needed")
     if isinstance(friction, Coulomb) and np.ndim(friction.coefficient):
-        raise ValueError("friction varies over the patch: patches move, one coefficient is needed")
+        raise ValueError(
+            "friction varies over the patch: patches move, one coefficient is needed, or a RailFriction, "
+            "which varies over the rail"
+        )
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
     if layout.on_flange is not None:
         warnings.warn(layout.on_flange, stacklevel=3)
-    law = native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
+    law = _native_law(friction)
     place = layout.placement
     materials = [
         body.material if isinstance(body, HalfSpace) else None for body in (scene.lower, scene.upper)
@@ -204,6 +207,16 @@ def prepare_wheels(
             else positive("standstill_speed", standstill_speed, "m/s"),
         )
     )
+
+
+def _native_law(
+    friction: Friction | RailFriction,
+) -> _mtb_rs.Friction | tuple[list[float], list[float], list[float]]:
+    """The law as wheels take it; of a map places along the track and across the rail, flat coefficients."""
+    if not isinstance(friction, RailFriction):
+        return native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
+    along = [0.0] if friction.x is None else friction.x.tolist()
+    return along, friction.rail_position.tolist(), friction.coefficient.ravel().tolist()
 
 
 def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:

@@ -5,7 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    PatchRatio, PreparedWheels, Side, Sides, Velocity, WheelPatch, WheelState, WheelStep, Wheelset,
+    PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction, WheelPatch,
+    WheelState, WheelStep, Wheelset,
 };
 use numpy::{
     IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods,
@@ -40,6 +41,24 @@ type State<'py> = (
     Vec<f64>,
     Vec<(String, (i64, i64), PyReadonlyArray3<'py, f64>)>,
 );
+
+/// A law, or coefficients over the rail: places along the track, places across the rail, flat coefficients.
+#[derive(FromPyObject)]
+enum OnRail<'py> {
+    Law(PyRef<'py, PyFriction>),
+    Map(Vec<f64>, Vec<f64>, Vec<f64>),
+}
+
+impl OnRail<'_> {
+    fn law(self) -> Result<WheelFriction, mtb_wheelset::Error> {
+        Ok(match self {
+            Self::Law(law) => law.0.clone().into(),
+            Self::Map(x, position, coefficient) => {
+                WheelFriction::OnRail(RailFriction::new(x, position, coefficient)?)
+            }
+        })
+    }
+}
 
 fn sides_named(name: &str) -> PyResult<Sides> {
     match name {
@@ -105,7 +124,7 @@ impl PyPreparedWheels {
         spacing: [f64; 2],
         lower: Elastic,
         upper: Elastic,
-        friction: &PyFriction,
+        friction: OnRail<'_>,
         layer: f64,
         reference_point: Option<[f64; 3]>,
         standstill_speed: Option<f64>,
@@ -130,7 +149,7 @@ impl PyPreparedWheels {
                 lower: material(lower).map_err(|e| bad_input(&e))?,
                 upper: material(upper).map_err(|e| bad_input(&e))?,
             },
-            friction: friction.0.clone(),
+            friction: friction.law().map_err(|e| bad_input(&e))?,
             layer,
             reference_point: reference_point.unwrap_or([0.0, lateral, wheel_radius + first_height]),
             standstill_speed,

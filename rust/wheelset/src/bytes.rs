@@ -7,6 +7,7 @@ use mtb_elasticity::half_space::Pair;
 use mtb_geometry::{Profile, WheelOnRail};
 
 use crate::error::Error;
+use crate::friction::{RailFriction, WheelFriction};
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
@@ -111,11 +112,21 @@ impl Wheelset {
     }
 }
 
-fn write_friction(out: &mut Writer, friction: &Friction) {
+fn write_friction(out: &mut Writer, friction: &WheelFriction) {
+    let law = match friction {
+        WheelFriction::Everywhere(law) => law,
+        WheelFriction::OnRail(map) => {
+            out.count(4);
+            for part in map.parts() {
+                out.array(part);
+            }
+            return;
+        }
+    };
     let with_memory = |out: &mut Writer, memory: &Option<Memory>| {
         out.option(*memory, |out, m| out.array(&[m.distance, m.min_slip]));
     };
-    match friction {
+    match law {
         Friction::Coulomb(coefficient) => {
             out.count(0);
             out.array(coefficient);
@@ -153,14 +164,14 @@ fn write_friction(out: &mut Writer, friction: &Friction) {
     }
 }
 
-fn read_friction(body: &mut Reader<'_>) -> Result<Friction, Damaged> {
+fn read_friction(body: &mut Reader<'_>) -> Result<WheelFriction, Error> {
     let memory = |body: &mut Reader<'_>| {
         body.option(|body| {
             let [distance, min_slip] = body.numbers()?;
             Ok::<_, Damaged>(Memory { distance, min_slip })
         })
     };
-    Ok(match body.word()? {
+    let law = match body.word()? {
         0 => Friction::Coulomb(body.array()?),
         1 => {
             let [at_rest, kinetic] = body.numbers()?;
@@ -184,6 +195,11 @@ fn read_friction(body: &mut Reader<'_>) -> Result<Friction, Damaged> {
             },
             memory: memory(body)?,
         },
-        _ => return Err(Damaged("it has no such friction law")),
-    })
+        4 => {
+            let map = RailFriction::new(body.array()?, body.array()?, body.array()?)?;
+            return Ok(WheelFriction::OnRail(map));
+        }
+        _ => return Err(Error::Stored("it has no such friction law")),
+    };
+    Ok(law.into())
 }

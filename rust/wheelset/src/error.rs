@@ -68,10 +68,33 @@ pub enum Error {
         velocity: [f64; 6],
     },
     /// Friction that varies over the patch.
-    #[error("friction has {count} coefficients: patches move, one is needed")]
+    #[error(
+        "friction has {count} coefficients: patches move, so one is needed, or a map of friction over the rail"
+    )]
     Varying {
         /// Number of coefficients.
         count: usize,
+    },
+    /// Places of a friction map that are none.
+    #[error(
+        "{name} of a friction map: at least one place is needed, and places [m] that rise strictly"
+    )]
+    FrictionPlaces {
+        /// Which places.
+        name: &'static str,
+    },
+    /// A friction map of another size than its places.
+    #[error(
+        "a friction map has {count} coefficients: one for each of {} places along the track and {} across \
+         the rail is needed",
+        .wanted[0],
+        .wanted[1]
+    )]
+    FrictionSize {
+        /// Number of coefficients.
+        count: usize,
+        /// Places along the track and across the rail.
+        wanted: [usize; 2],
     },
     /// A state that is none.
     #[error("state, {part}: {reason}")]

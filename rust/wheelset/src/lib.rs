@@ -17,6 +17,7 @@
 mod balance;
 mod bytes;
 mod error;
+mod friction;
 mod operators;
 mod patch;
 mod prepared;
@@ -26,6 +27,7 @@ mod state;
 mod wheelset;
 
 pub use error::Error;
+pub use friction::{RailFriction, WheelFriction};
 pub use patch::{PointStatus, WheelPatch};
 pub use prepared::{PreparedWheels, Velocity, WheelStep};
 pub use state::{PatchRatio, WheelState};

@@ -80,7 +80,7 @@ impl PreparedWheels {
     /// Places the profiles of a wheelset.
     ///
     /// # Errors
-    /// Numbers that make no sense, profiles that never face each other, friction that varies over the patch.
+    /// Numbers that make no sense, profiles that never face each other, several coefficients of a Coulomb law.
     pub fn new(wheelset: Wheelset) -> Result<Self, Error> {
         wheelset.check()?;
         let over = WheelOverRail::new(&wheelset.pair)?;

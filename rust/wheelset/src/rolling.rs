@@ -1,9 +1,6 @@
 //! Steady rolling of a patch.
 
-use std::borrow::Cow;
-
 use mtb_complementarity::discs::DiscState;
-use mtb_contact::friction::Friction;
 use mtb_contact::tangential::{Drive, Surroundings, TangentialProblem, dissipation, solve};
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
@@ -159,6 +156,13 @@ pub(crate) fn rolling(
                 to[cells + here] = sense * from[n + there] * pressure[there];
             }
         }
+        let friction = wheelset.friction.at(cells, |here| {
+            let at = [here % grid.nx, here / grid.nx].map(|k| k as isize);
+            let there = cut.point(at);
+            let (column, row) = (there % plane.nx, there / plane.nx);
+            let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
+            [x, plane.rail_positions[row]]
+        });
         let [x, y] = cut.origin(plane.first);
         let problem = TangentialProblem {
             pressure: &part,
@@ -169,7 +173,7 @@ pub(crate) fn rolling(
             ],
             spin: creepage[2],
             speed,
-            friction: &on_all(&wheelset.friction, cells),
+            friction: &friction,
             earlier: None,
             start: first_try.as_deref(),
             tolerance: TOLERANCE,
@@ -280,16 +284,6 @@ pub(crate) fn rolling(
         ratio: kept,
         iterations,
     })
-}
-
-/// The law with its coefficient at every one of `cells`.
-fn on_all(friction: &Friction, cells: usize) -> Cow<'_, Friction> {
-    match friction {
-        Friction::Coulomb(coefficient) => {
-            Cow::Owned(Friction::Coulomb(vec![coefficient[0]; cells]))
-        }
-        other => Cow::Borrowed(other),
-    }
 }
 
 fn reverse_rows<T>(field: &mut [T], nx: usize) {

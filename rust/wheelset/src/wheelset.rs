@@ -6,6 +6,7 @@ use mtb_elasticity::half_space::Pair;
 use mtb_geometry::{WheelOnRail, WheelRailLoad};
 
 use crate::error::{Error, check_entries, positive};
+use crate::friction::WheelFriction;
 
 /// A wheel of the wheelset, seen in the direction of travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +63,8 @@ pub struct Wheelset {
     pub spacing: [f64; 2],
     /// Rail (lower) and wheel (upper).
     pub bodies: Pair,
-    /// The friction law; a Coulomb law has one coefficient.
-    pub friction: Friction,
+    /// One law, or a coefficient that varies over the rail.
+    pub friction: WheelFriction,
     /// Thickness over shear modulus of a layer between wheel and rail [m/Pa].
     pub layer: f64,
     /// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
@@ -93,7 +94,7 @@ impl Wheelset {
             approach: contact.approach / contact.angle.cos(),
             spacing: [5e-4; 2],
             bodies,
-            friction: Friction::Coulomb(vec![0.3]),
+            friction: Friction::Coulomb(vec![0.3]).into(),
             layer: 0.0,
             reference_point: [
                 0.0,
@@ -124,11 +125,6 @@ impl Wheelset {
         for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
             Material::new(material.shear_modulus, material.poisson_ratio)?;
         }
-        match &self.friction {
-            Friction::Coulomb(coefficient) if coefficient.len() != 1 => Err(Error::Varying {
-                count: coefficient.len(),
-            }),
-            _ => Ok(()),
-        }
+        self.friction.check()
     }
 }

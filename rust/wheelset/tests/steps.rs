@@ -10,7 +10,8 @@ use mtb_elasticity::half_space::Pair;
 use mtb_geometry::{Interpolation, Profile, WheelOnRail};
 use mtb_operator::{Progress, unmonitored};
 use mtb_wheelset::{
-    Error, PatchRatio, PreparedWheels, Side, Sides, Velocity, WheelState, WheelStep, Wheelset,
+    Error, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction,
+    WheelState, WheelStep, Wheelset,
 };
 use proptest::prelude::*;
 
@@ -202,7 +203,7 @@ fn what_cannot_be_asked_is_named() {
             "reference_point[2] is NaN",
         ),
         (
-            change(&|w| w.friction = Friction::Coulomb(vec![0.1, 0.2])),
+            change(&|w| w.friction = Friction::Coulomb(vec![0.1, 0.2]).into()),
             "friction has 2 coefficients",
         ),
         (change(&|w| w.pair.gauge = 0.0), "gauge is 0"),
@@ -243,7 +244,7 @@ fn a_step_is_interrupted_and_the_memory_stays() {
     assert_eq!(wheels.state(), &kept);
 }
 
-fn laws() -> Vec<Friction> {
+fn laws() -> Vec<WheelFriction> {
     let memory = Some(Memory {
         distance: 1e-3,
         min_slip: 1e-3,
@@ -257,20 +258,25 @@ fn laws() -> Vec<Friction> {
         slip_speed: vec![0.0, 1.0],
         coefficient: vec![0.4, 0.2],
     };
+    let map = RailFriction::new(vec![0.0, 1e-3], vec![-1e-2, 1e-2], vec![0.1, 0.2, 0.3, 0.4]);
     vec![
-        Friction::Coulomb(vec![0.3]),
+        Friction::Coulomb(vec![0.3]).into(),
         Friction::StaticKinetic {
             at_rest: 0.4,
             kinetic: 0.3,
-        },
+        }
+        .into(),
         Friction::SpeedDependent {
             law: exponential,
             memory,
-        },
+        }
+        .into(),
         Friction::SpeedDependent {
             law: table,
             memory: None,
-        },
+        }
+        .into(),
+        WheelFriction::OnRail(map.unwrap()),
     ]
 }
 

@@ -42,6 +42,8 @@ pub struct PlaneGap {
     /// Distance along the normal of the plane (ny * nx) [m], x fastest, negative where the undeformed bodies
     /// overlap; 10 mm where a body is missing.
     pub gap: Vec<f64>,
+    /// y of the rail profile along the normal of each row (ny) [m]; that of the origin where there is no rail.
+    pub rail_positions: Vec<f64>,
     /// Share of the estimated contact area inclined by more than 20 degrees to the plane, which it does not
     /// represent [-].
     pub neglected: f64,
@@ -139,6 +141,8 @@ pub(super) fn over(
             .map(|k| (first + k as f64) * spacing[c])
             .collect()
     });
+    let (gap, rail) = gap(pair, position, angle, [&x, &y], pose);
+    let of_row = |rail: Option<Below>| rail.map_or(rail_position, |below| below.rail_position);
     Ok(PlaneGap {
         position: position.into(),
         angle,
@@ -147,7 +151,8 @@ pub(super) fn over(
         first: lines.map(|(first, _)| first as i64),
         nx: x.len(),
         ny: y.len(),
-        gap: gap(pair, position, angle, [&x, &y], pose),
+        gap,
+        rail_positions: rail.into_iter().map(of_row).collect(),
         neglected: ((inclined - represented) / inclined).max(0.0),
     })
 }
@@ -185,14 +190,14 @@ fn refuse_ends(
     Ok(())
 }
 
-/// Distance (ny * nx) [m] from the rail to the wheel along the normal of the plane.
+/// Distance (ny * nx) [m] from the rail to the wheel along the normal of the plane, and the rail of each row.
 fn gap(
     pair: &WheelOverRail,
     position: Vector3<f64>,
     angle: f64,
     [x, y]: [&[f64]; 2],
     [centre, axle]: [Vector3<f64>; 2],
-) -> Vec<f64> {
+) -> (Vec<f64>, Vec<Option<Below>>) {
     let (sin, cos) = angle.sin_cos();
     let normal = Vector3::new(0.0, -sin, cos);
     let rail = RailCut::new(pair, normal);
@@ -204,13 +209,19 @@ fn gap(
     };
     let mut gap = vec![NOTHING; x.len() * y.len()];
     let rows = POINTS_A_THREAD.div_ceil(x.len());
+    let mut rail_of_row = vec![None; y.len()];
     gap.par_chunks_mut(x.len())
         .with_min_len(rows)
         .zip(y)
-        .for_each(|(row, y)| {
+        .zip(&mut rail_of_row)
+        .for_each(|((row, y), rail_of_row)| {
             let foot = Vector2::new(position.y + cos * y, position.z + sin * y);
             // the rail: a prism, so one place is enough for a row
-            let Some(below) = rail.distance(foot) else {
+            *rail_of_row = rail.below(foot);
+            let Some(Below {
+                distance: below, ..
+            }) = *rail_of_row
+            else {
                 return;
             };
             let mut near = below;
@@ -224,7 +235,15 @@ fn gap(
                 }
             }
         });
-    gap
+    (gap, rail_of_row)
+}
+
+/// The rail along the normal from a place.
+#[derive(Clone, Copy)]
+struct Below {
+    distance: f64,
+    /// y of the rail profile [m].
+    rail_position: f64,
 }
 
 /// The rail cut along a normal of the plane.
@@ -244,8 +263,8 @@ impl<'a> RailCut<'a> {
         Self { pair, ahead }
     }
 
-    /// Distance from a place (y, z) in the track, if the rail is there.
-    fn distance(&self, foot: Vector2<f64>) -> Option<f64> {
+    /// The rail from a place (y, z) in the track, if it is there.
+    fn below(&self, foot: Vector2<f64>) -> Option<Below> {
         let place = &self.pair.placement;
         let from = foot - Vector2::from(place.shift);
         let own = Vector2::new(
@@ -260,7 +279,10 @@ impl<'a> RailCut<'a> {
             let rate = (self.ahead.y - rise * self.ahead.x).max(STEEPEST);
             ((at.y - z) / rate, (low..=high).contains(&at.x))
         });
-        found.then_some(distance)
+        found.then(|| Below {
+            distance,
+            rail_position: own.x + self.ahead.x * distance,
+        })
     }
 }
 
