@@ -82,6 +82,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "PressureDependentFriction": lambda: mtb.PressureDependentFriction(np.cos),
     "PressureField": patch,
     "Profile": lambda: mtb.Profile.standard("60E1"),
+    "RailFriction": lambda: mtb.RailFriction(np.linspace(0.0, 0.02, 50), np.full((2, 50), 0.3), [0.0, 1.0]),
     "Report": lambda: mtb.scenes.paraboloid_on_plane(points=8).solve().report,
     "Result": lambda: mtb.scenes.paraboloid_on_plane(points=8).solve(),
     "ResultantError": lambda: mtb.ResultantError("a"),
