@@ -53,13 +53,17 @@ def packed(
     """The unit of a contact, given as the bytes of its file, whose inputs are those with a start value."""
     source = path_of("library", library)
     platform = PLATFORMS.get(source.suffix)
-    compiled = read_bytes(source, "library") if platform else b""
     fitting = f"mtb-fmu-{__version__}-"
+    needed = (
+        f"library is {source}: the mtb_fmu library of version {__version__}, as `cargo build --release "
+        f"-p mtb-fmu` makes it ({', '.join(PLATFORMS)}), is needed"
+    )
+    try:
+        compiled = read_bytes(source, "library") if platform else b""
+    except ValueError as error:
+        raise type(error)(f"{needed}; {error}") from error
     if fitting.encode() not in compiled:
-        raise ValueError(
-            f"library is {source}: the mtb_fmu library of version {__version__}, as `cargo build --release "
-            f"-p mtb-fmu` makes it ({', '.join(PLATFORMS)}), is needed"
-        )
+        raise ValueError(needed)
     # the same contact is the same unit
     identifier = fitting + hashlib.sha256(contact).hexdigest()[:32]
     unit = BytesIO()

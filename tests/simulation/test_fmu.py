@@ -160,6 +160,34 @@ def test_a_state_knows_whether_the_unit_is_initialised(slave):
         shoe.freeFMUstate(state)
 
 
+def test_what_the_description_does_not_have_is_refused(slave):
+    shoe, reference, log = slave
+    shoe.setupExperiment(startTime=0.0)
+    shoe.enterInitializationMode()
+    # pose.x, which is left to balance; an output; nothing at all
+    for unknown in (0, reference["force.x"], 17, 2**32 - 1):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            shoe.setReal([reference["velocity.x"], unknown], [3.0, 1.0])
+        assert log.pop().startswith(f"value reference {unknown}")
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        shoe.getReal([0])
+    assert "value reference 0 is no input of this unit" in log.pop()
+    for value in (np.nan, np.inf):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            shoe.setReal([reference["velocity.x"], reference["pose.pitch"]], [3.0, value])
+        assert "a finite number is needed" in log.pop()
+    # nothing of a refused call is taken
+    assert shoe.getReal([reference["velocity.x"]]) == [20.0]
+    shoe.exitInitializationMode()
+    before = shoe.getReal([reference["force.x"]])
+    for time, step in ((0.0, -0.1), (0.0, np.nan), (np.nan, 0.1), (0.0, np.inf)):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            shoe.doStep(time, step)
+        assert "finite numbers are needed, the step not below 0" in log.pop()
+    assert shoe.getReal([reference["force.x"]]) == before
+    assert shoe.getRealStatus(fmi2LastSuccessfulTime) == 0.0
+
+
 def test_what_goes_wrong_is_logged(slave):
     shoe, reference, log = slave
     shoe.setupExperiment()

@@ -352,6 +352,11 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     _stop: f64,
 ) -> c_int {
     call(unit.cast(), |unit| {
+        if !start.is_finite() {
+            return Err(Failure::error(format!(
+                "the start time is {start}: a finite number is needed"
+            )));
+        }
         unit.time = start;
         Ok(())
     })
@@ -429,7 +434,7 @@ pub unsafe extern "C" fn fmi2GetReal(
     })
 }
 
-/// `fmi2SetReal`, of inputs.
+/// `fmi2SetReal`, of inputs that the description has, to finite numbers.
 ///
 /// # Safety
 /// The arrays must have `count` entries.
@@ -445,9 +450,16 @@ pub unsafe extern "C" fn fmi2SetReal(
         let values = take("values", values, count)?;
         if let Some(&reference) = references
             .iter()
-            .find(|r| !INPUTS.contains(&(**r as usize)))
+            .find(|r| !unit.values.is_input(**r as usize))
         {
             return Err(unknown(reference));
+        }
+        if let Some((&reference, &value)) =
+            (references.iter().zip(values)).find(|(_, value)| !value.is_finite())
+        {
+            return Err(Failure::error(format!(
+                "value reference {reference} is {value}: a finite number is needed"
+            )));
         }
         for (&reference, &value) in references.iter().zip(values) {
             unit.values.set(reference as usize, value);
@@ -457,6 +469,11 @@ pub unsafe extern "C" fn fmi2SetReal(
 }
 
 fn unknown(reference: u32) -> Failure {
+    if INPUTS.contains(&(reference as usize)) {
+        return Failure::error(format!(
+            "value reference {reference} is no input of this unit: its description has no such variable"
+        ));
+    }
     Failure::error(format!(
         "value reference {reference}: inputs are {} to {}, outputs {} to {}",
         INPUTS.start,
@@ -480,6 +497,11 @@ pub unsafe extern "C" fn fmi2DoStep(
     _no_set_back: c_int,
 ) -> c_int {
     call(unit.cast(), |unit| {
+        if !time.is_finite() || !step.is_finite() || step < 0.0 {
+            return Err(Failure::error(format!(
+                "a step of {step} s from {time} s: finite numbers are needed, the step not below 0"
+            )));
+        }
         unit.solve()?;
         unit.time = time + step;
         Ok(())
