@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from . import memory
 from .auto import (
     AIM,
     EFFECTS,
@@ -219,6 +220,7 @@ def level_at(
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
     opens = coupled and is_coupled(scene, problem)
     if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(problem):
+        memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
         by = _in_turn if opens else _by_convolution

@@ -9,6 +9,11 @@ from . import _mtb_rs
 
 #: Share of the free memory above which a solve says what it will take.
 SAID_FROM = 0.5
+#: What a scene takes for each cell of its sheet, from laying it to its result by convolutions [bytes]; dense
+#: matrices come on top and are counted apart.
+SCENE_CELL = 950.0
+#: The part of it that is still to come when the sheet is laid [bytes].
+SOLVED_CELL = 700.0
 
 
 def available() -> float | None:
@@ -44,4 +49,28 @@ def say(needed: float, what: str, stacklevel: int = 3) -> None:
         warnings.warn(
             f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free",
             stacklevel=stacklevel,
+        )
+
+
+def refuse(needed: float, what: str, advice: str) -> None:
+    """Refuses what the memory does not hold, before any of it is asked for.
+
+    Parameters
+    ----------
+    needed : float [bytes]
+    what : str
+        What takes it, as the subject of the sentence.
+    advice : str
+        What would do.
+
+    Raises
+    ------
+    ValueError
+        If there is less.
+    """
+    free = available()
+    if free is not None and needed > free:
+        raise ValueError(
+            f"{what} would take {needed / 1e9:.1f} GB of memory; {max(free, 0.0) / 1e9:.1f} GB are free: "
+            f"{advice}"
         )

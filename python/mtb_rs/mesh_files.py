@@ -63,9 +63,7 @@ def extra_mesh(purpose: str) -> Iterator[None]:
     """Says where the libraries come from that `purpose` needs: gmsh, meshio, and what trimesh calls."""
     try:
         yield
-    except (ImportError, OSError) as error:  # OSError: the graphics libraries that gmsh loads
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
+    except ImportError as error:
         raise MissingExtra(f"{purpose} needs the extra mesh (pip install 'mtb-rs[mesh]'): {error}") from None
 
 

@@ -269,6 +269,12 @@ def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
 
 
 def _gap(gap: ArrayLike) -> Array:
+    if isinstance(gap, np.ndarray):  # before the first copy of it
+        memory.refuse(
+            memory.of_normal_contact(gap.size, "fft"),
+            f"gap has shape {gap.shape}: its contact",
+            "take fewer, larger cells",
+        )
     heights = reals("gap", gap, "m")
     if heights.ndim != 2 or heights.size == 0:
         raise ValueError(f"gap has shape {heights.shape}: (ny, nx) is needed")

@@ -27,7 +27,7 @@ from .estimate import hat_means
 from .faces import hats, joined, owners, parts, profile_parts, thinned
 from .fingerprint import fingerprint
 from .geometry import ContactSheet, Profile, SheetPoints
-from .layout import Spacing, cells_over, flat_points, flat_sheet, height_surface
+from .layout import Spacing, cells_over, check_room, flat_points, flat_sheet, height_surface
 from .plain import plain
 from .result import Result, Surface
 from .solve import ContactProblem, Kept, Side
@@ -119,6 +119,7 @@ class BodyLayout:
         size = high - low
         area = float(size[0]), float(size[1])
         nx, ny = cells_over(area, spacing)
+        check_room(nx * ny, spacing)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
         gap = np.zeros((ny + 1, nx + 1))
