@@ -58,6 +58,14 @@ MAKERS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
         mtb.TabulatedFriction,
         lambda: {"slip_speed": np.array([0.0, 1.0]), "coefficient": [0.4, 0.2]},
     ),
+    "RailFriction": (
+        mtb.RailFriction,
+        lambda: {
+            "rail_position": np.array([0.0, 0.01]),
+            "coefficient": np.full((2, 2), 0.3),
+            "x": [0.0, 1.0],
+        },
+    ),
     "VelocityTable": (
         mtb.VelocityTable,
         lambda: {"velocity": np.array([0.0, 1.0]), "value": [np.full((2, 2), 0.1), [0.2, 0.1]]},

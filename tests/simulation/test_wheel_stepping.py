@@ -53,6 +53,18 @@ def conical(slope=0.05, side="both", friction=0.3, force=60e3):
     return pair.prepare(side=side, friction=mtb.Coulomb(friction))
 
 
+def test_the_ready_scene_steps_without_a_warning_and_two_level_wheels_on_it_do_not():
+    """Warnings are errors here. Level, the left wheel carries all, on its steep plane."""
+    (still,) = mtb.scenes.wheel_on_rail().prepare().step(velocity=V).patches
+    assert still.side == "left"
+    both = scene(6.2e-3, 36e3).prepare(side="both")
+    with pytest.warns(UserWarning, match=r"with friction the left wheel carries .*: 2\.\d% more"):
+        level = both.step(velocity=V)
+    assert 0.02 < level.balance_error < 0.03
+    assert level.vertical_force["left"] > 2 * 36e3
+    assert level.vertical_force["right"] == 0.0
+
+
 @pytest.mark.parametrize(("lateral", "spacing"), [(0.0, 5e-4), (6.2e-3, 2e-4)])
 def test_a_step_solves_the_scene(lateral, spacing):
     still = scene(lateral, 36e3, spacing)
