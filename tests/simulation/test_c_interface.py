@@ -99,8 +99,16 @@ def test_a_program_that_brakes(compiled, library, contact, tmp_path):
 
 
 @LANGUAGES
-def test_a_program_that_runs_on_wheels(compiled, library, wheels, contact, tmp_path):
+@pytest.mark.parametrize("is_mapped", [False, True])
+def test_a_program_that_runs_on_wheels(is_mapped, compiled, library, wheels, contact, tmp_path):
     prepared, path = wheels
+    if is_mapped:
+        along, across = [0.0, 7.0, 20.0], [-20e-3, 0.0, 10e-3]
+        mu = [[0.1, 0.4, 0.2], [0.4, 0.1, 0.3], [0.2, 0.3, 0.1]]
+        scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3)
+        prepared = scene.prepare(side="both", friction=mtb.RailFriction(across, mu, along))
+        path = tmp_path / "mapped.mtbw"
+        prepared.save(path)
     program = compiled("wheelset", library, tmp_path)
     done = run(program, library, path)
     assert done.returncode == 0, done.stderr
