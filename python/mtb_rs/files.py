@@ -76,7 +76,11 @@ def read_bytes(path: str | os.PathLike[str], what: str = "file", most: int = DAT
             if status.st_size > most:
                 size = f"it has {status.st_size:.3g} bytes: at most {most:.3g} are read"
                 raise _unreadable(what, where, size)
-            content = stream.read(most + 1)
+            # asked for by its size: a buffer of `most` bytes may be more than the process can have
+            content = stream.read(status.st_size + 1)
+            # a file that grows, or one of the system's that tells no size
+            while len(content) <= most and (more := stream.read(1 << 20)):
+                content += more
     except FileNotFoundError:
         raise _unreadable(what, where, "No such file", MissingFileError) from None
     except OSError as error:

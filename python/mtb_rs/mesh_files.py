@@ -351,6 +351,8 @@ def filled(
     size = extent / 15.0 if size is None else positive("size", size, "m")
     _check_size(size, extent)
     is_contact = _on_contact(surface.vertices, near)
+    if is_contact is not None and not is_contact[surface.faces].all(axis=1).any():
+        raise ValueError("no triangle of the surface lies on the contact face")
     _check_count(surface, is_contact, size)
     with _gmsh("filling a closed surface with tetrahedra") as gmsh:
         try:

@@ -93,6 +93,17 @@ print(used() - before)
 
 
 @linux
+def test_reading_a_file_takes_what_it_holds_and_no_more(tmp_path):
+    path = tmp_path / "shoe.mtbc"
+    mtb.scenes.pole_shoe_on_rail(spacing=15e-3).prepare("half-space").save(path)
+    body = f"""
+leave(300 << 20)
+print(mtb.PreparedContact.load({str(path)!r}).__class__.__name__)
+"""
+    assert child(body) == "PreparedContact"
+
+
+@linux
 def test_what_takes_half_of_the_memory_is_said_before_it_starts():
     body = """
 leave(570 << 20)
