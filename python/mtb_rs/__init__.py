@@ -19,7 +19,14 @@ from .creepforce import (
 )
 from .creepforce_table import CreepForceTable
 from .elastic_body import ElasticBody
-from .errors import CaseError, ConvergenceError, PictureWarning, ResultantError, ViewError
+from .errors import (
+    CaseError,
+    ConvergenceError,
+    PictureWarning,
+    ResultantError,
+    ToleranceWarning,
+    ViewError,
+)
 from .friction import (
     Coulomb,
     FallingFriction,
@@ -126,6 +133,7 @@ __all__ = [
     "TangentialResult",
     "TangentialState",
     "TetraMesh",
+    "ToleranceWarning",
     "VelocityTable",
     "ViewError",
     "WheelPatch",

@@ -12,7 +12,7 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -42,8 +42,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     errors = _console(sys.stderr, markup=False, soft_wrap=True)
     try:
-        command: Callable[[argparse.Namespace], int] = options.command
-        code = command(options)
+        with _warnings_on(errors):
+            command: Callable[[argparse.Namespace], int] = options.command
+            code = command(options)
         sys.stdout.flush()
         return code
     except ConvergenceError as error:
@@ -63,6 +64,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return STOPPED
     finally:
         _leave_standard_output()
+
+
+@contextlib.contextmanager
+def _warnings_on(console: Console) -> Iterator[None]:
+    """Warnings as sentences, without the line of a program that nobody here wrote."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        console.print(f"mtb-rs: {' '.join(str(message).split())}", style="yellow")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", UserWarning)
+        setattr(warnings, "showwarning", show)  # noqa: B010 (whatever else it is called with)
+        yield
 
 
 def _one_line(error: Exception) -> str:
@@ -381,6 +395,8 @@ def print_report(result: Result, console: Console, elapsed: float) -> None:
     rows += [("left out", words) for words in result.left_out()]
     if report.error_estimates:
         rows.append(("estimated error", result.errors_in_words()))
+    if report.missed:
+        rows.append(("tolerance", report.missed))
     stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in report.time_s.items())
     rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))

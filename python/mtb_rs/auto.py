@@ -42,6 +42,9 @@ MODEL_SHARE, SHARE_OF_FREE_SPACING = 0.9, 0.5
 #: Share of the tolerance aimed at by the next spacing; its least and largest ratio to the one before.
 AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
 
+#: What is aimed at where nothing is asked for, and how many times that an estimate may be without a word.
+TOLERANCE, LEEWAY = 0.05, 1.5
+
 #: Ratio of the areas of cells from which an error is estimated: at least, and if there is a choice.
 LEAST_COARSENING, COARSENING = 1.2, 2.5
 
@@ -225,23 +228,26 @@ class Errors:
         Of the discretisation, by the same model on wider cells.
     model : Mapping
         By what the model leaves out; nothing where that was not measured.
+    mesh : Mapping
+        Of the meshes of bodies of one's own; nothing for others, whose elements vary with the cells.
     """
 
     cells: Mapping[str, float]
     model: Mapping[str, float]
+    mesh: Mapping[str, float] = field(default_factory=dict)
 
     def total(self, quantity: str) -> float:
-        """Both together, as errors that know nothing of each other."""
-        return float(np.hypot(self.cells[quantity], self.model.get(quantity, 0.0)))
+        """All together: cells and elements both make a body too stiff, the model knows nothing of them."""
+        discrete = self.cells[quantity] + self.mesh.get(quantity, 0.0)
+        return float(np.hypot(discrete, self.model.get(quantity, 0.0)))
 
     def with_mesh(self, whole: float, at_contact: float) -> Errors:
         """With shares of the elastic energy that a mesh leaves out: pressure errs by their root.
 
-        Cells and elements both make a body too stiff: their errors add up. Averages at nodes see half of what
-        singular edges leave out.
+        Averages at nodes see half of what singular edges leave out.
         """
         by = {"pressure": float(np.sqrt(at_contact)), "force": 2.0 * whole, "displacement": 2.0 * whole}
-        return Errors({q: self.cells[q] + by[q] for q in self.cells}, self.model)
+        return Errors(self.cells, self.model, by)
 
     def totals(self) -> dict[str, float]:
         return {quantity: self.total(quantity) for quantity in self.cells}
@@ -296,6 +302,13 @@ def _compared(level: Level, skip_border: bool) -> int:
     return int(sum(p[margin : p.shape[0] - margin, margin : p.shape[1] - margin].sum() for p in loaded))
 
 
+def finer_by(errors: Errors, tolerance: float, quantity: str) -> float:
+    """Ratio of the cells that meet a tolerance to those of which the errors are, at the least order."""
+    left_out = min(errors.model.get(quantity, 0.0) / tolerance, 0.9)
+    aim = AIM * tolerance * float(np.sqrt(1.0 - left_out**2))
+    return float((aim / max(errors.cells[quantity], 1e-300)) ** (1.0 / ORDER))
+
+
 def resolved(
     solve: Callable[[Spacing, Sequence[Level]], tuple[Level, Errors | None]],
     start: Spacing,
@@ -320,10 +333,7 @@ def resolved(
         level, errors = solve(spacing, before)
         if errors is None or errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
             return level, errors, spent
-        left_out = min(errors.model.get(quantity, 0.0) / tolerance, 0.9)
-        aim = AIM * tolerance * float(np.sqrt(1.0 - left_out**2))
-        factor = (aim / max(errors.cells[quantity], 1e-300)) ** (1.0 / ORDER)
-        factor = float(np.clip(factor, FINEST_STEP, WIDEST_STEP))
+        factor = float(np.clip(finer_by(errors, tolerance, quantity), FINEST_STEP, WIDEST_STEP))
         growth = 6.0
         if before and before[0].operations < level.operations:
             growth = float(np.log(level.operations / before[0].operations))

@@ -353,7 +353,7 @@ def _by_tolerance(scene: Scene) -> Solve:
     """What model="auto" makes of a tolerance when it may choose the spacing as well."""
 
     def solve(asked: Spacing) -> tuple[Fields, Report]:
-        result = scene.with_(spacing=None).solve(tolerance=asked[0])
+        result = scene.with_(spacing=None)._solved(tolerance=asked[0])
         assert result.report.spacing is not None
         return fields_of(scene, result, result.report.spacing), result.report
 

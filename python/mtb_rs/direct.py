@@ -15,13 +15,18 @@ from . import memory
 from .auto import (
     AIM,
     EFFECTS,
+    FINEST_STEP,
+    LEEWAY,
     MODEL_SHARE,
+    MOST_OPERATIONS,
     SHARE_OF_FREE_SPACING,
+    TOLERANCE,
     Choice,
     Errors,
     Ladder,
     Level,
     estimated,
+    finer_by,
     resolved,
     rungs,
 )
@@ -30,6 +35,7 @@ from .estimate import coarsened
 from .layout import Layout, WheelLayout
 from .normal import solve_normal
 from .recovery import left_out
+from .result import percent
 from .solve import ContactProblem, Solution, solve_direct
 
 if TYPE_CHECKING:
@@ -52,10 +58,12 @@ ROUGH_ROUND = 1e-4
 TRANSFORM, TRANSFORMS = 5.0, 2
 
 
-def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
+def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
     assert scene.layout is not None
     started = time.perf_counter()
+    allowed = LEEWAY * TOLERANCE if tolerance is None else tolerance
+    tolerance = TOLERANCE if tolerance is None else tolerance
     layout = scene.layout
     free = scene.spacing is None
     start = layout.start if scene.spacing is None else scene._pair
@@ -93,9 +101,8 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
                             copy, chosen.model, width, coupled=chosen.coupled, is_rough=True, convolved=by
                         )
                     )
-                except (
-                    ValueError
-                ):  # such cells do not fit the scene: the contact reaches the edge of their grid
+                except ValueError:
+                    # such cells do not fit the scene: the contact reaches the edge of their grid
                     break
                 wider.append(copies[-1])
                 besides += copies[-1].operations
@@ -136,7 +143,52 @@ def solve(scene: Scene, model: str, tolerance: float, quantity: str) -> Result:
     stages = sum(problem.time_s.values()) + time.perf_counter() - clock
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)
-    return replace(result, report=replace(result.report, time_s=dict(problem.time_s)))
+    report = replace(result.report, time_s=dict(problem.time_s))
+    if errors is not None and chosen.errors and not errors.total(quantity) <= allowed:
+        missed = _missed(scene, errors, level, tolerance, quantity)
+        report = replace(report, missed=missed, status=f"{report.status}, above the tolerance")
+    return replace(result, report=report)
+
+
+def _missed(scene: Scene, errors: Errors, level: Level, tolerance: float, quantity: str) -> str:
+    """What an estimate above the tolerance has reached, and what would meet it.
+
+    The model is then as full as helps: what it leaves out is within the tolerance.
+    """
+    assert scene.layout is not None
+    remedies, hint = [], ""
+    of_mesh = errors.mesh.get(quantity, 0.0)
+    rest = max(tolerance - of_mesh, 0.5 * tolerance)
+    if errors.cells[quantity] > AIM * rest:
+        factor = finer_by(errors, rest, quantity)
+        # the order at which an error falls is not known far ahead
+        finest = max(factor, FINEST_STEP)
+        name, size = _finer(scene, level, finest)
+        remedies.append(f"about {size}" if factor > FINEST_STEP else f"{size} or finer")
+        if scene.element_size is not None:
+            remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
+        elif scene.spacing is None:
+            hint = f", which {name}=None does not take: more than {MOST_OPERATIONS:.0e} operations"
+        elif scene.layout.start is not None:
+            hint = f"; {name}=None finds what is needed"
+    if of_mesh > 0.5 * tolerance:
+        remedies.append("a finer mesh of the elastic body")
+    reached, aimed = percent(errors.total(quantity)), percent(tolerance)
+    return (
+        f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs "
+        f"{' and '.join(remedies)}{hint}."
+    )
+
+
+def _finer(scene: Scene, level: Level, ratio: float) -> tuple[str, str]:
+    """The argument that sets the cells of a scene, and cells finer by a ratio in words."""
+    if "points" in scene.inputs:
+        count = max(max(patch.nx, patch.ny) for patch in level.problem.patches)
+        return "points", f"{int(np.ceil((count - 1) / ratio)) + 1} points a side"
+    x, y = (ratio * size for size in level.spacing)
+    unit, scale = ("mm", 1e3) if min(x, y) >= 1e-4 else ("\N{MICRO SIGN}m", 1e6)
+    both = f"{scale * x:.3g}" if x == y else f"{scale * x:.3g} x {scale * y:.3g}"
+    return "spacing", f"cells of {both} {unit}"
 
 
 def _of_flange(layout: Layout) -> dict[str, str]:

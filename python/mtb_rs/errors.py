@@ -39,5 +39,9 @@ class ViewError(RuntimeError):
     """A 3-D picture that cannot be made on this machine; the message says what is missing."""
 
 
+class ToleranceWarning(UserWarning):
+    """A result whose estimated error exceeds what was aimed at; the message says what would do."""
+
+
 class PictureWarning(UserWarning):
     """A file that was left out, and what to install to have it."""

@@ -52,6 +52,8 @@ class Report:
         normal one of the lower body (of a rigid one: as the pressure). Empty where they are not known.
     aim : (quantity, tolerance) or None
         What was aimed at.
+    missed : str
+        What was reached and what would do, where the estimate exceeds the aim; otherwise nothing.
     spacing : (dx, dy) [m] or None
         Of the contact points, where they lie on grids.
     operations : Mapping[str, float]
@@ -91,6 +93,7 @@ class Report:
     omitted: Mapping[str, Any] = field(default_factory=dict)
     error_estimates: Mapping[str, float] = field(default_factory=dict)
     aim: tuple[str, float] | None = None
+    missed: str = ""
     spacing: tuple[float, float] | None = None
     operations: Mapping[str, float] = field(default_factory=dict)
     wedging_margin: float | None = None

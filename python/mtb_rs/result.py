@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -246,6 +247,8 @@ class Result(Pictured):
         lines += [f"left out: {words}" for words in self.left_out()]
         if report.error_estimates:
             lines.append(f"estimated total error: {self.errors_in_words()}")
+        if report.missed:
+            lines.append(report.missed)
         if (report.tipping_margin or 0.0) >= 0.005:
             lines.append(f"the resultant is {report.tipping_margin:.2f} of the way to tipping over")
         if (report.wedging_margin or 0.0) >= max(0.005, 1.001 * (report.tipping_margin or 0.0)):
@@ -258,7 +261,7 @@ class Result(Pictured):
         """What the model leaves out, each with its estimated size."""
         quantity = self.report.aim[0] if self.report.aim is not None else "pressure"
         return [
-            f"{effect} ({f'about {_percent(size)} of the {quantity}' if isinstance(size, float) else size})"
+            f"{effect} ({f'about {percent(size)} of the {quantity}' if isinstance(size, float) else size})"
             for effect, size in self.report.omitted.items()
         ]
 
@@ -269,8 +272,8 @@ class Result(Pictured):
         # that of the quantity aimed at first
         words = []
         for name in sorted(errors, key=lambda name: name != aim):
-            aimed = f" ({_percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
-            words.append(f"{_percent(errors[name])} of the {name}{aimed}")
+            aimed = f" ({percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
+            words.append(f"{percent(errors[name])} of the {name}{aimed}")
         return ", ".join(words)
 
     def __repr__(self) -> str:
@@ -282,7 +285,12 @@ class Result(Pictured):
         )
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """A relative error in words."""
+    if not math.isfinite(share):
+        return "beyond all bounds"
+    if share >= 1.0:
+        return f"{100.0 * share:.0f} %"
     return f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
 
 

@@ -22,7 +22,7 @@ from .direct import choose
 from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, moved_by, upper_side
 from .elastic_body import ElasticBody
-from .errors import ConvergenceError
+from .errors import ConvergenceError, ToleranceWarning
 from .fingerprint import fingerprint
 from .friction import Coulomb, Friction, InterfaceLayer, RailFriction
 from .geometry import ContactSheet, Profile, SheetPoints, spacing_pair
@@ -262,11 +262,14 @@ class Scene:
         self,
         model: str = "auto",
         method: str = "direct",
-        tolerance: float = 0.05,
+        tolerance: float | None = None,
         quantity: str = "pressure",
         **options: Any,
     ) -> Result:
         """Solves the contact.
+
+        Warns with :class:`mtb_rs.ToleranceWarning` where the estimated error exceeds the tolerance, with what
+        would meet it; where none is given, beyond 1.5 times 0.05.
 
         Parameters
         ----------
@@ -274,8 +277,8 @@ class Scene:
             What is modelled. A scene with an ElasticBody has one model, its bodies: "auto", or by its name.
         method : "direct", "incremental" or "staggered"
             The algorithm; the latter two are the thesis' and take its parameters as `options`.
-        tolerance : float [-]
-            Total relative error aimed at in `quantity`.
+        tolerance : float or None [-]
+            Total relative error aimed at in `quantity`; None: 0.05.
         quantity : "pressure", "force" or "displacement"
             What the tolerance is about.
         **options
@@ -290,6 +293,20 @@ class Scene:
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
+        result = self._solved(model, method, tolerance, quantity, **options)
+        if result.report.missed:
+            warn(result.report.missed, ToleranceWarning)
+        return result
+
+    def _solved(
+        self,
+        model: str = "auto",
+        method: str = "direct",
+        tolerance: float | None = None,
+        quantity: str = "pressure",
+        **options: Any,
+    ) -> Result:
+        """As :meth:`solve`, for callers that have their own words for a missed tolerance."""
         check_options(model, method, tolerance, quantity, **options)
         if method == "direct":
             self._check_model(model)
@@ -870,7 +887,7 @@ def _same(value: Any, other: Any) -> bool:
 def check_options(
     model: str = "auto",
     method: str = "direct",
-    tolerance: float = 0.05,
+    tolerance: float | None = None,
     quantity: str = "pressure",
     **options: Any,
 ) -> None:
@@ -884,7 +901,7 @@ def check_options(
     choice("model", model, MODELS)
     choice("method", method, METHODS)
     choice("quantity", quantity, QUANTITIES)
-    if positive("tolerance", tolerance) >= 1.0:
+    if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
     known = method_options(method)
     for name in options:

@@ -92,6 +92,7 @@ class Checkpoint:
             and 0 <= case < self._count
             and isinstance(content.get("status"), str)
             and isinstance(content.get("model", ""), str)
+            and isinstance(content.get("missed", ""), str)
             and isinstance(numbers, dict)
             and all(type(v) is float or (type(v) is int and abs(v) < 2**63) for v in numbers.values())
         )

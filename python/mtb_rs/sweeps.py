@@ -27,9 +27,10 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from ._mtb_rs import __version__
-from .check import shortened
+from .auto import TOLERANCE
+from .check import shortened, warn
 from .direct import choose
-from .errors import ConvergenceError
+from .errors import ConvergenceError, ToleranceWarning
 from .fingerprint import fingerprint
 from .result import Result
 from .scene import Scene, check_options
@@ -87,7 +88,8 @@ def sweep(
     Returns
     -------
     SweepTable
-        A case without a solution is a row with its reason and stops nobody else.
+        A case without a solution is a row with its reason and stops nobody else. One
+        :class:`mtb_rs.ToleranceWarning` says how many cases miss the tolerance.
 
     Raises
     ------
@@ -132,6 +134,10 @@ def sweep(
                 done += 1
                 if progress is not None:
                     progress(done, len(cases))
+    missed = [records[k]["missed"] for k in sorted(records) if "missed" in records[k]]
+    if missed:
+        some = f"{len(missed)} of {len(cases)} cases miss the tolerance"
+        warn(f"{some}. The first of them: {missed[0]}", ToleranceWarning)
     models = {r["model"] for r in records.values() if "model" in r}
     return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
@@ -149,11 +155,11 @@ class _Work:
         Errors are left to the cases.
         """
         model = self.options.get("model", "auto")
-        choosing = {k: self.options[k] for k in ("tolerance", "quantity") if k in self.options}
+        tolerance, quantity = self.options.get("tolerance"), self.options.get("quantity", "pressure")
         try:
             scene = self.scene.with_(**case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
-                model = choose(scene, **{"tolerance": 0.05, "quantity": "pressure", **choosing}).model
+                model = choose(scene, TOLERANCE if tolerance is None else tolerance, quantity).model
                 self.model = model
             if model != "auto":
                 scene.problem(model)
@@ -170,13 +176,14 @@ class _Work:
         clock = time.perf_counter()
         try:
             scene = self.scene.with_(**case)
-            result = scene.solve(**self.options | self._chosen(scene))
+            result = scene._solved(**self.options | self._chosen(scene))
             # what is given need not be measured
             numbers = {k: v for k, v in measured(result).items() if k not in case}
             numbers["time"] = time.perf_counter() - clock
             if self.measure is not None:
                 numbers |= _further(self.measure(result), {"status", *case, *numbers})
-            return {"status": "solved", "model": result.model, "numbers": numbers}
+            record = {"status": "solved", "model": result.model, "numbers": numbers}
+            return record | ({"missed": result.report.missed} if result.report.missed else {})
         except ConvergenceError as error:
             return {"status": f"no solution: {error}"}
         except Exception as error:  # one case must not stop the others

@@ -21,7 +21,7 @@ from matplotlib import pyplot as plt
 
 @pytest.fixture
 def result() -> Iterator[mtb.Result]:
-    yield mtb.scenes.paraboloid_on_plane(points=8).solve("half-space")
+    yield mtb.scenes.paraboloid_on_plane(points=18).solve("half-space")
     plt.close("all")
 
 
@@ -40,7 +40,7 @@ def test_figures_are_those_of_pyplot_and_files_leave_none(result: mtb.Result, tm
 def test_without_pyplot_figures_belong_to_nobody_and_show_themselves() -> None:
     code = (
         "import sys, warnings, mtb_rs as mtb; "
-        "r = mtb.scenes.paraboloid_on_plane(points=8).solve('half-space'); "
+        "r = mtb.scenes.paraboloid_on_plane(points=18).solve('half-space'); "
         "f = r.plot('pressure'); assert 'matplotlib.pyplot' not in sys.modules; "
         "warnings.simplefilter('ignore'); f.show(); "
         "import matplotlib.pyplot as plt; assert plt.get_fignums() == [1] and plt.gcf() is f"

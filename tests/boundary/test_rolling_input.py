@@ -20,7 +20,7 @@ MU = mtb.Coulomb(0.3)
 ROLL = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
 LINE = reference.line_pressure(1e5, 3e-3, 20, mtb.steel, mtb.steel)
 TWO = mtb.PressureField(np.array([[1e8, 0.0, 1e8]] * 3), (1e-3, 1e-3), mtb.steel, None)
-SCENE_RESULT = mtb.scenes.paraboloid_on_plane(friction=0.0, force=100.0, points=8).solve(model="half-space")
+SCENE_RESULT = mtb.scenes.paraboloid_on_plane(friction=0.0, force=100.0, points=18).solve(model="half-space")
 STATE = mtb.solve_tangential(PATCH, mtb.Shift(displacement=(1e-6, 0.0)), MU).state
 
 
