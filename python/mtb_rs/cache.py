@@ -187,6 +187,10 @@ class Memory:
         made: T = known[1]
         return made
 
+    def __reduce__(self) -> tuple[type[Memory], tuple[()]]:
+        # what is remembered can be made again
+        return Memory, ()
+
 
 def forget() -> None:
     """Empties the cache in memory."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid
+from .cache import Memory
 from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .faces import Hats, owners, thinned
 from .geometry import ContactSheet, PoleShoe, SheetPoints
@@ -60,6 +61,8 @@ class ElasticPart:
         The quadrature points of its contact that the opponent's face covers as well, where not all.
     is_half : bool
         Whether it is the half y >= 0 of a body, the other half being its mirror image.
+    memory : Memory
+        Its basis, which all its loads share.
     """
 
     body: ElasticBody
@@ -74,6 +77,7 @@ class ElasticPart:
     balance: Balance | None = None
     covered: NDArray[np.bool_] | None = None
     is_half: bool = False
+    memory: Memory = field(default_factory=Memory, compare=False, repr=False)
 
     def on(self, flexible: Condensed) -> ElasticPart:
         """The same part with what its condensation tells about it."""
@@ -133,6 +137,9 @@ class ElasticPart:
 
     def sampling(self) -> _mtb_rs.Sampling:
         """Its basis on the contact face."""
+        return self.memory.recall("basis", [id(self.points), id(self.hats)], self._sampled)
+
+    def _sampled(self) -> _mtb_rs.Sampling:
         whole = self.body.sample(self.points, self.patches, upper=self.upper)
         if self.covered is not None:
             whole = thinned(whole, self.covered)

@@ -121,6 +121,7 @@ def test_blocks(sizes, heights, materials, friction, direction, attraction) -> N
     np.testing.assert_array_equal(result.status.ravel() > 0, expected > 0.0)
     # the quadratures of the hats differ, which shows at the edges
     np.testing.assert_allclose(result.coefficients[2], expected, rtol=0, atol=0.01 * expected.max())
-    assert result.normal_force == pytest.approx(expected @ area, rel=5e-5)
+    # the package's quadrature of hats is not exact on the triangles of a cell, scikit-fem's is
+    assert result.normal_force == pytest.approx(expected @ area, rel=1e-4)
     np.testing.assert_allclose(result.force[:2], slip * result.normal_force, atol=1e-6 * result.normal_force)
     assert result.report.force_balance["relative_error"] < 1e-10
