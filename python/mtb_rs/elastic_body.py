@@ -534,7 +534,8 @@ class ElasticBody:
     ) -> Condensed:
         """The body as its contact points see it, from the cache if it is there.
 
-        Ctrl-C is answered between the stages; the longest one is the numeric factorisation.
+        Ctrl-C is answered between the stages and inside factorisation, substitutions and products; ordering,
+        assembly and symbolic factorisation are one piece each.
 
         Parameters
         ----------

@@ -147,7 +147,7 @@ pub enum Error {
     },
     /// A problem too large to start.
     #[error(
-        "{unknowns} unknowns need {gigabytes:.1} GB and {teraflop:.1} TFlop to factorise, the limits are {gigabytes_limit:.1} GB and {teraflop_limit:.1} TFlop: coarsen the mesh"
+        "{unknowns} unknowns need {gigabytes:.1} GB and {teraflop:.1} TFlop to factorise; the limits are {gigabytes_limit:.1} GB and {teraflop_limit:.1} TFlop, and the machine has {available:.1} GB free: coarsen the mesh"
     )]
     TooLarge {
         /// Unknown displacements.
@@ -160,6 +160,16 @@ pub enum Error {
         gigabytes_limit: f64,
         /// Operations allowed.
         teraflop_limit: f64,
+        /// Memory that the machine has free.
+        available: f64,
+    },
+    /// The system gave no memory.
+    #[error(
+        "the process ran out of memory while {unknowns} unknowns were factorised: coarsen the mesh, or leave the process more memory"
+    )]
+    OutOfMemory {
+        /// Unknown displacements.
+        unknowns: usize,
     },
     /// A number that must be positive is not.
     #[error("{name} is {value}, a positive finite number is needed")]

@@ -2,13 +2,17 @@
 
 mod box_mesh;
 
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
 use box_mesh::{box_arrays, box_mesh, even, faces_where, nodes_where};
 use mtb_elasticity::tetra::{
     ContactGrid, Hold, Limits, Order, RigidMode, Sampling, Support, SurfacePoint, TetraBody,
     TetraMesh,
 };
 use mtb_elasticity::{Error, Material};
-use mtb_operator::{Compliance, Component, unmonitored};
+use mtb_operator::dense::WORK_UNWATCHED;
+use mtb_operator::{Compliance, Component, Progress, unmonitored};
 
 const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 
@@ -397,6 +401,50 @@ fn condensing_agrees_with_solving() {
 }
 
 #[test]
+fn a_condensation_that_was_stopped_anywhere_can_be_made_again() {
+    let mesh = || {
+        box_mesh(
+            &even(0.0, 0.1, 14),
+            &even(0.0, 0.06, 9),
+            &even(0.0, 0.05, 5),
+            Order::Quadratic,
+        )
+    };
+    let top = nodes_where(&mesh(), |x| x[2] > 0.05 - 1e-9);
+    let body = || {
+        let held = support("top", top.clone(), [Hold::Prescribed; 3]);
+        TetraBody::new(mesh(), steel(), vec![held]).unwrap()
+    };
+    let sampling = grid_on_bottom(&mesh(), &even(0.0, 0.1, 7), &even(0.0, 0.06, 4));
+    let expected = body()
+        .condense(&sampling, Limits::default(), &unmonitored)
+        .unwrap();
+    let cost = expected.cost;
+    let factorisation = (cost.factor_flops / (2.0 * WORK_UNWATCHED)) as u32;
+    assert!(factorisation > 0, "{:e} operations", cost.factor_flops);
+    let stopped = body();
+    let mut last = 0;
+    let condensed = loop {
+        let asked = Cell::new(0);
+        let monitor = |_: Progress| {
+            asked.set(asked.get() + 1);
+            if asked.get() > last {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        };
+        match stopped.condense(&sampling, Limits::default(), &monitor) {
+            Ok(condensed) => break condensed,
+            Err(error) => assert_eq!(error, Error::Interrupted),
+        }
+        last += 1;
+    };
+    // four stages before the columns, and the looks inside the factorisation
+    assert!(last > 4 + factorisation, "{last} stops");
+    assert_eq!(condensed.flexibility, expected.flexibility);
+}
+
+#[test]
 fn compliances_are_symmetric_in_the_weights() {
     let x = even(0.0, 0.1, 6);
     let y = even(0.0, 0.06, 4);
@@ -481,7 +529,7 @@ fn bad_bodies_are_named() {
          translation along y, rotation about z"
     );
     let limits = Limits {
-        bytes: 1e3,
+        bytes: 1e4,
         ..Limits::default()
     };
     let top = nodes_where(&mesh, |x| x[2] > 1.0 - 1e-9);

@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
-    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+    LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
     solve_upper_triangular_in_place,
@@ -211,6 +212,94 @@ fn exchange<T: Copy>(values: &mut [T], moved: &[(usize, usize)]) {
     }
 }
 
+/// Why there is no factor of Cholesky's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfactored {
+    /// The pivot of this column is not positive.
+    Pivot(usize),
+    /// The monitor asked to stop.
+    Interrupted,
+}
+
+impl From<Interrupted> for Unfactored {
+    fn from(Interrupted: Interrupted) -> Self {
+        Unfactored::Interrupted
+    }
+}
+
+/// Puts the first columns of Cholesky's factor in the place of those of a symmetric positive definite matrix.
+///
+/// There are as many rows as columns or more. Above the diagonal nothing is read or written.
+///
+/// # Errors
+/// [`Unfactored`]; what then stands in `matrix` is of no use.
+pub fn cholesky_columns(
+    mut matrix: MatMut<'_, f64>,
+    par: Par,
+    watch: &mut Watch<'_>,
+) -> Result<(), Unfactored> {
+    let (rows, columns) = (matrix.nrows(), matrix.ncols());
+    let width = panel(rows);
+    let request = cholesky_in_place_scratch::<f64>(width.min(columns), par, Spec::default());
+    let mut memory = MemBuffer::new(request);
+    for start in (0..columns).step_by(width) {
+        let size = width.min(columns - start);
+        let below = rows - start - size;
+        let (left, right) = matrix.rb_mut().split_at_col_mut(start + size);
+        let panel = left.submatrix_mut(start, start, rows - start, size);
+        let (mut top, mut lower) = panel.split_at_row_mut(size);
+        cholesky_in_place(
+            top.rb_mut(),
+            LltRegularization::default(),
+            par,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        )
+        .map_err(|LltError::NonPositivePivot { index }| Unfactored::Pivot(start + index))?;
+        solve_lower_triangular_in_place(top.rb(), lower.rb_mut().transpose_mut(), par);
+        watch.spend((size * size * (below + size)) as f64)?;
+        let lower = lower.rb();
+        let mut rest = right.subrows_mut(start + size, below);
+        let columns = rest.ncols();
+        let step = piece((2 * size * below) as f64, PANEL);
+        for first in (0..columns).step_by(step) {
+            let count = step.min(columns - first);
+            let part = rest
+                .rb_mut()
+                .submatrix_mut(first, first, below - first, count);
+            let rows = lower.subrows(first, below - first);
+            lower_product(part, Accum::Add, rows, -1.0, par);
+            watch.spend((2 * size * (below - first) * count) as f64)?;
+        }
+    }
+    Ok(())
+}
+
+/// Of `factor rows rows^T` the first columns, as many as `product` has, on and below the diagonal.
+pub fn lower_product(
+    product: MatMut<'_, f64>,
+    accum: Accum,
+    rows: MatRef<'_, f64>,
+    factor: f64,
+    par: Par,
+) {
+    let columns = product.ncols();
+    let (first, others) = rows.split_at_row(columns);
+    let (square, below) = product.split_at_row_mut(columns);
+    triangular::matmul(
+        square,
+        BlockStructure::TriangularLower,
+        accum,
+        first,
+        BlockStructure::Rectangular,
+        first.transpose(),
+        BlockStructure::Rectangular,
+        factor,
+        par,
+    );
+    matmul(below, accum, others, first.transpose(), factor, par);
+}
+
 /// Cholesky's factor of a symmetric positive definite matrix.
 #[derive(Clone, Debug)]
 pub struct Cholesky(Mat<f64>);
@@ -225,48 +314,11 @@ impl Cholesky {
         par: Par,
         monitor: Monitor<'_>,
     ) -> Result<Option<Self>, Interrupted> {
-        let n = matrix.nrows();
-        let mut watch = Watch::new(monitor);
-        let width = panel(n);
-        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(
-            width.min(n),
-            par,
-            Spec::default(),
-        ));
-        for start in (0..n).step_by(width) {
-            let size = width.min(n - start);
-            let below = n - start - size;
-            let (left, right) = matrix.as_mut().split_at_col_mut(start + size);
-            let panel = left.submatrix_mut(start, start, n - start, size);
-            let (mut top, mut lower) = panel.split_at_row_mut(size);
-            let factorised = cholesky_in_place(
-                top.rb_mut(),
-                LltRegularization::default(),
-                par,
-                MemStack::new(&mut memory),
-                Spec::default(),
-            );
-            if factorised.is_err() {
-                return Ok(None);
-            }
-            solve_lower_triangular_in_place(top.rb(), lower.rb_mut().transpose_mut(), par);
-            watch.spend((size * size * (below + size)) as f64)?;
-            let lower = lower.rb();
-            let mut rest = right.subrows_mut(start + size, below);
-            let step = piece((2 * size * below) as f64, PANEL);
-            for first in (0..below).step_by(step) {
-                let count = step.min(below - first);
-                // above the diagonal of the part stands what nothing reads
-                let part = rest
-                    .rb_mut()
-                    .submatrix_mut(first, first, below - first, count);
-                let rows = lower.subrows(first, below - first);
-                let columns = lower.subrows(first, count).transpose();
-                matmul(part, Accum::Add, rows, columns, -1.0, par);
-                watch.spend((2 * size * (below - first) * count) as f64)?;
-            }
+        match cholesky_columns(matrix.as_mut(), par, &mut Watch::new(monitor)) {
+            Ok(()) => Ok(Some(Self(matrix))),
+            Err(Unfactored::Pivot(_)) => Ok(None),
+            Err(Unfactored::Interrupted) => Err(Interrupted),
         }
-        Ok(Some(Self(matrix)))
     }
 
     /// The factor: a lower triangle, with anything above its diagonal.

@@ -163,8 +163,8 @@ fn round(operations: f64, most: usize) -> usize {
 impl TetraBody {
     /// The body condensed onto the contact points of a sampling of its surface.
     ///
-    /// The monitor is asked between its stages and every few groups of contact points. Within the numeric
-    /// factorisation it cannot be: that is the longest wait, `cost.numeric_s`.
+    /// The monitor is asked between its stages, every few supernodes of the numeric factorisation and every few
+    /// groups of contact points. Ordering, assembly and symbolic factorisation are one piece each.
     ///
     /// # Errors
     /// [`Error::NotOnBoundary`], [`Error::NoArea`]; [`Error::Loose`] if neither supports nor contact

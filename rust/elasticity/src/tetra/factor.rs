@@ -1,22 +1,22 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::SymbolicSupernodalParams;
 use faer::sparse::linalg::cholesky::simplicial::{
     prefactorize_symbolic_cholesky, prefactorize_symbolic_cholesky_scratch,
 };
 use faer::sparse::linalg::cholesky::supernodal::{
-    SupernodalLltRef, SymbolicSupernodalCholesky, factorize_supernodal_numeric_llt,
-    factorize_supernodal_numeric_llt_scratch, factorize_supernodal_symbolic_cholesky,
+    SupernodalLltRef, SymbolicSupernodalCholesky, factorize_supernodal_symbolic_cholesky,
     factorize_supernodal_symbolic_cholesky_scratch,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
-use faer::{Accum, Conj, Mat, MatMut, Par, Spec};
-use mtb_operator::reset_workers;
+use faer::{Accum, Conj, Mat, MatMut, Par};
+use mtb_operator::dense::{Unfactored, Watch};
+use mtb_operator::{Monitor, reset_workers};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
+use super::numeric::factorise;
 
 /// Why a factorisation stopped.
 pub(super) enum Failure {
@@ -24,10 +24,21 @@ pub(super) enum Failure {
     Memory,
     /// This unknown's pivot was not positive.
     Pivot(usize),
+    /// The monitor asked to stop.
+    Interrupted,
+}
+
+impl From<Unfactored> for Failure {
+    fn from(unfactored: Unfactored) -> Self {
+        match unfactored {
+            Unfactored::Pivot(unknown) => Failure::Pivot(unknown),
+            Unfactored::Interrupted => Failure::Interrupted,
+        }
+    }
 }
 
 /// Structure of the Cholesky factor of a matrix that is already in its order of elimination.
-pub(super) struct Symbolic(SymbolicSupernodalCholesky<usize>);
+pub(super) struct Symbolic(pub(super) SymbolicSupernodalCholesky<usize>);
 
 impl Symbolic {
     pub(super) fn new(matrix: &Lower) -> Result<Self, Failure> {
@@ -75,39 +86,23 @@ impl Symbolic {
         flops
     }
 
-    /// The factor itself.
-    pub(super) fn numeric(self, matrix: &Lower) -> Result<Factor, Failure> {
-        let n = self.0.nrows();
-        let par = parallelism();
-        let mut values = Vec::new();
-        values
-            .try_reserve_exact(self.entries())
-            .map_err(|_| Failure::Memory)?;
-        values.resize(self.entries(), 0.0);
-        let request =
-            factorize_supernodal_numeric_llt_scratch::<usize, f64>(&self.0, par, Spec::default());
-        let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
-        factorize_supernodal_numeric_llt(
-            &mut values,
-            SparseColMatRef::new(
-                SymbolicSparseColMatRef::new_checked(n, n, &matrix.start, None, &matrix.row),
-                matrix.value.as_slice(),
-            ),
-            LltRegularization::default(),
-            &self.0,
-            par,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        )
-        .map_err(|LltError::NonPositivePivot { index }| Failure::Pivot(index))?;
-        reset_workers();
-        Ok(Factor::new(self, values))
+    /// Supernode of each unknown.
+    pub(super) fn supernode_of(&self) -> Vec<usize> {
+        let mut supernode_of = vec![0; self.0.nrows()];
+        let range = self.0.supernode_begin().iter().zip(self.0.supernode_end());
+        for (k, (&begin, &end)) in range.enumerate() {
+            supernode_of[begin..end].fill(k);
+        }
+        supernode_of
     }
-}
 
-/// All threads of the pool of this process.
-fn parallelism() -> Par {
-    Par::rayon(rayon::current_num_threads())
+    /// The factor itself.
+    pub(super) fn numeric(self, matrix: &Lower, monitor: Monitor<'_>) -> Result<Factor, Failure> {
+        let supernode_of = self.supernode_of();
+        let values = factorise(&self.0, &supernode_of, matrix, &mut Watch::new(monitor))?;
+        reset_workers();
+        Ok(Factor::new(self, supernode_of, values))
+    }
 }
 
 fn transposed_pattern(matrix: &Lower) -> SymbolicSparseColMat<usize> {
@@ -153,17 +148,8 @@ pub(super) struct Reached {
 }
 
 impl Factor {
-    fn new(symbolic: Symbolic, values: Vec<f64>) -> Self {
+    fn new(symbolic: Symbolic, supernode_of: Vec<usize>, values: Vec<f64>) -> Self {
         let s = &symbolic.0;
-        let mut supernode_of = vec![0; s.nrows()];
-        for (k, (&begin, &end)) in s
-            .supernode_begin()
-            .iter()
-            .zip(s.supernode_end())
-            .enumerate()
-        {
-            supernode_of[begin..end].fill(k);
-        }
         let parent = (0..s.n_supernodes())
             .map(|k| {
                 let first = s.supernode(k).pattern().first();

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, Progress, available_memory};
 
 use super::assembly::assemble;
 use super::body::TetraBody;
@@ -119,33 +119,39 @@ impl TetraBody {
             let at = |s: &[Source; 3]| s.contains(&Source::Unknown(unknown));
             unknowns.source.iter().position(at).unwrap_or(0)
         };
-        let describe = |failure: Failure, entries: usize, flops: f64| match failure {
+        let describe = |failure: Failure| match failure {
             Failure::Pivot(unknown) => Error::Singular {
                 node: node_of(unknown),
             },
-            Failure::Memory => Error::TooLarge {
+            Failure::Interrupted => Error::Interrupted,
+            Failure::Memory => Error::OutOfMemory {
                 unknowns: unknowns.n,
-                gigabytes: entries as f64 * 8e-9,
-                teraflop: flops * 1e-12,
-                gigabytes_limit: limits.bytes * 1e-9,
-                teraflop_limit: limits.flops * 1e-12,
             },
         };
-        let symbolic = Symbolic::new(&system.stiffness).map_err(|f| describe(f, 0, 0.0))?;
+        let symbolic = Symbolic::new(&system.stiffness).map_err(describe)?;
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
-        if entries as f64 * 8.0 > limits.bytes || flops > limits.flops {
-            return Err(describe(Failure::Memory, entries, flops));
+        let bytes = 8.0 * entries as f64;
+        let available = available_memory().unwrap_or(f64::INFINITY);
+        if bytes > limits.bytes.min(available) || flops > limits.flops {
+            return Err(Error::TooLarge {
+                unknowns: unknowns.n,
+                gigabytes: 1e-9 * bytes,
+                teraflop: 1e-12 * flops,
+                gigabytes_limit: 1e-9 * limits.bytes,
+                teraflop_limit: 1e-12 * limits.flops,
+                available: 1e-9 * available.max(0.0),
+            });
         }
         poll(monitor, 2)?;
 
         let clock = Instant::now();
         let factor = symbolic
-            .numeric(&system.stiffness)
-            .map_err(|f| describe(f, entries, flops))?;
+            .numeric(&system.stiffness, monitor)
+            .map_err(describe)?;
         let (ratio, unknown) = factor.pivot_ratio();
         if ratio < LOOSE_PIVOT {
-            return Err(describe(Failure::Pivot(unknown), entries, flops));
+            return Err(describe(Failure::Pivot(unknown)));
         }
         cost.numeric_s = clock.elapsed().as_secs_f64();
         cost.unknowns = unknowns.n;

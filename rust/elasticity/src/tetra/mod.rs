@@ -24,6 +24,7 @@ mod factor;
 mod factorised;
 mod locate;
 mod mesh;
+mod numeric;
 mod ordering;
 mod recovery;
 mod rigid;

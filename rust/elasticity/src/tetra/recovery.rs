@@ -96,13 +96,12 @@ impl TetraBody {
         for (load, value) in factored.case_load.iter().zip(case_value) {
             x.iter_mut().zip(load).for_each(|(x, l)| *x += value * l);
         }
-        factored.factor.solve(&mut x).map_err(|_| Error::TooLarge {
-            unknowns: unknowns.n,
-            gigabytes: 0.0,
-            teraflop: 0.0,
-            gigabytes_limit: limits.bytes * 1e-9,
-            teraflop_limit: limits.flops * 1e-12,
-        })?;
+        factored
+            .factor
+            .solve(&mut x)
+            .map_err(|_| Error::OutOfMemory {
+                unknowns: unknowns.n,
+            })?;
         let mut u = vec![0.0; 3 * n];
         for (node, sources) in unknowns.source.iter().enumerate() {
             for (c, source) in sources.iter().enumerate() {
