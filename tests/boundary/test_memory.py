@@ -120,12 +120,12 @@ print([str(w.message) for w in caught])
 @linux
 def test_a_condensation_that_the_process_cannot_hold_is_refused():
     body = """
-shoe = mtb.scenes.pole_shoe_on_rail(spacing=3e-3)
+shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3)
 with cache.memory_only():
     shoe.solve("elastic-upper")
-    leave(650 << 20)
+    leave(160 << 20)
     try:
-        mtb.scenes.pole_shoe_on_rail(spacing=2.2e-3).solve("elastic-upper")
+        mtb.scenes.pole_shoe_on_rail(spacing=3e-3).solve("elastic-upper")
     except ValueError as error:
         print(error)
 """
