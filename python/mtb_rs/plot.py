@@ -595,11 +595,17 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
         factor, unit = unit_of(values[np.isfinite(values)], unit)
     numeric = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in along)
     places = np.array(along, dtype=float) if numeric else np.arange(len(along), dtype=float)
+    measured = table.units.get(first, "")
+    if measured in _PREFIXES:
+        step, measured = unit_of(places, measured)
+        places = places / step
     order = np.argsort(places, kind="stable")
     figure, ax = _canvas(ax, (7.2, 3.9))
     styles = ((colour, dash) for dash in cycle(("-", "--", ":", "-.")) for colour in LINE_COLOURS)
     for at, (colour, dash) in zip(np.ndindex(values.shape[1:]), styles, strict=False):
-        label = ", ".join(f"{_spaced(k)} = {_plain(v[i])}" for (k, v), i in zip(others, at, strict=True))
+        label = ", ".join(
+            f"{_spaced(k)} = {_measured(table, k, i)}" for (k, v), i in zip(others, at, strict=True)
+        )
         line = values[(slice(None), *at)][order] / factor
         # labels have no places between them
         ax.plot(
@@ -613,7 +619,7 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
         )
     if not numeric:
         ax.set_xticks(places, [str(v) for v in along])
-    ax.set_xlabel(_spaced(first))
+    ax.set_xlabel(f"{_spaced(first)} [{measured}]" if measured not in ("", "1") else _spaced(first))
     name = _spaced(quantity)
     ax.set_ylabel(f"{name} [{unit}]" if unit not in ("", "1") else name)
     ax.set_title(_spaced(table.attributes["scene"]), loc="left", fontsize=10.5, color=INK)
@@ -626,6 +632,16 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
 
 def _spaced(name: str) -> str:
     return name.replace("_", " ")
+
+
+def _measured(table: SweepTable, name: str, at: int) -> str:
+    """One of the values of a parameter with its unit, all in the same one."""
+    values = table.parameters[name]
+    factor, unit = 1.0, table.units.get(name, "")
+    if unit in _PREFIXES:
+        factor, unit = unit_of(np.array(values, dtype=float), unit)
+    value = values[at] / factor if factor != 1.0 else values[at]
+    return _plain(value) if unit in ("", "1") else f"{_plain(value)} {unit}"
 
 
 def _plain(value: Any) -> str:

@@ -7,7 +7,7 @@ import csv
 import io
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,49 @@ UNITS = {
     "iterations": "1",
     "time": "s",
 }
+#: Units of the arguments of scenes that are numbers, where they have one.
+ARGUMENT_UNITS = {
+    **dict.fromkeys(
+        (
+            "approach",
+            "conforming_to",
+            "element_size",
+            "flange_back",
+            "gauge",
+            "gauge_depth",
+            "height",
+            "inner_edge",
+            "lateral",
+            "length",
+            "outer_edge",
+            "radius",
+            "rail_length",
+            "spacing",
+            "tape_circle",
+            "wheel_radius",
+            "width",
+        ),
+        "m",
+    ),
+    **dict.fromkeys(("friction", "points", "poles", "relief_slope"), "1"),
+    **dict.fromkeys(("rail_inclination", "yaw"), "rad"),
+    "force": "N",
+    "magnetic_pressure": "Pa",
+    "velocity": "m/s",
+}
+
+
+def argument_units(grid: Mapping[str, Mapping[Any, Any]]) -> dict[str, str]:
+    """Units of arguments that have one, of a grid from names to labels to values: where labels are values."""
+    return {
+        name: ARGUMENT_UNITS[name]
+        for name, values in grid.items()
+        if name in ARGUMENT_UNITS
+        and all(
+            isinstance(value, (int, float)) and not isinstance(value, bool) and value == label
+            for label, value in values.items()
+        )
+    }
 
 
 def check_column(name: Any) -> str:
@@ -61,12 +104,15 @@ class SweepTable:
         "solved", or why not.
     attributes : Mapping
         The model and the scene.
+    units : Mapping of names to units
+        Of the parameters that are numbers in one; labels have none.
     """
 
     parameters: Mapping[str, tuple[Any, ...]]
     columns: Mapping[str, NDArray[np.float64]]
     status: NDArray[np.object_]
     attributes: Mapping[str, str]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         if name not in self.columns:
@@ -131,7 +177,10 @@ class SweepTable:
             for k, v in self.columns.items()
         }
         data["status"] = xarray.Variable(names, self.status.astype(str))
-        coordinates = {k: _coordinate(v) for k, v in self.parameters.items()}
+        coordinates = {}
+        for name, values in self.parameters.items():
+            unit = self.units.get(name)
+            coordinates[name] = xarray.Variable(name, _coordinate(values), {"units": unit} if unit else {})
         return xarray.Dataset(data, coordinates, dict(self.attributes))
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:

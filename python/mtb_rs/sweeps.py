@@ -35,7 +35,7 @@ from .fingerprint import fingerprint
 from .result import Result
 from .scene import Scene, check_options
 from .sweep_checkpoint import Checkpoint, Record
-from .sweep_table import SweepTable, check_column
+from .sweep_table import SweepTable, argument_units, check_column
 
 Values = Mapping[str, Any]
 Measure = Callable[[Result], Mapping[str, float]]
@@ -359,7 +359,7 @@ def _table(
         for name, value in record.get("numbers", {}).items():
             columns[name][at] = value
     parameters = {name: tuple(values) for name, values in grid.items()}
-    return SweepTable(parameters, columns, status, attributes)
+    return SweepTable(parameters, columns, status, attributes, argument_units(grid))
 
 
 def _labelled(name: str, values: Any) -> dict[Any, Any]:

@@ -576,6 +576,21 @@ def test_netcdf_keeps_labels_and_units(tmp_path):
         assert float(data["force_x"].sel(friction="dry", force=1e6)) == table["force_x"][1, 0]
         assert str(data["status"].sel(friction="wet", force=-1.0).values).startswith("ValueError")
         assert data.attrs["model"] == "half-space"
+        assert data["force"].attrs["units"] == "N"
+        assert "units" not in data["friction"].attrs
+
+
+def test_pictures_name_the_units_of_the_arguments():
+    scene = mtb.scenes.block_on_plane(spacing=0.025, friction=0.1)
+    loads = {"magnetic_pressure": [1e6, 3e6], "height": [0.05, 0.1], "friction": [0.1, 0.2]}
+    ax = mtb.sweep(scene, loads, model="half-space").plot().axes[0]
+    assert ax.get_xlabel() == "magnetic pressure [MPa]"
+    np.testing.assert_allclose(ax.lines[0].get_xdata(), [1.0, 3.0])
+    assert ax.lines[1].get_label() == "height = 50 mm, friction = 0.2"
+    # numbers that stand for other values have no unit
+    fields = mtb.sweep(scene, {"magnetic_pressure": {1.0: 1e6, 2.0: 3e6}}, model="half-space")
+    assert fields.units == {}
+    assert fields.plot().axes[0].get_xlabel() == "magnetic pressure"
 
 
 def test_netcdf_takes_all_labels_and_messages(tmp_path):
