@@ -19,14 +19,13 @@ from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
 from .owning import own, solved
 from .plain import one_line, plain
+from .plausible import ask, of_body
 from .result import Patch, Surface
 from .supports import Guide, Support, Where, is_box, select
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Bodies larger than this are suspected to be in millimetres [m].
-SUSPICIOUS_SIZE = 10.0
 
 #: Poisson's ratio over which tetrahedra of four nodes lock: a quarter too stiff at 0.49, sevenfold at 0.4999.
 LOCKING = 0.45
@@ -284,11 +283,7 @@ class ElasticBody:
             node = int(np.argmax(wrong))
             raise ValueError(f"node {node} is not finite: it lies at {self.mesh.nodes[node].tolist()} m")
         size = float(np.ptp(self.mesh.nodes, axis=0).max())
-        if size > SUSPICIOUS_SIZE:
-            warnings.warn(
-                f'{self.name} is {size:g} m large: is its mesh in millimetres? Then say unit="mm"',
-                stacklevel=3,
-            )
+        ask(of_body(self.name, size))
         self._make_quadratic()
         self._check_values()
         _ = self.core

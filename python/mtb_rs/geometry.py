@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from .check import choice, number, path_of, positive, reals
 from .files import read_text
 from .owning import frozen, owning
 from .plain import plain, same
+from .plausible import ask, of_wheel
 from .result import Patch
 
 Array = NDArray[np.float64]
@@ -501,43 +501,8 @@ def wheel_on_rail_gap(
     """
     given = locals()
     placed = place_wheel(given)
-    question_lengths(given)
+    ask(of_wheel({**given, "wheel": as_profile(wheel), "rail": as_profile(rail)}))
     return placed
-
-
-#: Lengths [m] that wheels and tracks have, toys and mines included.
-USUAL_LENGTHS = {
-    "wheel_radius": (0.02, 1.5),
-    "gauge": (0.2, 3.0),
-    "gauge_depth": (2e-3, 0.05),
-    "flange_back": (0.2, 3.0),
-    "tape_circle": (0.01, 0.2),
-    "lateral": (-0.06, 0.06),
-}
-#: Widths [m] of profiles.
-USUAL_WIDTH = (5e-3, 0.5)
-
-
-def question_lengths(given: Mapping[str, Any], stacklevel: int = 3) -> None:
-    """Warns of lengths of wheels and rails, arguments of :func:`wheel_on_rail_gap`, that look like a slip of
-    the unit."""
-    lengths = {name: (number(name, given[name], "m"), limits) for name, limits in USUAL_LENGTHS.items()}
-    for name in ("wheel", "rail"):
-        start, end = as_profile(given[name]).range
-        lengths[f"the width of the {name} profile"] = end - start, USUAL_WIDTH
-    for name, (value, (low, high)) in lengths.items():
-        if not low <= value <= high:
-            warnings.warn(
-                f"{name} is {value:g} m: {low:g} to {high:g} m is usual, and lengths are in metres",
-                stacklevel=stacklevel,
-            )
-    back, gauge = given["flange_back"], given["gauge"]
-    if back >= gauge:
-        warnings.warn(
-            f"flange_back is {back:g} m and gauge {gauge:g} m: the backs of the flanges usually stand closer "
-            "together than the rails",
-            stacklevel=stacklevel,
-        )
 
 
 def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:

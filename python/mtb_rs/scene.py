@@ -32,6 +32,7 @@ from .loads import PressureDependentFriction, VelocityTable, fits, friction_fiel
 from .material import Material
 from .owning import frozen, own
 from .plain import plain
+from .plausible import ask, gathered, of_scene
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, check_faces
 from .solve import (
@@ -220,6 +221,9 @@ class Scene:
             put(self, "element_size", positive("element_size", self.element_size, "m"))
         if self.velocity is not None:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
+        # fields may be in normalised units
+        if not isinstance(self.layout, FieldLayout):
+            ask(of_scene(self))
 
     @property
     def _pair(self) -> tuple[float, float]:
@@ -847,6 +851,14 @@ class Scene:
         A ready scene is made anew, so that all that depends on an argument follows it: the grid of a
         paraboloid its force, the contact plane of a wheel its vertical force.
         """
+        asked = of_scene(self)
+        with gathered() as found:
+            made = self._changed(changes, asked)
+        ask(found, asked)
+        return made
+
+    def _changed(self, changes: dict[str, Any], asked: list[str]) -> Scene:
+        """What :meth:`with_` returns; questions that its scene has been asked come to `asked`."""
         if self.recipe is None:
             return replace(self, **changes)
         name, given = self.recipe
@@ -856,7 +868,10 @@ class Scene:
         nothing = {k for k, v in changes.items() if v is None and k in known and known[k].default is not None}
         optional = nothing & _OPTIONAL
         anew = {k: v for k, v in changes.items() if k in known and k not in nothing - optional}
-        before, made = build(**given), build(**{**given, **anew})
+        with gathered() as found:
+            before = build(**given)
+        asked += found
+        made = build(**{**given, **anew})
         followed = {_FOLLOWS[k] for k in anew if k in _FOLLOWS}
         kept = {
             f.name: getattr(self, f.name)

@@ -15,10 +15,11 @@ import numpy as np
 from .bodies import HalfSpace, Simple
 from .check import positive
 from .friction import InterfaceLayer
-from .geometry import PoleShoe, Profile, question_lengths, spacing_pair
+from .geometry import PoleShoe, Profile, as_profile, spacing_pair
 from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from .material import Material, steel
 from .owning import owned
+from .plausible import ask, of_wheel
 from .scene import Scene
 from .supports import Support
 
@@ -291,7 +292,8 @@ def wheel_on_rail(
         contact_modulus=1.0 / compliance,
         spacing=spacing_pair(first),
     )
-    question_lengths(dict(layout.arguments), stacklevel=4)
+    profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
+    ask(of_wheel({**dict(layout.arguments), **profiles}))
     return Scene(
         upper=upper,
         lower=lower,

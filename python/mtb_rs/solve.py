@@ -24,6 +24,7 @@ from .geometry import SheetPoints
 from .loads import PressureDependentFriction
 from .loads import field as load_field
 from .plain import plain
+from .plausible import ask, of_result
 from .report import Report
 from .result import Displacement, Patch, Result, Surface
 from .symmetry import Fold, folded
@@ -383,6 +384,10 @@ def finish(
         upper=displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
         lower=displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
     )
+    deformation = {
+        "upper": _deformed(problem.upper, displacement.upper, solution.motion[:m_upper]),
+        "lower": _deformed(problem.lower, displacement.lower, solution.motion[m_upper:]),
+    }
     force = load.sum(axis=1)
     reference_point = np.zeros(3)
     moment = np.cross(problem.places, load, axis=0).sum(axis=1)
@@ -460,6 +465,7 @@ def finish(
     if not converged:
         kind = ResultantError if solution.status == "unreachable" else ConvergenceError
         raise kind(report.status, result)
+    ask(of_result(result, deformation))
     return result
 
 
@@ -533,6 +539,14 @@ def displaced(
     if side.includes_motion:
         total += np.einsum("m,min->in", motion, side.motions)
     return total
+
+
+def _deformed(side: Side, displacement: Array, motion: Array) -> Array:
+    """The displacement (3, n) of :func:`displaced` without rigid motion, free or prescribed."""
+    if not side.includes_motion:
+        return displacement
+    own = displacement - np.einsum("m,min->in", motion, side.motions)
+    return np.asarray(own - own.mean(axis=1, keepdims=True))
 
 
 def _approach(problem: ContactProblem, solution: Solution) -> float | Array:

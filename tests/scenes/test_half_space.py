@@ -86,6 +86,7 @@ def test_turning_the_sliding_direction_turns_the_solution():
     assert backwards.force[0] < 0.0 < along_x.force[0]
 
 
+@pytest.mark.filterwarnings("ignore:young_modulus of the")
 def test_scaling_is_exact():
     """Lengths times 2^k, moduli times 2^m: the solution scales to rounding, at any size."""
     base = mtb.scenes.paraboloid_on_plane(points=12, radius=1.0, force=100.0, upper=rubber).solve()

@@ -183,6 +183,7 @@ def test_a_face_at_an_angle_to_the_grid_presses_a_half_space_alike():
     assert forces[1] == pytest.approx(forces[0], rel=5e-3)
 
 
+@pytest.mark.filterwarnings("ignore:magnetic_pressure reaches")
 def test_faces_of_both_bodies_make_the_gap():
     x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
     flat = block_mesh(x, y, 0.04)
@@ -296,6 +297,7 @@ def test_a_steep_contact_is_told():
     np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:the upper body deforms")
 def test_linear_tetrahedra_become_quadratic_unless_wanted():
     x = np.linspace(-0.02, 0.02, 9)
     fine = block_mesh(x, x, 0.02)

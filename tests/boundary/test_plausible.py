@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Slips of the unit are questioned where they are made, once, and results that no body bears as well."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+SCENES = [mtb.scenes.block_on_plane, mtb.scenes.pole_shoe_on_rail, mtb.scenes.wheel_on_rail]
+PULLED = [mtb.scenes.block_on_plane, mtb.scenes.pole_shoe_on_rail]
+#: Steel in MPa, in GPa and in kPa.
+SLIPS = [mtb.Material(210e3, 0.3), mtb.Material(210.0, 0.3), mtb.Material(210e12, 0.3)]
+
+
+def asked(make: Callable[[], Any]) -> list[str]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        make()
+    # the reader finds the line of the program, not one of the package
+    assert all(warning.filename == __file__ for warning in caught)
+    return [str(warning.message) for warning in caught]
+
+
+def pad(material: mtb.Material, side: float = 0.02) -> mtb.ElasticBody:
+    nodes = np.array([[x, y, z] for z in (0.0, side) for y in (0.0, side) for x in (0.0, side)])
+    cells = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
+    held = mtb.Support(lambda p: p[:, 2] > 0.99 * side, x=0.0, y=0.0, z=0.0)
+    return mtb.ElasticBody(mtb.TetraMesh(nodes, cells), material, supports=[held], contact="bottom")
+
+
+@pytest.mark.parametrize("side", ["upper", "lower"])
+@pytest.mark.parametrize(
+    ("scene", "material"),
+    # a wheel so soft sinks in by more than its gap allows, and says so
+    [(scene, material) for scene in PULLED for material in SLIPS] + [(mtb.scenes.wheel_on_rail, SLIPS[-1])],
+)
+def test_moduli_in_other_units(scene: Callable[..., mtb.Scene], material: mtb.Material, side: str) -> None:
+    questions = asked(lambda: scene(**{side: material}))
+    assert len(questions) == 1
+    assert f"young_modulus of the {side} body is {material.young_modulus:g} Pa" in questions[0]
+
+
+@pytest.mark.parametrize("scene", PULLED)
+@pytest.mark.parametrize(
+    ("pull", "word"),
+    [
+        (3.0, "at most 3 Pa"),
+        (mtb.VelocityTable([0.0, 10.0], [1.0, 3.0]), "at most 3 Pa"),
+        (mtb.GaussianPressure(3.0, (0.0, 0.0), (0.1, 0.1)), "at most 3 Pa"),
+        (3e9, "reaches 3e+09 Pa"),
+    ],
+)
+def test_pulls_in_other_units(scene: Callable[..., mtb.Scene], pull: Any, word: str) -> None:
+    questions = asked(lambda: scene(magnetic_pressure=pull, velocity=1.0))
+    assert len(questions) == 1
+    assert word in questions[0]
+
+
+def test_bodies_of_ones_own_are_asked_too() -> None:
+    questions = asked(
+        lambda: mtb.Scene(
+            upper=pad(mtb.Material(210e3, 0.3)), lower=mtb.steel, spacing=5e-3, magnetic_pressure=3.0
+        )
+    )
+    assert len(questions) == 2
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_copy_is_asked_about_what_is_new(scene: Callable[..., mtb.Scene]) -> None:
+    stiff = mtb.Material(210e12, 0.3)
+    with pytest.warns(UserWarning, match="upper body"):
+        odd = scene(upper=stiff)
+    assert asked(lambda: odd.with_(friction=0.1)) == []
+    assert asked(lambda: odd.with_(spacing=2e-3)) == []
+    (question,) = asked(lambda: odd.with_(lower=stiff))
+    assert "lower body" in question
+
+
+def test_a_body_that_deforms_by_more_than_small() -> None:
+    soft = mtb.Material(2e6, 0.49)
+    scene = mtb.scenes.block_on_plane(upper=soft, lower=soft, friction=0.1, spacing=0.025)
+    for model in ("half-space", "elastic-upper"):
+        questions = asked(lambda model=model: scene.solve(model))  # type: ignore[misc]
+        assert [words.split(" deforms by")[0] for words in questions] == ["the upper body", "the lower body"]
+    own = mtb.Scene(upper=pad(soft), lower=mtb.Rigid(), spacing=5e-3, force=1e3, friction=0.3)
+    assert any("the upper body deforms by" in words for words in asked(own.solve))
+
+
+def test_pressure_beyond_what_steel_bears() -> None:
+    # the peak grows with the third root of the force
+    at = mtb.scenes.paraboloid_on_plane(radius=0.1, force=1e4, friction=0.0)
+    peak = at.solve().report.peak_pressure
+    for factor, count in ((0.9, 0), (1.1, 1)):
+        scene = at.with_(force=1e4 * (factor * 4.2e9 / peak) ** 3)
+        assert sum("GPa, beyond what steel" in words for words in asked(scene.solve)) == count
+    hard = mtb.Material(700e9, 0.22)
+    assert asked(at.with_(force=1e4 * (1.1 * 4.2e9 / peak) ** 3, upper=hard, lower=hard).solve) == []
+
+
+@pytest.mark.parametrize(
+    "material", [mtb.Material(1.0, 0.0), mtb.Material(1e5, 0.49), mtb.Material(1.2e12, 0.1), mtb.steel]
+)
+def test_normalised_units_gels_and_diamond_are_not_questioned(material: mtb.Material) -> None:
+    for scene in PULLED:
+        pull = 1e-3 if material.young_modulus == 1.0 else 2e3
+        assert asked(lambda: scene(upper=material, lower=material, magnetic_pressure=pull)) == []  # noqa: B023
+    x = np.linspace(-1.0, 1.0, 15)
+    gap = (x[:, None] ** 2 + x**2) / 20.0
+    force = 1e-3 * material.young_modulus
+    assert (
+        asked(mtb.Scene(upper=material, lower=mtb.Rigid(), gap=gap, spacing=x[1] - x[0], force=force).solve)
+        == []
+    )
