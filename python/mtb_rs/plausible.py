@@ -103,7 +103,7 @@ def _of_material(side: str, material: Material) -> list[str]:
     if modulus > STIFF:
         return [
             f"young_modulus of the {side} body is {modulus:g} Pa: nothing is so stiff, and moduli are in "
-            "pascals (steel has 208e9)"
+            "pascals (steel has 208e9; a half-space that does not deform is Rigid())"
         ]
     return []
 
