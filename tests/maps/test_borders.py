@@ -177,6 +177,7 @@ def test_facets_too_coarse_for_the_approach_are_refused(monkeypatch: pytest.Monk
         facets.gap_error(4, 1e-7)
 
 
+@pytest.mark.filterwarnings("ignore:young_modulus of the")
 def test_scales_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     scales = study("scales", monkeypatch)
     base = scales.paraboloid(0.1, 2e11)

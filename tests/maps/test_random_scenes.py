@@ -7,6 +7,7 @@ The laws are checked from the fields of the result alone: gaps from displacement
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
@@ -129,6 +130,7 @@ def test_half_spaces(
     ratio=ratios,
     cells=st.integers(3, 6),
 )
+@pytest.mark.filterwarnings("ignore:the (upper|lower) body deforms")
 def test_elastic_blocks(
     slenderness: float,
     friction: float,
