@@ -543,9 +543,9 @@ def test_a_table_draws_its_lines():
     axes = table.plot("peak_pressure").axes[0]
     assert axes.get_ylabel() == "peak pressure [MPa]"
     assert [t.get_text() for t in axes.get_legend().get_texts()] == [
-        "force = 1e+06",
-        "force = 5e+06",
-        "force = -1",
+        "force = 1e+06 N",
+        "force = 5e+06 N",
+        "force = -1 N",
     ]
     assert axes.lines[0].get_xdata().tolist() == [0.1, 0.3]
     np.testing.assert_allclose(axes.lines[1].get_ydata(), table["peak_pressure"][::-1, 1] / 1e6)
