@@ -47,6 +47,7 @@ class TetraMesh:
     Attributes
     ----------
     nodes : (n, 3) [m]
+        A row a node, as in meshio, trimesh and VTK; arrays of points elsewhere are (3, n).
     cells : (m, 4) or (m, 10)
         Node numbers: corners, then the middles of edges 01, 12, 02, 03, 13, 23.
     node_sets : Mapping of names to (k,)

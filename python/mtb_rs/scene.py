@@ -23,7 +23,6 @@ from .direct import solve as solve_scene
 from .elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, moved_by, upper_side
 from .elastic_body import ElasticBody
 from .errors import ConvergenceError, ToleranceWarning
-from .fingerprint import fingerprint
 from .friction import Coulomb, Friction, InterfaceLayer, RailFriction
 from .geometry import ContactSheet, Profile, SheetPoints, spacing_pair
 from .incremental import IncrementalOptions, finish_incremental, solve_incremental
@@ -31,7 +30,7 @@ from .layout import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
 from .loads import PressureDependentFriction, VelocityTable, fits, friction_field
 from .material import Material
 from .owning import frozen, own
-from .plain import plain
+from .plain import plain, same
 from .plausible import ask, gathered, of_scene
 from .result import Patch, Result
 from .solids import BodyLayout, body_contact, check_faces
@@ -178,8 +177,7 @@ class Scene:
             before = layout.gap if isinstance(layout, BodyLayout) else None
             if isinstance(layout, BodyLayout) and before is not None and gap is not None:
                 # what was given before is thinned
-                same = gap is before or (isinstance(before, np.ndarray) and np.array_equal(gap, before))
-                step = layout.step or step if same else step
+                step = layout.step or step if same(gap, before) else step
             put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step, surface))
         elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
             put(self, "layout", FieldLayout(gap_field(gap), self._pair))
@@ -622,16 +620,19 @@ class Scene:
         upper = contact.side(pull, wrench, upper=True)
         lower_pull = pull if self.attraction == "both" else none
         if contact.upper.condensed is None and self.approach is None:
-            # a half-space or rigid body above has no supports: it is pressed by its load and free to approach
-            pressed = self.force if self.force is not None else -float(loads.pop("magnetic", np.zeros(3))[2])
-            motion = np.zeros((1, 3, n))
-            motion[0, 2] = 1.0
-            work = [-pressed]
+            # a half-space or rigid body above has no supports: its load presses it and it is free to
+            # approach; without a load it rests, as one below does
+            motion, work = np.zeros((0, 3, n)), np.zeros(0)
+            if self.force is not None or self.magnetic_pressure is not None:
+                force = self.force
+                pressed = float(-loads.pop("magnetic")[2]) if force is None else force
+                motion, work = np.zeros((1, 3, n)), np.array([-pressed])
+                motion[0, 2] = 1.0
+                loads["pull"] = np.array([0.0, 0.0, -pressed])
             if self.moments is not None:
                 motion = np.concatenate([motion, tilts(contact.averages.places - middle[:, None])])
-                work.extend(self.moments)
-            upper = with_loads(upper, motion, np.array(work))
-            loads["pull"] = np.array([0.0, 0.0, -pressed])
+                work = np.append(work, self.moments)
+            upper = with_loads(upper, motion, work)
         problem = ContactProblem(
             points=points,
             area=contact.area,
@@ -877,7 +878,7 @@ class Scene:
             f.name: getattr(self, f.name)
             for f in fields(self)
             if f.name not in _MADE | followed | set(changes)
-            and not _same(getattr(self, f.name), getattr(before, f.name))
+            and not same(getattr(self, f.name), getattr(before, f.name))
         }
         others = {k: v for k, v in changes.items() if k not in anew}
         inputs = {k: v for k, v in made.inputs.items() if k not in others}
@@ -889,14 +890,6 @@ class Scene:
 _MADE = {"layout", "inputs", "name", "recipe"}
 _FOLLOWS = {"points": "spacing", "width": "spacing"}
 _OPTIONAL = {"points", "spacing", "sliding_direction"}
-
-
-def _same(value: Any, other: Any) -> bool:
-    """Whether two arguments are the same, by what they hold."""
-    try:
-        return fingerprint(value) == fingerprint(other)
-    except ValueError:
-        return value is other
 
 
 def check_options(

@@ -261,15 +261,37 @@ def solve_direct(
 
     Raises
     ------
+    ValueError
+        If both bodies are free along z, so that nothing says how high they are.
     ResultantError
         If the load lies outside what the contact can carry.
     ConvergenceError
         If no sliding equilibrium exists (wedging), or none was found.
     """
+    _check_height(problem)
     fold = folded(problem)
     if fold is not None:
         return _unfolded(_solve_whole(fold.half, start, with_margin), fold, problem)
     return _solve_whole(problem, start, with_margin)
+
+
+def _check_height(problem: ContactProblem) -> None:
+    """One body must know its height: contact only says how far they are apart."""
+    if _lifting(problem.upper).any() and _lifting(problem.lower).any():
+        free = [part.body.name for side in (problem.lower, problem.upper) for part in side.state or ()]
+        also = f", and {free[1]} as well" if len(free) > 1 else ", and what lies above is free as well"
+        raise ValueError(
+            f"the supports leave {free[0]} free along z{also}: nothing says how high the bodies are. Hold z "
+            "of one of them by a support (a guide gives a force, it does not hold)"
+        )
+
+
+def _lifting(side: Side) -> NDArray[np.bool_]:
+    """Which motions of a side are translations along z of all of its points."""
+    rise = np.abs(side.motions[:, 2])
+    others = np.abs(side.motions[:, :2]).max(axis=(1, 2), initial=0.0)
+    highest, lowest = rise.max(axis=1, initial=0.0), rise.min(axis=1, initial=np.inf)
+    return np.asarray((highest > 0.0) & (lowest >= (1.0 - 1e-9) * highest) & (others <= 1e-9 * highest))
 
 
 def _unfolded(solution: Solution, fold: Fold, problem: ContactProblem) -> Solution:

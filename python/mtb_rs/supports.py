@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .check import choice, number, reals
+from .check import choice, number, reals, warn
 from .owning import owning
 from .plain import plain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Where on a body: the name of a node set or of a side of its bounding box; a function of the node
-#: coordinates (n, 3) that says which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
+#: Where on a body: the name of a node set or of a side of its bounding box; a function of points (3, n) [m],
+#: all x first, that says (n,) which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
 #: open end; points (k, 3) [m], each the node nearest to it: a body on points becomes softer as its elements
 #: shrink, without limit.
 Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
@@ -129,19 +129,7 @@ def select(
         near = 1e-6 * np.ptp(whole, axis=0).max()
         return np.asarray(nodes[:, axis] >= high - near if upper else nodes[:, axis] <= low + near)
     if callable(where):
-        try:
-            chosen = np.asarray(where(nodes))
-        except Exception as error:
-            raise ValueError(
-                f"the function fails with {type(error).__name__}: {error}; "
-                "a function of the node coordinates (n, 3) [m] is needed"
-            ) from error
-        if chosen.shape != found.shape or chosen.dtype != bool:
-            raise ValueError(
-                f"the function returns {chosen.dtype} of shape {chosen.shape}: bool of shape {found.shape} "
-                "is needed"
-            )
-        return chosen
+        return _told(where, nodes)
     if is_box(where):
         found[:] = True
         for axis, (low, high) in enumerate(where):
@@ -149,6 +137,33 @@ def select(
             found &= nodes[:, axis] <= (np.inf if high is None else high + 1e-9)
         return found
     return _nearest(nodes, where)
+
+
+def _told(where: Callable[[Array], Any], nodes: Array) -> NDArray[np.bool_]:
+    """Which nodes (n, 3) a function says belong. It takes points (3, n); those of (n, 3) are still taken."""
+    asked = _asked(where, np.ascontiguousarray(nodes.T), len(nodes))
+    if isinstance(asked, str):
+        as_before = _asked(where, np.array(nodes), len(nodes))
+        if isinstance(as_before, str):
+            raise ValueError(f"the function {asked}: a function of points (3, n) [m] to bool (n,) is needed")
+        warn(
+            f"The function {getattr(where, '__name__', repr(where))} that says where on a body takes points "
+            "of shape (n, 3): that is deprecated. Points are now (3, n), all x first: x, y, z = points.",
+            DeprecationWarning,
+        )
+        asked = as_before
+    return asked
+
+
+def _asked(where: Callable[[Array], Any], points: Array, count: int) -> NDArray[np.bool_] | str:
+    """What a function says of points, or why that is no answer."""
+    try:
+        told = np.asarray(where(points))
+    except Exception as error:  # functions of users fail as they like
+        return f"fails with {type(error).__name__}: {error}"
+    if told.shape != (count,) or told.dtype != bool:
+        return f"returns {told.dtype} of shape {told.shape}, not bool of shape {(count,)}"
+    return told
 
 
 def is_box(where: Any) -> bool:

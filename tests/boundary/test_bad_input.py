@@ -179,8 +179,8 @@ def test_a_resultant_outside_the_patch_is_named() -> None:
 
 
 def test_supports_that_fail_are_named() -> None:
-    held = [mtb.Support(lambda nodes: nodes[:, 7] > 0.0, z=0.0)]
-    with pytest.raises(ValueError, match=r"fails with IndexError.*a function of the node coordinates"):
+    held = [mtb.Support(lambda nodes: nodes[7] > 0.0, z=0.0)]
+    with pytest.raises(ValueError, match=r"fails with IndexError.*a function of points"):
         scenes.block_on_plane(supports=held).solve(model="elastic-upper")
 
 

@@ -110,7 +110,7 @@ def test_bad_surfaces_are_named(tmp_path: Path) -> None:
     with refused("is no mesh"):
         mtb.ElasticBody.from_mesh(3.0, STEEL)
     with refused("contact face has no vertex"):
-        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda x: x[:, 2] > 1.0)
+        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda x: x[2] > 1.0)
     path = tmp_path / "shell.vtk"
     meshio.Mesh(box.vertices, [("triangle", box.faces)]).write(path)
     with refused("the mesh has cells triangle"):
@@ -124,11 +124,11 @@ def test_supports_and_contacts_are_named() -> None:
     with refused("contact of body: 'sole' is unknown", "'contact', 'top'"):
         mtb.ElasticBody(mesh, STEEL, contact="sole")
     with refused("contact of body has no node"):
-        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[:, 2] < -1.0)
+        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[2] < -1.0)
     with refused("no triangle on its boundary"):
         mtb.ElasticBody(mesh, STEEL, contact=((-1e-3, 1e-3), (-1e-3, 1e-3), (0.005, 0.015)))
     with refused("the function returns float64"):
-        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[:, 2])
+        mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[2])
     with refused("support 'list' of body", "m away from the nearest node"):
         mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support([(1.0, 0.0, 0.0)], x=0)])
     with refused("x of a support is nan"):
@@ -142,7 +142,7 @@ def test_supports_and_contacts_are_named() -> None:
     with refused("supports contain 'top'"):
         mtb.ElasticBody(mesh, STEEL, supports=["top"])  # type: ignore[list-item]
     with refused("the supports hold every node"):
-        mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support(lambda x: x[:, 2] > -1.0, x=0, y=0, z=0)])
+        mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support(lambda x: x[2] > -1.0, x=0, y=0, z=0)])
     beside = BlockLayout(0.08, 0.02, 0.02).sheet((10e-3, 10e-3))
     body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
     sampling = body.sample(beside.nodes, beside.node_patches, upper=True)
@@ -160,6 +160,23 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.scenes.block_on_plane(supports=None)  # type: ignore[arg-type]
     with refused("upper is 'steel': a Material, HalfSpace, Rigid or ElasticBody"):
         mtb.Scene("steel", STEEL, gap=np.zeros((4, 4)), force=1.0)  # type: ignore[arg-type]
+
+
+def test_places_are_functions_of_points_component_first() -> None:
+    mesh = small_mesh()
+    now = mtb.ElasticBody(mesh, STEEL, contact=lambda p: p[2] < 1e-9)
+    with pytest.warns(DeprecationWarning, match=r"\(n, 3\): that is deprecated. Points are now \(3, n\)"):
+        before = mtb.ElasticBody(mesh, STEEL, contact=lambda p: p[:, 2] < 1e-9)
+    np.testing.assert_array_equal(now.contact_faces, before.contact_faces)
+    # where a function takes both, points are component first
+    asked = []
+
+    def low(points: np.ndarray) -> np.ndarray:
+        asked.append(points.shape)
+        return points.T[:, 2] < 1e-9
+
+    np.testing.assert_array_equal(mtb.ElasticBody(mesh, STEEL, contact=low).contact_faces, now.contact_faces)
+    assert {shape[0] for shape in asked} == {3}
 
 
 def test_sizes_that_no_mesh_can_have_are_named() -> None:
@@ -358,13 +375,13 @@ def test_a_contact_across_triangles_is_named() -> None:
     pytest.importorskip("gmsh")
     box = trimesh.creation.box((0.08, 0.04, 0.04))
     with pytest.raises(ValueError, match="edges of the contact must be edges of the surface"):
-        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: (p[:, 2] < 0.0) & (abs(p[:, 0]) < 0.02))
+        mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: (p[2] < 0.0) & (abs(p[0]) < 0.02))
     with pytest.warns(UserWarning, match=r"takes 0\.00\d+ m2 of whole triangles, the function covers 0\.001"):
         mtb.ElasticBody.from_mesh(
-            box, STEEL, contact=lambda p: (p[:, 2] < -0.0199) & (abs(p[:, 0]) > 0.02), size=8e-3
+            box, STEEL, contact=lambda p: (p[2] < -0.0199) & (abs(p[0]) > 0.02), size=8e-3
         )
     # no warning where the edges are met; side walls within the tolerance are not meant
-    mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: p[:, 2] < -0.017, size=8e-3)
+    mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda p: p[2] < -0.017, size=8e-3)
 
 
 def test_a_node_of_a_file_that_is_no_number_is_named() -> None:

@@ -335,8 +335,8 @@ def test_a_bent_arm_of_linear_tetrahedra_bends_as_a_beam(tmp_path):
             "m",
             "bottom",
             [
-                mtb.Support(lambda p: p[:, 0] < 1e-9, x=0, y=0, z=0),
-                mtb.Support(lambda p: p[:, 0] > length - 1e-9, z=1e-6),
+                mtb.Support(lambda p: p[0] < 1e-9, x=0, y=0, z=0),
+                mtb.Support(lambda p: p[0] > length - 1e-9, z=1e-6),
             ],
         ),
     ]

@@ -152,7 +152,7 @@ def test_a_worn_sole_from_a_surface_keeps_its_edge() -> None:
     body = mtb.ElasticBody.from_mesh(
         surface,
         STEEL,
-        contact=lambda p: (p[:, 2] < shoe.sole(p[:, 1]) + 2e-5) & (p[:, 1] < 21.6e-3 + 1e-9),
+        contact=lambda p: (p[2] < shoe.sole(p[1]) + 2e-5) & (p[1] < 21.6e-3 + 1e-9),
         supports=[mtb.Support("top", x=0, y=0)],
         size=3e-3,
     )
