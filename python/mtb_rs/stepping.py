@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
-@owning
+@solved
 @dataclass(frozen=True)
 @plain
 class StepState:
