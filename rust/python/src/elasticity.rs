@@ -61,6 +61,7 @@ pub(crate) fn half_space_hats(
 /// `patch`: (x0, y0, nx, ny); `faces`: the basis of all its nodes on each part of the face; `shares`: face,
 /// node, contact point and factor of the hats that make the bases of `points` contact points.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one body under one face")]
 pub(crate) fn half_space_cut_hats(
     py: Python<'_>,
     shear_modulus: f64,
