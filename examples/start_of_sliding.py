@@ -56,7 +56,9 @@ for mu, color in ((0.2, LINE_COLOURS[0]), (0.5, LINE_COLOURS[1])):
     start = block.start_of_sliding(pushes, model="elastic-upper")
     friction_force[mu], normal_force[mu] = start.force[:, 0], start.normal_force
     try:
-        margin[mu] = block.solve(model="elastic-upper").report.wedging_margin
+        # the margin is what is asked for; pressures would need finer cells
+        solved = block.solve(model="elastic-upper", tolerance=0.9)
+        margin[mu] = solved.report.wedging_margin
         end = "slides"
     except mtb.ConvergenceError as error:
         margin[mu] = error.result.report.wedging_margin

@@ -388,7 +388,7 @@ def test_a_flat_face_at_an_angle_has_no_facets():
     body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("back", x=0, y=0, z=mtb.Guide(-5e3))])
     with pytest.warns(UserWarning, match="the gap opens by") as told:
         mtb.Scene(body, steel, spacing=5e-3, friction=0.2).solve()
-    assert len(told) == 1
+    assert [one.category for one in told if one.category is not mtb.ToleranceWarning] == [UserWarning]
     # and one that looks along x is no contact face
     side = mtb.ElasticBody(
         flat.moved(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0])[:3, :3]), steel, "contact"
