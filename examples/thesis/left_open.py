@@ -30,15 +30,16 @@ def main() -> None:
     figure, axes = canvas(3, 2, (7.4, 6.2), sharex=True, sharey=True)
     rows = []
     found = {title: scene.solve(model=model) for title, (scene, model) in cases.items()}
-    # the shoe off its place has peaks that would flatten all others
-    high = max(float(np.percentile(r.pressure, 97)) for r in found.values()) / MEGA
     for ax, (title, (_, model)) in zip(axes.flat, cases.items(), strict=True):
         result = found[title]
+        # a scale each: the shoe off its place has peaks that would flatten all others
+        high = float(np.percentile(result.pressure, 97)) / MEGA
         poles = [of_result(result, patch.name, k) for k, patch in enumerate(result.patches)]
         for pole in poles:
             shown = draw_map(ax, pole, pole.pressure / MEGA, vmin=0.0, vmax=high)
             edge_of_contact(ax, pole, colors="white", linewidths=1.0)
         caption(ax, title, grid=False)
+        figure.colorbar(shown, ax=ax, extend="max", aspect=12, pad=0.02).ax.tick_params(labelsize=8)
         share = result.report.contact_area / float(result.area.sum())
         drop = [float(p.displacement[:, -1].mean() - p.displacement[:, 0].mean()) / MICRO for p in poles]
         load = result.pressure * result.area * result.normal[2]
@@ -52,8 +53,7 @@ def main() -> None:
         ax.set_ylabel("y [mm]", fontsize=9, color=INK)
     for ax in axes[-1]:
         ax.set_xlabel("x [mm], sliding to the right", fontsize=9, color=INK)
-    bar = figure.colorbar(shown, ax=axes.ravel().tolist(), extend="max", aspect=30, pad=0.02)
-    bar.set_label(PRESSURE[1], fontsize=9, color=INK)
+    figure.suptitle(PRESSURE[1], x=0.01, ha="left", fontsize=10, color=INK)
     save(figure, folder, "left_open")
     header = ["scene", "model", "left_force_N", "right_force_N", "friction_force_N", "lateral_force_N"]
     header += ["moment_x_Nm", "moment_y_Nm", "moment_z_Nm", "area_in_contact_percent"]
