@@ -8,8 +8,9 @@ import pytest
 import mtb_rs as mtb
 from mtb_rs.mesh import block_mesh
 from mtb_rs.mesh_files import straightened
+from mtb_rs.mesher import gmsh_beside
 
-gmsh = pytest.importorskip("gmsh", exc_type=ImportError)
+pytest.importorskip("gmsh", exc_type=ImportError)
 
 skfem = pytest.importorskip("skfem")
 
@@ -18,8 +19,8 @@ HOLE, LENGTH, WIDTH, HEIGHT = 8.0, 100.0, 50.0, 40.0  # mm
 
 def written(path: Path, solids: int = 1) -> Path:
     """A block in millimetres with a hole across, and spheres beside it."""
-    gmsh.initialize(interruptible=False)
-    try:
+    # gmsh in this process would set SIGPIPE to its default
+    with gmsh_beside() as gmsh:
         gmsh.option.setNumber("General.Terminal", 0)
         # a unit outlives its session
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
@@ -30,8 +31,6 @@ def written(path: Path, solids: int = 1) -> Path:
             gmsh.model.occ.addSphere(200.0 * k, 0, 0, 10)
         gmsh.model.occ.synchronize()
         gmsh.write(str(path))
-    finally:
-        gmsh.finalize()
     return path
 
 
