@@ -8,7 +8,6 @@ balance); the compiled core solves it; :func:`finish` turns the pressure into ev
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from . import _mtb_rs, memory
 from .bodies import HalfSpace, Rigid
 from .cache import Memory
+from .check import warn
 from .errors import ConvergenceError, ResultantError
 from .geometry import SheetPoints
 from .loads import PressureDependentFriction
@@ -425,8 +425,9 @@ def finish(
     grown = jammed(problem, solution, abs(float(pull[2]))) if converged else None
     words = _explain(problem, solution)
     if grown is not None:
-        words = f"{words}, but the body has jammed: {_jam_in_words(problem, solution, grown, pull)}"
-        warnings.warn(f"The body has jammed: {_jam_in_words(problem, solution, grown, pull)}.", stacklevel=4)
+        jam = f"body has jammed: {_jam_in_words(problem, solution, grown, pull)}"
+        words = f"{words}, but the {jam}"
+        warn(f"The {jam}.")
     report = Report(
         converged=converged,
         status=words,

@@ -88,13 +88,15 @@ def test_a_state_that_has_jammed_says_so() -> None:
         middle = 0.5 * (low + high)
         try:
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr("mtb_rs.solve.warnings.warn", lambda *_, **__: None)
+                patch.setattr("mtb_rs.solve.warn", lambda *_, **__: None)
                 scene(middle).solve("elastic-upper")
             low = middle
         except mtb.ConvergenceError:
             high = middle
-    with pytest.warns(UserWarning, match=r"has jammed: .* times the pull, and .* without friction"):
+    with pytest.warns(UserWarning, match=r"has jammed: .* times the pull, and .* without friction") as told:
         jammed = scene(low).solve("elastic-upper")
+    # the line that asked, not one of the package
+    assert {one.filename for one in told} == {__file__}
     assert jammed.report.converged
     assert "has jammed" in jammed.report.status
     assert jammed.normal_force > 10.0 * sliding.normal_force
