@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mtb_rs, cache
+from .check import warn
 from .geometry import SheetPoints
 from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
@@ -305,11 +305,10 @@ class ElasticBody:
         elif self.linear:
             ratio = self.material.poisson_ratio
             locks = f", and above poisson_ratio = {LOCKING:g} they lock (it is {ratio:g})"
-            warnings.warn(
+            warn(
                 f"{self.name} keeps tetrahedra of four nodes (linear=True): they are too stiff, by half "
                 f"in bending{locks if ratio > LOCKING else ''}; without linear=True they get nodes in the "
-                "middle of their edges",
-                stacklevel=4,
+                "middle of their edges"
             )
 
     def __getstate__(self) -> dict[str, Any]:
@@ -474,10 +473,9 @@ class ElasticBody:
         meant, taken = float(inside @ area[alike]), float(area[chosen & alike].sum())
         place = "function" if callable(self.contact) else "box"
         if abs(taken - meant) > BORDER * meant:
-            warnings.warn(
+            warn(
                 f"the contact face of {self.name} takes {taken:.4g} m2 of whole triangles, the {place} "
-                f"covers {meant:.4g} m2: its edges must be edges of the surface",
-                stacklevel=4,
+                f"covers {meant:.4g} m2: its edges must be edges of the surface"
             )
 
     def sample(self, points: SheetPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import warnings
-
 from . import _mtb_rs
+from .check import warn
 
 #: Share of the free memory above which a solve says what it will take.
 SAID_FROM = 0.5
@@ -34,7 +33,7 @@ def of_sliding(points: int, frictional: bool = True) -> float:
     return _mtb_rs.sliding_memory(points, frictional)
 
 
-def say(needed: float, what: str, stacklevel: int = 3) -> None:
+def say(needed: float, what: str) -> None:
     """Warns of a solve that takes more than half of the free memory.
 
     Parameters
@@ -46,10 +45,7 @@ def say(needed: float, what: str, stacklevel: int = 3) -> None:
     free = available()
     # what there is not is refused by the solve itself
     if free is not None and SAID_FROM * free < needed <= free:
-        warnings.warn(
-            f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free",
-            stacklevel=stacklevel,
-        )
+        warn(f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free")
 
 
 def refuse(needed: float, what: str, advice: str) -> None:

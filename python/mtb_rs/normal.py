@@ -243,7 +243,7 @@ class _Problem:
         base = float(gap.min())
         ny, nx = gap.shape
         needed = memory.of_normal_contact(gap.size, self.method)
-        memory.say(needed, f"the contact of {nx} x {ny} cells", stacklevel=4)
+        memory.say(needed, f"the contact of {nx} x {ny} cells")
         solution = _mtb_rs.solve_normal(
             np.ascontiguousarray(gap - base),
             spacing or self.spacing,

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib import import_module
@@ -411,11 +410,10 @@ class Scene:
             start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
             pressed = float(solution.pressure @ problem.area)
             if start.normal_force[-1] > JAMMED * pressed:
-                warnings.warn(
+                warn(
                     f"The body jams: its displacement has raised the contact force from {pressed:.3g} N to "
                     f"{start.normal_force[-1]:.3g} N. The friction coefficient is about or above the wedging "
-                    "limit.",
-                    stacklevel=2,
+                    "limit."
                 )
         else:
             start = start_of_sliding(

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs, fmu
-from .check import number, positive
+from .check import number, positive, warn
 from .errors import ConvergenceError, ResultantError
 from .files import check_target, read_bytes, write_bytes
 from .loads import PressureDependentFriction, VelocityTable
@@ -270,7 +269,7 @@ class PreparedContact:
                 f"solved, but the body has jammed: the contact force is {-out['force'][2]:.3g} N, "
                 f"{-out['force'][2] / pull:.3g} times the pull"
             )
-            warnings.warn(f"The step is {status}.", stacklevel=2)
+            warn(f"The step is {status}.")
         result = StepResult(
             force=out["force"],
             moment=out["moment"],

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace
-from .check import choice, number, numbers, positive
+from .check import choice, number, numbers, positive, warn
 from .errors import ConvergenceError
 from .files import read_bytes, write_bytes
 from .friction import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
@@ -177,7 +176,7 @@ def prepare_wheels(
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
     if layout.on_flange is not None:
-        warnings.warn(layout.on_flange, stacklevel=3)
+        warn(layout.on_flange)
     law = _native_law(friction)
     place = layout.placement
     materials = [
@@ -224,11 +223,10 @@ def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
     if error is None or abs(error) <= MOST_UNBALANCED:
         return
     forces = " and ".join(f"the {side} wheel carries {force / 1e3:.4g} kN" for side, force in carried.items())
-    warnings.warn(
+    warn(
         f"with friction {forces} of vertical force: {abs(error):.1%} "
         f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures "
-        "alone carry the force; give z for another force (step.vertical_force says what is carried)",
-        stacklevel=3,
+        "alone carry the force; give z for another force (step.vertical_force says what is carried)"
     )
 
 
