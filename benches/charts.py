@@ -22,9 +22,10 @@ import numpy as np
 import records
 
 import mtb_rs as mtb
-from mtb_rs import reference
-from mtb_rs.chart import Candidate, Chart, ChartPoint, Figure, Run, measure
-from mtb_rs.chart_scene import closed_form, fields_of
+from mtb_rs.half_space import reference
+from mtb_rs.results.chart import Chart, ChartPoint, Figure
+from mtb_rs.studies.chart_scene import closed_form, fields_of
+from mtb_rs.studies.measuring import Candidate, Run, measure
 
 steel = mtb.Material.from_shear_modulus(80e9, 0.3)
 Spacing = tuple[float, float]

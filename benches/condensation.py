@@ -26,8 +26,8 @@ import numpy as np
 import records
 
 import mtb_rs as mtb
-from mtb_rs import cache
-from mtb_rs.solve import solve_direct
+from mtb_rs.base import cache
+from mtb_rs.contact.solve import solve_direct
 
 OUT = Path(__file__).parents[1] / "docs" / "charts"
 STAGES = ("ordering", "assembly", "symbolic", "numeric", "forward", "product")

@@ -15,8 +15,8 @@ import records
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
-from mtb_rs.plot import LINE_COLOURS
-from mtb_rs.reference import SlidingParaboloid
+from mtb_rs.half_space.reference import SlidingParaboloid
+from mtb_rs.pictures.quantities import LINE_COLOURS
 
 #: Points along each side and seconds, thesis Table 3.2.
 THESIS = {6: 1.9, 10: 2.1, 18: 14.5, 34: 163.0}

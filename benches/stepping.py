@@ -21,7 +21,7 @@ import records
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
-from mtb_rs.stepping import POSE
+from mtb_rs.simulation.stepping import POSE
 
 OUT = Path(__file__).parents[1] / "docs" / "charts"
 FRICTION = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 45.0), (0.35, 0.24, 0.16, 0.12, 0.10))

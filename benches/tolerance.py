@@ -20,7 +20,7 @@ import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.plot import LINE_COLOURS
+from mtb_rs.pictures.quantities import LINE_COLOURS
 
 Array = NDArray[np.float64]
 

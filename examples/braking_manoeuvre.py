@@ -35,7 +35,7 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 
 import mtb_rs as mtb
-from mtb_rs.plot import LINE_COLOURS
+from mtb_rs.pictures.quantities import LINE_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 

@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 import mtb_rs as mtb
-from mtb_rs import reference
-from mtb_rs.plot import STATUS_COLOURS
+from mtb_rs.half_space import reference
+from mtb_rs.pictures.quantities import STATUS_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)

@@ -17,8 +17,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 import mtb_rs as mtb
-from mtb_rs import reference
-from mtb_rs.plot import STATUS_COLOURS
+from mtb_rs.half_space import reference
+from mtb_rs.pictures.quantities import STATUS_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
-from mtb_rs.plot import LINE_COLOURS
+from mtb_rs.pictures.quantities import LINE_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)

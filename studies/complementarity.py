@@ -12,7 +12,7 @@ import numpy as np
 from atlas import draw_verdicts, panels, write
 
 import mtb_rs as mtb
-from mtb_rs.solve import sided_influence
+from mtb_rs.contact.solve import sided_influence
 
 
 def gauss_seidel(matrix: np.ndarray, offset: np.ndarray, omega: float, sweeps: int) -> int | None:

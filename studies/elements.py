@@ -12,9 +12,9 @@ from atlas import panels, write
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
-from mtb_rs.mesh import block_mesh
-from mtb_rs.mesh import tetrahedra as tetrahedra_of
-from mtb_rs.solve import sided_influence
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.bodies.mesh import tetrahedra as tetrahedra_of
+from mtb_rs.contact.solve import sided_influence
 
 SIDE = 0.1
 

@@ -11,7 +11,7 @@ import numpy as np
 from atlas import draw_verdicts, panels, write
 
 import mtb_rs as mtb
-from mtb_rs import reference
+from mtb_rs.half_space import reference
 
 names = ("smooth", "no state found (said)", "jumps: the law itself is unstable")
 colours = ("#56B4E9", "#E69F00", "#CC79A7")

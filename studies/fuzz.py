@@ -39,10 +39,10 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.case import SCENES, case_from_words, load_case
-from mtb_rs.export import check_saveable
-from mtb_rs.mesh import block_mesh
-from mtb_rs.sweep_checkpoint import _line
+from mtb_rs.pictures.export import check_saveable
+from mtb_rs.studies.sweep_checkpoint import _line
 
 #: Seconds after which an input counts as hanging.
 PATIENCE = 10.0

@@ -19,10 +19,10 @@ from atlas import panels, write
 from matplotlib.figure import Figure
 
 import mtb_rs as mtb
-from mtb_rs.auto import LADDER, rungs
-from mtb_rs.bodies import HalfSpace
-from mtb_rs.chart_scene import fields_of
-from mtb_rs.geometry import spacing_pair
+from mtb_rs.bodies.simple import HalfSpace
+from mtb_rs.geometry.contact_points import spacing_pair
+from mtb_rs.scenes.auto import LADDER, rungs
+from mtb_rs.studies.chart_scene import fields_of
 
 TOLERANCE = 0.05
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mtb_rs as mtb
-from mtb_rs.mesh import TetraMesh, block_mesh, tetrahedra
+from mtb_rs.bodies.mesh import TetraMesh, block_mesh, tetrahedra
 
 
 @dataclass(frozen=True)

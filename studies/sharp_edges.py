@@ -10,9 +10,9 @@ import numpy as np
 from atlas import panels, write
 
 import mtb_rs as mtb
-from mtb_rs.estimate import GridField, difference
-from mtb_rs.layout import centred
-from mtb_rs.result import Patch
+from mtb_rs.contact.estimate import GridField, difference
+from mtb_rs.geometry.contact_points import Patch
+from mtb_rs.geometry.geometries import centred
 
 sides = [8, 16, 32, 64, 128]
 fine, side = 768, 0.1

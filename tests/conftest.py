@@ -19,9 +19,11 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import mtb_rs
-from mtb_rs.geometry import Profile
-from mtb_rs.report import Report
-from mtb_rs.result import Displacement, Patch, Result, Surface
+from mtb_rs.geometry.contact_points import Patch
+from mtb_rs.geometry.profiles import Profile
+from mtb_rs.geometry.triangles import Surface
+from mtb_rs.results.report import Report
+from mtb_rs.results.result import Displacement, Result
 
 
 @pytest.fixture(autouse=True)

@@ -28,7 +28,7 @@ from drawing import (
 from matplotlib.tri import Triangulation
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK, LINE_COLOURS
+from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 WIDTH, PULL, SPACING = 0.1, 3e6, 5e-3
 #: Name of the reference: height [m], friction.

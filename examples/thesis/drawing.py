@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from mtb_rs.plot import INK, LINE_COLOURS
+from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 Array = NDArray[np.float64]
 

@@ -30,7 +30,7 @@ from drawing import (
 )
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK, LINE_COLOURS
+from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 LENGTH, HEIGHT, PEAK = 96e-3, 100e-3, 3e6
 #: Thesis Table 4.1: friction coefficient and its time [s].

@@ -8,7 +8,7 @@ from comparison import of_result, write_table
 from drawing import MEGA, MICRO, PRESSURE, canvas, caption, draw_map, edge_of_contact, output, save
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK
+from mtb_rs.pictures.quantities import INK
 
 SHOE = {"height": 28.2e-3, "length": 96e-3, "friction": 0.5}
 

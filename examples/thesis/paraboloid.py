@@ -13,8 +13,8 @@ from drawing import MEGA, MICRO, canvas, caption, legend, output, save
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK, LINE_COLOURS
-from mtb_rs.reference import SlidingParaboloid
+from mtb_rs.half_space.reference import SlidingParaboloid
+from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 Array = NDArray[np.float64]
 #: Points along each side; thesis Table 3.2 with its times [s].

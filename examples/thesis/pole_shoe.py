@@ -33,7 +33,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK, LINE_COLOURS
+from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 SPACING, FINE = 3e-3, (2e-3, 1.95e-3)
 LEVEL = (mtb.Support("top", x=0.0, y=0.0, z=mtb.Guide(0.0)),)

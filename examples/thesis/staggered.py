@@ -17,7 +17,7 @@ from drawing import DISPLACEMENT, LINES, MICRO, MM, PRESSURE, canvas, caption, c
 from full_shoe import GAUSSIAN, scene
 
 import mtb_rs as mtb
-from mtb_rs.plot import INK
+from mtb_rs.pictures.quantities import INK
 
 #: Thesis Table C.2: size of the finite elements [m] and time [s].
 THESIS_SECONDS = {2e-3: 764, 3e-3: 494, 4e-3: 383, 6e-3: 312}

@@ -5,21 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import scenes, threads
+from . import scenes
 from ._mtb_rs import __version__
-from .bodies import HalfSpace, Rigid
-from .chart import Chart, ChartPoint
-from .creepforce import (
-    FoundationResult,
-    KalkerCoefficients,
-    fastsim,
-    fastsim_curve,
-    kalker_coefficients,
-    polach,
-)
-from .creepforce_table import CreepForceTable
-from .elastic_body import ElasticBody
-from .errors import (
+from .base import threads
+from .base.errors import (
     CaseError,
     ConvergenceError,
     PictureWarning,
@@ -27,7 +16,15 @@ from .errors import (
     ToleranceWarning,
     ViewError,
 )
-from .friction import (
+from .bodies.elastic_body import ElasticBody
+from .bodies.material import Material, steel
+from .bodies.mesh import TetraMesh
+from .bodies.simple import HalfSpace, Rigid
+from .bodies.supports import Guide, Support
+from .bodies.surfaces import BodySurface, surface_gap
+from .contact.sliding_start import StartOfSliding, start_of_sliding
+from .friction.fields import GaussianPressure, PressureDependentFriction, VelocityTable
+from .friction.laws import (
     Coulomb,
     FallingFriction,
     InterfaceLayer,
@@ -35,24 +32,23 @@ from .friction import (
     StaticKinetic,
     TabulatedFriction,
 )
-from .geometry import PoleShoe, Profile, wheel_on_rail_gap
-from .hertzian import Hertz, hertz
-from .loads import GaussianPressure, PressureDependentFriction, VelocityTable
-from .material import Material, steel
-from .mesh import TetraMesh
-from .normal import NormalResult, solve_normal
-from .patch import PressureField
-from .report import Report
-from .result import Displacement, Result
-from .roughness import AreaLoadCurve, area_load_curve, roughness
-from .scene import Scene
-from .start_of_sliding import StartOfSliding, start_of_sliding
-from .stepping import PreparedContact, StepResult, StepState
-from .supports import Guide, Support
-from .surfaces import BodySurface, surface_gap
-from .sweep_table import SweepTable
-from .sweeps import sweep
-from .tangential import (
+from .geometry.pole_shoe import PoleShoe
+from .geometry.profiles import Profile
+from .geometry.wheel_rail import wheel_on_rail_gap
+from .half_space.creep_force import (
+    FoundationResult,
+    KalkerCoefficients,
+    fastsim,
+    fastsim_curve,
+    kalker_coefficients,
+    polach,
+)
+from .half_space.creep_force_table import CreepForceTable
+from .half_space.hertzian import Hertz, hertz
+from .half_space.normal import NormalResult, solve_normal
+from .half_space.pressure_field import PressureField
+from .half_space.rough import AreaLoadCurve, area_load_curve, roughness
+from .half_space.tangential import (
     Rolling,
     Shift,
     TangentialResult,
@@ -60,13 +56,20 @@ from .tangential import (
     creep_curve,
     solve_tangential,
 )
-from .wheel_result import WheelPatch, WheelState, WheelStep
-from .wheel_stepping import PreparedWheels
+from .results.chart import Chart, ChartPoint
+from .results.report import Report
+from .results.result import Displacement, Result
+from .results.sweep_table import SweepTable
+from .results.wheel_result import WheelPatch, WheelState, WheelStep
+from .scenes.scene import Scene
+from .simulation.stepping import PreparedContact, StepResult, StepState
+from .simulation.wheel_stepping import PreparedWheels
+from .studies.sweeps import sweep
 
 if TYPE_CHECKING:
     from .case import Case, load_case
-    from .plot import animate
-    from .view import write_html
+    from .pictures.plot import animate
+    from .pictures.view import write_html
 
 threads.limit()
 

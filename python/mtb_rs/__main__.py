@@ -22,13 +22,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
 from . import __version__
-from .chart import QUANTITIES
-from .check import path_of, shortened
-from .errors import CaseError, ConvergenceError
-from .files import DATA, check_folder, read_text
-from .geometry import STANDARD_PROFILES
-from .result import Result
-from .sweeps import MOST_CASES, most_processes
+from .base.check import path_of, shortened
+from .base.errors import CaseError, ConvergenceError
+from .base.files import DATA, check_folder, read_text
+from .geometry.profiles import STANDARD_PROFILES
+from .results.report import QUANTITIES
+from .results.result import Result
+from .studies.sweeps import MOST_CASES, most_processes
 
 if TYPE_CHECKING:
     from .case import Case
@@ -206,7 +206,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     from .case import load_case
-    from .export import check_saveable
+    from .pictures.export import check_saveable
 
     console = _console(sys.stdout)
     directory = check_saveable(_directory(options))
@@ -227,7 +227,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _chart(options: argparse.Namespace) -> int:
     from .case import load_case
-    from .chart import check_saveable
+    from .results.chart import check_saveable
 
     console = _console(sys.stdout)
     directory = check_saveable(_directory(options))
@@ -331,7 +331,7 @@ def _check_sweep_saveable(directory: Path) -> Path:
 
 def _sweep(options: argparse.Namespace) -> int:
     from .case import load_case
-    from .sweeps import sweep
+    from .studies.sweeps import sweep
 
     console = _console(sys.stdout)
     directory = _check_sweep_saveable(_directory(options))

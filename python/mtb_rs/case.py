@@ -37,16 +37,16 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 
 from . import scenes
-from .bodies import Rigid
-from .check import choice, path_of, shortened
-from .errors import CaseError
-from .files import read_bytes
-from .friction import InterfaceLayer
-from .geometry import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
-from .loads import GaussianPressure, VelocityTable
-from .material import Material
-from .result import Result
-from .scene import METHODS, Scene, check_options, method_options
+from .base.check import choice, path_of, shortened
+from .base.errors import CaseError
+from .base.files import read_bytes
+from .bodies.material import Material
+from .bodies.simple import Rigid
+from .friction.fields import GaussianPressure, VelocityTable
+from .friction.laws import InterfaceLayer
+from .geometry.profiles import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
+from .results.result import Result
+from .scenes.scene import METHODS, Scene, check_options, method_options
 
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.

@@ -15,11 +15,11 @@ import pytest
 import trimesh
 
 import mtb_rs as mtb
-from mtb_rs import cache
-from mtb_rs.elastic_body import Condensed
-from mtb_rs.layout import BlockLayout
-from mtb_rs.mesh import block_mesh
-from mtb_rs.mesh_files import _expected
+from mtb_rs.base import cache
+from mtb_rs.bodies.elastic_body import Condensed
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.bodies.mesh_files import _expected
+from mtb_rs.geometry.geometries import BlockLayout
 
 STEEL = mtb.steel
 TOP = mtb.Support("top", x=0, y=0, z=0)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.mesh import block_mesh
 
 DOORS = (
     *("case_files", "cases", "creep_tables", "ellipses", "forged_checkpoints", "height_fields", "mesh_files"),

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import memory
+from mtb_rs.base import memory
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="limits and peaks of the process are Linux'")
 

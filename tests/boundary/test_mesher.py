@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.mesher import GmshError, gmsh_beside
+from mtb_rs.bodies.mesher import GmshError, gmsh_beside
 
 pytest.importorskip("gmsh")
 

@@ -21,11 +21,13 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import mtb_rs as mtb
-from mtb_rs import PictureWarning, view
-from mtb_rs.export import plain, save
-from mtb_rs.grids import borders, corners, quads
-from mtb_rs.plot import animate, drawable
-from mtb_rs.result import Pictured, Result
+from mtb_rs import PictureWarning
+from mtb_rs.pictures import view
+from mtb_rs.pictures.export import plain, save
+from mtb_rs.pictures.plot import animate
+from mtb_rs.pictures.quantities import drawable
+from mtb_rs.results.grids import borders, corners, quads
+from mtb_rs.results.result import Pictured, Result
 
 ROOT = Path(__file__).parents[2]
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import reference
+from mtb_rs.half_space import reference
 
 PATCH = reference.elliptic_pressure(1e3, (2e-3, 3e-3), (10, 12), mtb.steel, mtb.steel)
 MU = mtb.Coulomb(0.3)

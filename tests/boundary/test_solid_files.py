@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import PictureWarning, view
+from mtb_rs import PictureWarning
+from mtb_rs.pictures import view
 
 pyvista = pytest.importorskip("pyvista")
 WRITTEN = ("lower.vtp", "left_pole.vtu", "right_pole.vtu")

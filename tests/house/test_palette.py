@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from matplotlib import style
 
-from mtb_rs.plot import LINE_COLOURS
+from mtb_rs.pictures.quantities import LINE_COLOURS
 
 
 def test_style_sheet_has_the_palette_of_the_package() -> None:

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.elastic_body import ElasticBody
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.elastic_body import ElasticBody
+from mtb_rs.bodies.mesh import block_mesh
 
 LONGEST = 320
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from mtb_rs.mesh_files import SURFACE_FILES
+from mtb_rs.bodies.mesh_files import SURFACE_FILES
 
 Environment = Callable[..., dict[str, str]]
 

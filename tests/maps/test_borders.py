@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import reference
+from mtb_rs.half_space import reference
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

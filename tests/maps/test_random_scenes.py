@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs import reference
+from mtb_rs.half_space import reference
 
 MODEST = settings(
     max_examples=25,

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import direct, normal, solve
+from mtb_rs.contact import solve
+from mtb_rs.half_space import normal
+from mtb_rs.scenes import direct
 
 LINE = np.linspace(-1.0, 1.0, 9)
 BOWL = 1e-5 * np.add.outer(LINE**2, LINE**2)

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.mesh import block_mesh
 
 #: Grids are coarse here; the bodies know it.
 pytestmark = pytest.mark.filterwarnings("ignore:the contact is at most")

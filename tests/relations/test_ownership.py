@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.fingerprint import fingerprint
-from mtb_rs.mesh import block_mesh
+from mtb_rs.base.fingerprint import fingerprint
+from mtb_rs.bodies.mesh import block_mesh
 
 LINE = np.linspace(-1.0, 1.0, 9)
 BOWL = 1e-5 * np.add.outer(LINE**2, LINE**2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.estimate import GridField, difference
+from mtb_rs.contact.estimate import GridField, difference
 
 
 def block(**arguments: Any) -> mtb.Scene:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs.fingerprint import fingerprint
+from mtb_rs.base.fingerprint import fingerprint
 
 Y = np.linspace(-0.04, 0.04, 41)
 READY = [getattr(mtb.scenes, name) for name in mtb.scenes.__all__]

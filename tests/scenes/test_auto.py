@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import auto, direct
-from mtb_rs.auto import Level
-from mtb_rs.chart_scene import closed_form, fields_of
+from mtb_rs.scenes import auto, direct
+from mtb_rs.scenes.auto import Level
+from mtb_rs.studies.chart_scene import closed_form, fields_of
 
 STUDIES = Path(__file__).parents[2] / "studies"
 steel = mtb.steel

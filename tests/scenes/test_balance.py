@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
-from mtb_rs.solve import solve_direct
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.contact.solve import solve_direct
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 

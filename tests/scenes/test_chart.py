@@ -12,9 +12,10 @@ import pytest
 
 import mtb_rs as mtb
 from mtb_rs.__main__ import main
-from mtb_rs.chart import Candidate, Chart, ChartPoint, Figure, Run, measure, silent
-from mtb_rs.chart_page import page as chart_page
-from mtb_rs.chart_plot import draw
+from mtb_rs.pictures.chart_page import page as chart_page
+from mtb_rs.pictures.chart_plot import draw
+from mtb_rs.results.chart import Chart, ChartPoint, Figure
+from mtb_rs.studies.measuring import Candidate, Run, measure, silent
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 
 import mtb_rs as mtb
 from mtb_rs.__main__ import main
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.mesh import block_mesh
 
 
 def paraboloid(points: int = 16) -> mtb.Scene:

@@ -15,8 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs import _mtb_rs, symmetry
-from mtb_rs.mesh import block_mesh
+from mtb_rs import _mtb_rs
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.contact import symmetry
 
 rubber = mtb.Material(5e9, 0.2)
 STEP = (0.08 / 6, 0.01)

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh, quadratic
+from mtb_rs.bodies.mesh import block_mesh, quadratic
 
 steel = mtb.steel
 

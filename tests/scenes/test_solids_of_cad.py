@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
-from mtb_rs.mesh_files import straightened
-from mtb_rs.mesher import gmsh_beside
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.bodies.mesh_files import straightened
+from mtb_rs.bodies.mesher import gmsh_beside
 
 pytest.importorskip("gmsh", exc_type=ImportError)
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import solve
-from mtb_rs.mesh import block_mesh
-from mtb_rs.symmetry import folded
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.contact import solve
+from mtb_rs.contact.symmetry import folded
 
 BUILD = {"shoe": mtb.scenes.pole_shoe_on_rail, "paraboloid": mtb.scenes.paraboloid_on_plane}
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.mesh import block_mesh
 
 
 def block(friction: float) -> mtb.Scene:

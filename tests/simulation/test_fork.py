@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import cache
+from mtb_rs.base import cache
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="fork after threads is Linux' affair")
 

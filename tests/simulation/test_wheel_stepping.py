@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.wheel_result import WheelState
+from mtb_rs.results.wheel_result import WheelState
 
 V = 20.0
 #: on a flange friction carries more than 2 % of the vertical force, which a warning says

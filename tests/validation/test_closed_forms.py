@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import _mtb_rs, reference
+from mtb_rs import _mtb_rs
+from mtb_rs.half_space import reference
 
 STEEL = mtb.steel
 RUBBER = mtb.Material(young_modulus=20e9, poisson_ratio=0.2)

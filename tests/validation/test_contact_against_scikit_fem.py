@@ -11,7 +11,7 @@ import scipy.sparse.linalg
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.mesh import block_mesh
 
 Array = NDArray[np.float64]
 PULL, SPACING = 3e6, 1e-2

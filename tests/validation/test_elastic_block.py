@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
-from mtb_rs.elastic import overlap
-from mtb_rs.elastic_body import Condensed
-from mtb_rs.geometry import ContactSheet
-from mtb_rs.layout import BlockLayout
-from mtb_rs.mesh import block_mesh
+from mtb_rs.bodies.elastic_body import Condensed
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.contact.elastic import overlap
+from mtb_rs.geometry.contact_points import ContactSheet
+from mtb_rs.geometry.geometries import BlockLayout
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).parents[1] / "data" / "fe"

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs import reference
+from mtb_rs.half_space import reference
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
 MM, MPA = 1e-3, 1e6

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import _mtb_rs, reference
+from mtb_rs import _mtb_rs
+from mtb_rs.half_space import reference
 
 EXACT = reference.SlidingParaboloid(1000.0, 5e6, 0.5, mtb.steel, mtb.steel)
 GRIDS = (10, 34, 66)

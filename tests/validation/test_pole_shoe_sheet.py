@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from mtb_rs.geometry import PoleShoe, Profile
+from mtb_rs.geometry.pole_shoe import PoleShoe
+from mtb_rs.geometry.profiles import Profile
 
 RAIL = Profile.standard("60E1")
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from mtb_rs.geometry import Profile
+from mtb_rs.geometry.profiles import Profile
 
 RAIL = Profile.standard("60E1")
 WHEEL = Profile.standard("S1002")

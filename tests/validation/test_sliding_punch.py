@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs import _mtb_rs, reference
+from mtb_rs import _mtb_rs
+from mtb_rs.half_space import reference
 
 HALF_WIDTH = 10e-3
 LENGTH = 1e3 * HALF_WIDTH

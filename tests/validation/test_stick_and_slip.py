@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs import reference
 from mtb_rs._mtb_rs import SlidingPair, half_space
-from mtb_rs.coupled_start import CoupledContact, CoupledState, advance
+from mtb_rs.contact.coupled_start import CoupledContact, CoupledState, advance
+from mtb_rs.half_space import reference
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
 #: of all runs in that folder

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mtb_rs.geometry import Profile
-from mtb_rs.surfaces import BodySurface, surface_gap
+from mtb_rs.bodies.surfaces import BodySurface, surface_gap
+from mtb_rs.geometry.profiles import Profile
 
 RADIUS = 0.08
 PATCH = ((-4e-3, 4e-3), (-4e-3, 4e-3))

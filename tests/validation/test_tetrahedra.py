@@ -11,9 +11,10 @@ import trimesh
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.geometry import PoleShoe, Profile
-from mtb_rs.layout import BlockLayout
-from mtb_rs.mesh import block_mesh, quadratic, rail_mesh, shoe_mesh
+from mtb_rs.bodies.mesh import block_mesh, quadratic, rail_mesh, shoe_mesh
+from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.geometry.pole_shoe import PoleShoe
+from mtb_rs.geometry.profiles import Profile
 
 Array = NDArray[np.float64]
 STEEL = mtb.Material(young_modulus=208e9, poisson_ratio=0.3)

@@ -16,7 +16,8 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.geometry import Profile, WheelRailGap, wheel_on_rail_gap
+from mtb_rs.geometry.profiles import Profile
+from mtb_rs.geometry.wheel_rail import WheelRailGap, wheel_on_rail_gap
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
 MM = 1e-3

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a solve takes of the memory, said before it starts."""
+
+from __future__ import annotations
+
+from .. import _mtb_rs
+from .check import warn
+
+#: Share of the free memory above which a solve says what it will take.
+SAID_FROM = 0.5
+#: What a scene takes for each cell of its sheet, from laying it to its result by convolutions [bytes]; dense
+#: matrices come on top and are counted apart.
+SCENE_CELL = 950.0
+#: The part of it that is still to come when the sheet is laid [bytes].
+SOLVED_CELL = 700.0
+
+
+def available() -> float | None:
+    """Memory [bytes] that this process can still have; None where the system does not tell.
+
+    The least of what the machine has free and of what its container and its shell (`ulimit -v`) leave.
+    """
+    return _mtb_rs.available_memory()
+
+
+def of_normal_contact(cells: int, method: str = "auto") -> float:
+    """Memory [bytes] that :func:`mtb_rs.solve_normal` takes at most, for a number of cells and a method."""
+    return _mtb_rs.normal_memory(cells, method)
+
+
+def of_sliding(points: int, frictional: bool = True) -> float:
+    """Memory [bytes] that the dense matrices of a sliding contact take at most, for a number of points."""
+    return _mtb_rs.sliding_memory(points, frictional)
+
+
+def say(needed: float, what: str) -> None:
+    """Warns of a solve that takes more than half of the free memory.
+
+    Parameters
+    ----------
+    needed : float [bytes]
+    what : str
+        What is solved, as the subject of the sentence.
+    """
+    free = available()
+    # what there is not is refused by the solve itself
+    if free is not None and SAID_FROM * free < needed <= free:
+        warn(f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free")
+
+
+def refuse(needed: float, what: str, advice: str) -> None:
+    """Refuses what the memory does not hold, before any of it is asked for.
+
+    Parameters
+    ----------
+    needed : float [bytes]
+    what : str
+        What takes it, as the subject of the sentence.
+    advice : str
+        What would do.
+
+    Raises
+    ------
+    ValueError
+        If there is less.
+    """
+    free = available()
+    if free is not None and needed > free:
+        raise ValueError(
+            f"{what} would take {needed / 1e9:.1f} GB of memory; {max(free, 0.0) / 1e9:.1f} GB are free: "
+            f"{advice}"
+        )

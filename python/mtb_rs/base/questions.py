@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Questions about what is allowed but looks like a slip of the unit. They are warnings; nothing is refused."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
+
+from .check import warn
+
+_gathering: ContextVar[list[str] | None] = ContextVar("gathering", default=None)
+
+
+def ask(questions: Iterable[str], known: Iterable[str] = ()) -> None:
+    """Warns of each question that is not `known`."""
+    gathering = _gathering.get()
+    for question in dict.fromkeys(questions):
+        if gathering is not None:
+            gathering.append(question)
+        elif question not in known:
+            warn(question)
+
+
+@contextlib.contextmanager
+def gathered() -> Iterator[list[str]]:
+    """Questions that come up inside, in place of warnings: those of a copy have been asked before."""
+    questions: list[str] = []
+    token = _gathering.set(questions)
+    try:
+        yield questions
+    finally:
+        _gathering.reset(token)

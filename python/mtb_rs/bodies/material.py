@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Elastic materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base.check import number, positive
+from ..base.plain import plain
+
+
+@dataclass(frozen=True, slots=True)
+@plain
+class Material:
+    """Isotropic linear elastic material.
+
+    Parameters
+    ----------
+    young_modulus : float [Pa]
+        Positive.
+    poisson_ratio : float [-]
+        In (-1, 0.5]; 0.5 itself (incompressible) is for half-spaces only.
+
+    Examples
+    --------
+    >>> Material.from_shear_modulus(80e9, 0.3).young_modulus
+    208000000000.0
+    """
+
+    young_modulus: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young_modulus", positive("young_modulus", self.young_modulus, "Pa"))
+        object.__setattr__(self, "poisson_ratio", number("poisson_ratio", self.poisson_ratio))
+        if not -1.0 < self.poisson_ratio <= 0.5:
+            raise ValueError(f"poisson_ratio is {self.poisson_ratio:g}: it must lie in (-1, 0.5]")
+
+    @classmethod
+    def from_shear_modulus(cls, shear_modulus: float, poisson_ratio: float) -> Material:
+        """Material from its shear modulus [Pa] and Poisson's ratio [-]."""
+        positive("shear_modulus", shear_modulus, "Pa")
+        cls(1.0, poisson_ratio)  # judge Poisson's ratio by its own name first
+        return cls(2.0 * shear_modulus * (1.0 + poisson_ratio), poisson_ratio)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E / (2 (1 + nu)) [Pa]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E / (1 - nu^2) [Pa]."""
+        return self.young_modulus / (1.0 - self.poisson_ratio**2)
+
+
+#: Steel of both sources' examples: G = 80 GPa, nu = 0.3.
+steel = Material(young_modulus=208e9, poisson_ratio=0.3)

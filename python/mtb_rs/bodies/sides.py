@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A body on its contact points: how they give way, how it may move, what works on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.cache import Memory
+from ..base.plain import plain
+from ..geometry.contact_points import Patch, SheetPoints
+from .elastic_body import Balance, BodyState, Condensed, ElasticBody
+from .faces import Hats, thinned
+from .supports import Guide
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+@plain
+class Side:
+    """One body of a contact problem.
+
+    Attributes
+    ----------
+    compliance : Compliance or None
+        None for a rigid body.
+    displacement : (3, n) [m]
+        Of the contact points by everything but the contact, common frame: prescribed motion, attraction.
+    motions : (m, 3, n)
+        Of the contact points by a unit of each rigid motion the supports leave free, common frame.
+    work : (m,) [J]
+        Of all loads but the contact's on a unit of each motion.
+    includes_motion : bool
+        Whether the reported displacement contains the rigid part.
+    state
+        What the body needs to recover its inside from a solution (finite elements).
+    operations : float
+        Floating-point operations of its condensation, whether done now or found in the cache.
+    """
+
+    compliance: _mtb_rs.Compliance | None
+    displacement: Array
+    motions: Array
+    work: Array
+    includes_motion: bool = False
+    state: Any = None
+    operations: float = 0.0
+
+
+@dataclass(frozen=True)
+@plain
+class ElasticPart:
+    """One elastic body of a side and the contact points it carries.
+
+    Attributes
+    ----------
+    patches : tuple of Patch
+        Its grids, counted from its own first point.
+    points : SheetPoints
+        Its contact points.
+    first : int
+        Number of its first point in the scene.
+    upper : bool
+    pull : (n,) [Pa]
+        Magnetic pressure on it.
+    modes : (m, 9)
+        Rigid motions its supports leave free.
+    hats : Hats or None
+        Its contact points, where not all nodes of the grids lie on the body.
+    spread : (6,)
+        Force [N] and moment about the centre of volume [N m] spread over the body.
+    balance : Balance or None
+        Once condensed.
+    covered : (q,) bool or None
+        The quadrature points of its contact that the opponent's face covers as well, where not all.
+    is_half : bool
+        Whether it is the half y >= 0 of a body, the other half being its mirror image.
+    memory : Memory
+        Its basis, which all its loads share.
+    """
+
+    body: ElasticBody
+    patches: tuple[Patch, ...]
+    points: SheetPoints
+    first: int
+    upper: bool
+    pull: Array
+    modes: Array
+    hats: Hats | None = None
+    spread: Array = field(default_factory=lambda: np.zeros(6))
+    balance: Balance | None = None
+    covered: NDArray[np.bool_] | None = None
+    is_half: bool = False
+    memory: Memory = field(default_factory=Memory, compare=False, repr=False)
+
+    def on(self, flexible: Condensed) -> ElasticPart:
+        """The same part with what its condensation tells about it."""
+        return replace(self, modes=flexible.modes, balance=self.body.balance(flexible, self.spread))
+
+    def forces(self, coefficients: Array) -> Forces:
+        """All that acts on the body under the unknowns (3, n) [Pa] of a solution."""
+        assert self.balance is not None
+        contact, pull = self._tractions(coefficients)
+        touched, supports = self.balance.of(contact + pull)
+        pulled = np.einsum("kcn,cn->k", self.balance.contact, pull)
+        forces = Forces(touched - pulled, pulled, self.balance.spread, supports)
+        return forces.mirrored() if self.is_half else forces
+
+    @property
+    def lifts(self) -> Array:
+        """Rise (m,) of the free motions that are translations along z; 0 for all others."""
+        others = np.abs(self.modes[:, [0, 1, 3, 4, 5]]).max(axis=1, initial=0.0)
+        rise = self.modes[:, 2]
+        return np.where(others <= 1e-9 * np.abs(rise), rise, 0.0)
+
+    def loads_in_words(self) -> list[str]:
+        """The given loads on the body, besides its magnetic pull."""
+        words = []
+        if self.spread[2]:
+            words.append(f"force {self.spread[2]:.6g} N along z on {self.body.name}")
+        size = float(np.ptp(self.body.mesh.nodes, axis=0).max())
+        moment = np.where(
+            np.abs(self.spread[3:]) > 1e-9 * size * np.abs(self.spread[:3]).max(), self.spread[3:], 0.0
+        )
+        if moment.any():
+            given = ", ".join(f"{m:.4g}" for m in moment)
+            words.append(f"moment ({given}) N m about the centre of {self.body.name}")
+        for name, support in zip(self.body.support_names, self.body.supports, strict=True):
+            for axis, value in zip("xyz", support.values, strict=True):
+                if isinstance(value, Guide) and value.force:
+                    words.append(f"guide {name!r} of {self.body.name} {value.force:.6g} N along {axis}")
+        return words
+
+    def _tractions(self, coefficients: Array) -> tuple[Array, Array]:
+        """Tractions (3, n) [Pa] of the contact and of the pull, in the body's own frame."""
+        n = self.pull.size
+        own = coefficients[:, self.first : self.first + n]
+        sign = -1.0 if self.upper else 1.0
+        none = np.zeros(n)
+        return np.concatenate([sign * own[:2], own[2:]]), np.stack([none, none, -self.pull])
+
+    def state(self, coefficients: Array, motion: Array) -> BodyState:
+        """The whole body under the unknowns (3, n) [Pa] of a solution and its own rigid motions (m,)."""
+        contact, pull = self._tractions(coefficients)
+        force = self.body.core.spread_force(tuple(self.spread)) if self.spread.any() else None
+        return self.body.recover(self.sampling(), self.modes, contact + pull, motion, force)
+
+    def own_points(self) -> SheetPoints:
+        """Its contact points."""
+        return self.points if self.hats is None else _part(self.points, self.hats.kept)
+
+    def sampling(self) -> _mtb_rs.Sampling:
+        """Its basis on the contact face."""
+        return self.memory.recall("basis", [id(self.points), id(self.hats)], self._sampled)
+
+    def _sampled(self) -> _mtb_rs.Sampling:
+        whole = self.body.sample(self.points, self.patches, upper=self.upper)
+        if self.covered is not None:
+            whole = thinned(whole, self.covered)
+        return whole if self.hats is None else self.hats.of(whole)
+
+
+@dataclass(frozen=True)
+@plain
+class Forces:
+    """All that acts on one body: (fx, fy, fz, mx, my, mz) each, [N] and [N m], moments about the origin."""
+
+    contact: Array
+    magnetic: Array
+    spread: Array
+    supports: Mapping[str, Array]
+
+    def mirrored(self) -> Forces:
+        """Of the whole body, from those of its half y >= 0; what holds its plane of symmetry cancels out."""
+        whole = {name: value * _WHOLE for name, value in self.supports.items() if name != _SYMMETRY}
+        return Forces(self.contact * _WHOLE, self.magnetic * _WHOLE, self.spread * _WHOLE, whole)
+
+    @property
+    def relative_error(self) -> float:
+        """What is left of the sum of all forces and moments, relative to their sizes."""
+        parts = np.array([self.contact, self.magnetic, self.spread, *self.supports.values()])
+        sizes = np.linalg.norm(parts.reshape(-1, 2, 3), axis=2).sum(axis=0)
+        rest = np.linalg.norm(parts.sum(axis=0).reshape(2, 3), axis=1)
+        return float((rest[sizes > 0.0] / sizes[sizes > 0.0]).max(initial=0.0))
+
+
+#: A body and its mirror image together: twice what the mirror keeps, none of what it turns round.
+_WHOLE = np.array([2.0, 0.0, 2.0, 0.0, 2.0, 0.0])
+_SYMMETRY = "2 symmetry"
+
+
+def _part(points: SheetPoints, cut: slice | NDArray[np.intp]) -> SheetPoints:
+    return SheetPoints(**{k: np.ascontiguousarray(v[..., cut]) for k, v in vars(points).items()})

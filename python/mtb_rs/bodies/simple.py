@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bodies, as the contact sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..base.plain import plain
+from ..geometry.profiles import Profile
+from .material import Material
+from .surfaces import BodySurface, as_surface
+
+
+@dataclass(frozen=True)
+@plain
+class HalfSpace:
+    """A body so large that its contact cannot tell it from an elastic half-space.
+
+    Parameters
+    ----------
+    material : Material
+    surface : Profile, BodySurface, trimesh object or None
+        Its shape against an :class:`mtb_rs.ElasticBody`, in the frame of that body's mesh: a profile z(y) is
+        straight along x, a mesh is in metres. None: the plane through the end of the other face. A name is
+        that of a standard profile.
+    """
+
+    material: Material
+    surface: Any = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise ValueError(f"material of a half-space is {self.material!r}: a Material is needed")
+        object.__setattr__(self, "surface", as_surface(self.surface))
+
+
+@dataclass(frozen=True)
+@plain
+class Rigid:
+    """A body that does not deform.
+
+    Parameters
+    ----------
+    surface
+        As of :class:`HalfSpace`.
+    """
+
+    surface: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "surface", as_surface(self.surface))
+
+
+Simple = HalfSpace | Rigid
+
+
+def as_body(name: str, body: object) -> Simple:
+    """A body, or the half-space of a material."""
+    if isinstance(body, Material):
+        return HalfSpace(body)
+    if isinstance(body, (HalfSpace, Rigid)):
+        return body
+    if isinstance(body, (Profile, BodySurface)):
+        raise ValueError(
+            f"{name} is {body!r}: a surface alone has no material: HalfSpace(material, surface) or "
+            "Rigid(surface) is needed"
+        )
+    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Rigid or ElasticBody is needed")

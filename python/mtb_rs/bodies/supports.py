@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Where on a body, and how it is held there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import choice, number, reals, warn
+from ..base.owning import owning
+from ..base.plain import plain
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Where on a body: the name of a node set or of a side of its bounding box; a function of points (3, n) [m],
+#: all x first, that says (n,) which belong; a box ((x0, x1), (y0, y1), (z0, z1)) [m] with None for an
+#: open end; points (k, 3) [m], each the node nearest to it: a body on points becomes softer as its elements
+#: shrink, without limit.
+Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
+
+#: Ready ways to hold the top of a block or a pole.
+SUPPORTS = ("driven-top", "clamped-top", "points", "fixed-points")
+
+#: Sides of the bounding box: axis, and whether the upper end.
+SIDES = {
+    "bottom": (2, False),
+    "top": (2, True),
+    "rear": (0, False),
+    "front": (0, True),
+    "right": (1, False),
+    "left": (1, True),
+}
+
+
+@dataclass(frozen=True)
+@plain
+class Guide:
+    """All nodes of a support share one unknown displacement, under a given total force.
+
+    Parameters
+    ----------
+    force : float [N]
+        Applied to the guide, along the component.
+    """
+
+    force: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", number("force of a guide", self.force, "N"))
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class Support:
+    """Nodes that are held.
+
+    Parameters
+    ----------
+    where
+        Name, function, box or points; see :data:`Where`.
+    x, y, z : float [m], Guide or None
+        Prescribed displacement; a common unknown one; or free.
+    name : str
+        For reports.
+    """
+
+    where: Where
+    x: float | Guide | None = None
+    y: float | Guide | None = None
+    z: float | Guide | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.where, str) and not callable(self.where) and not is_box(self.where):
+            _places(self.where)
+        for component in "xyz":
+            value = getattr(self, component)
+            if value is not None and not isinstance(value, Guide):
+                object.__setattr__(self, component, number(f"{component} of a support", value, "m"))
+        if not isinstance(self.name, str):
+            raise ValueError(f"name of a support is {self.name!r}: a word is needed")
+        if not self.name:
+            given = self.where if isinstance(self.where, str) else type(self.where).__name__
+            object.__setattr__(self, "name", str(given))
+
+    @property
+    def values(self) -> tuple[float | Guide | None, ...]:
+        """What x, y and z are given."""
+        return self.x, self.y, self.z
+
+
+def held_by(supports: Any) -> str | tuple[Support, ...]:
+    """What a ready scene is given for its supports, checked."""
+    if isinstance(supports, str):
+        return choice("supports", supports, SUPPORTS)
+    if isinstance(supports, (list, tuple)) and all(isinstance(s, Support) for s in supports):
+        return tuple(supports)
+    known = ", ".join(map(repr, SUPPORTS))
+    raise ValueError(f"supports is {supports!r}: one of {known} or a list of mtb_rs.Support is needed")
+
+
+def select(
+    nodes: Array, node_sets: Mapping[str, Index], where: Where, whole: Array | None = None
+) -> NDArray[np.bool_]:
+    """Which nodes (n, 3) are at a place; sides are those of the bounding box of `whole` (the nodes).
+
+    Raises
+    ------
+    ValueError
+        If the place is none of the forms of :data:`Where`.
+    """
+    found = np.zeros(len(nodes), dtype=bool)
+    if isinstance(where, str):
+        if where in node_sets:
+            found[node_sets[where]] = True
+            return found
+        if where not in SIDES:
+            known = ", ".join(repr(k) for k in dict.fromkeys([*node_sets, *SIDES]))
+            raise ValueError(f"{where!r} is unknown: {known} are known")
+        axis, upper = SIDES[where]
+        whole = nodes if whole is None else whole
+        low, high = whole[:, axis].min(), whole[:, axis].max()
+        near = 1e-6 * np.ptp(whole, axis=0).max()
+        return np.asarray(nodes[:, axis] >= high - near if upper else nodes[:, axis] <= low + near)
+    if callable(where):
+        return _told(where, nodes)
+    if is_box(where):
+        found[:] = True
+        for axis, (low, high) in enumerate(where):
+            found &= nodes[:, axis] >= (-np.inf if low is None else low - 1e-9)
+            found &= nodes[:, axis] <= (np.inf if high is None else high + 1e-9)
+        return found
+    return _nearest(nodes, where)
+
+
+def _told(where: Callable[[Array], Any], nodes: Array) -> NDArray[np.bool_]:
+    """Which nodes (n, 3) a function says belong. It takes points (3, n); those of (n, 3) are still taken."""
+    asked = _asked(where, np.ascontiguousarray(nodes.T), len(nodes))
+    if isinstance(asked, str):
+        as_before = _asked(where, np.array(nodes), len(nodes))
+        if isinstance(as_before, str):
+            raise ValueError(f"the function {asked}: a function of points (3, n) [m] to bool (n,) is needed")
+        warn(
+            f"The function {getattr(where, '__name__', repr(where))} that says where on a body takes points "
+            "of shape (n, 3): that is deprecated. Points are now (3, n), all x first: x, y, z = points.",
+            DeprecationWarning,
+        )
+        asked = as_before
+    return asked
+
+
+def _asked(where: Callable[[Array], Any], points: Array, count: int) -> NDArray[np.bool_] | str:
+    """What a function says of points, or why that is no answer."""
+    try:
+        told = np.asarray(where(points))
+    except Exception as error:  # functions of users fail as they like
+        return f"fails with {type(error).__name__}: {error}"
+    if told.shape != (count,) or told.dtype != bool:
+        return f"returns {told.dtype} of shape {told.shape}, not bool of shape {(count,)}"
+    return told
+
+
+def is_box(where: Any) -> bool:
+    """Whether this is ((x0, x1), (y0, y1), (z0, z1)), with None for an open end."""
+    try:
+        ends = [end for low, high in where for end in (low, high)]
+    except (TypeError, ValueError):
+        return False
+    if len(ends) != 6:
+        return False
+    for end in ends:
+        if end is not None:
+            number("an end of a box", end, "m")
+    for axis, (low, high) in zip("xyz", where, strict=True):
+        if low is not None and high is not None and low > high:
+            raise ValueError(f"a box runs from {axis} = {low:g} to {high:g} m: the lower end comes first")
+    return True
+
+
+def _places(points: ArrayLike) -> Array:
+    """Points (k, 3) [m], checked."""
+    try:
+        places = np.atleast_2d(reals("where", points, "m"))
+    except ValueError as error:
+        places, reason = np.empty((0, 0)), f"{error}; "
+    else:
+        reason = f"where has shape {places.shape}; "
+    if places.ndim != 2 or places.shape[1] != 3 or not places.size:
+        raise ValueError(
+            f"{reason}a name, a function, a box ((x0, x1), (y0, y1), (z0, z1)) or points (k, 3) "
+            "in metres are needed"
+        )
+    return places
+
+
+def _nearest(nodes: Array, points: ArrayLike) -> NDArray[np.bool_]:
+    places = _places(points)
+    found = np.zeros(len(nodes), dtype=bool)
+    reach = 0.1 * float(np.ptp(nodes, axis=0).max())
+    for place in places:
+        distance = np.linalg.norm(nodes - place, axis=1)
+        best = int(distance.argmin())
+        if distance[best] > reach:
+            raise ValueError(
+                f"the point {place.tolist()} is {distance[best]:.3g} m away from the nearest node"
+            )
+        found[best] = True
+    return found

@@ -1,0 +1,440 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes with elastic bodies: which bodies stand where, how they are held and pulled."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..bodies.elastic_body import Condensed, ElasticBody
+from ..bodies.faces import owners
+from ..bodies.material import Material
+from ..bodies.mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
+from ..bodies.sides import ElasticPart, Side, _part
+from ..bodies.simple import HalfSpace, Rigid
+from ..bodies.supports import Guide, Support
+from ..geometry.contact_points import ContactSheet, Patch, SheetPoints
+from ..geometry.geometries import BlockLayout, Layout, ShoeLayout, cells_along
+from ..geometry.pole_shoe import PoleShoe
+from .problem import Averages, to_global
+from .symmetry import alike
+
+Array = NDArray[np.float64]
+
+#: Share of its area by which a patch may miss the face of its elastic body.
+COVERAGE = 0.01
+
+
+def can_be_elastic(layout: Layout, model: str) -> bool:
+    """Whether the bodies of a layout have the geometry a model needs."""
+    if model == "elastic-upper":
+        return isinstance(layout, (BlockLayout, ShoeLayout))
+    return model == "elastic-both" and isinstance(layout, ShoeLayout)
+
+
+def upper_side(
+    layout: Layout,
+    sheet: ContactSheet,
+    body: HalfSpace,
+    supports: Any,
+    pull: Array,
+    time_s: dict[str, float],
+    element_size: float | None = None,
+    moments: tuple[float, float] | None = None,
+    thinner: float = 1.0,
+) -> tuple[Side, Array]:
+    """The upper bodies, one a patch, and the area of each contact point (n,) [m2].
+
+    `moments` [N m] about x and y act on each of them besides the pull. Their layers are those of a grid finer
+    by the factor `thinner`.
+    """
+    points, patches = sheet.nodes, sheet.node_patches
+    parts: list[ElasticPart] = []
+    compliances: list[_mtb_rs.Compliance] = []
+    condensed: list[Condensed] = []
+    spread = np.array([0.0, 0.0, 0.0, *(moments or (0.0, 0.0)), 0.0])
+    for patch in patches:
+        cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+        places = _part(points, cut)
+        solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size, thinner)
+        if parts and isinstance(supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
+            part, flexible, compliance = _twin(parts[0], condensed[0], patch, places, pull[cut])
+        else:
+            own = (replace(patch, start=0),)
+            # the sheet lies on the lower body, the upper one a gap away from it
+            places = replace(places, points=places.points + places.gap * places.normal)
+            part = ElasticPart(
+                solid,
+                own,
+                places,
+                patch.start,
+                True,
+                pull[cut],
+                np.zeros((0, 9)),
+                spread=spread,
+            )
+            flexible = condensed_part(part, time_s)
+            covered = flexible.weights.sum() / (np.prod(patch.spacing) * (patch.nx - 1) * (patch.ny - 1))
+            if abs(covered - 1.0) > COVERAGE:
+                raise ValueError(
+                    f"patch {patch.name!r} meets only {100 * covered:.0f} % of its area on the {solid.name}: "
+                    "the sole leaves the surface below too steeply (lateral, yaw)"
+                )
+            part, compliance = part.on(flexible), flexible.compliance
+        parts.append(part)
+        condensed.append(flexible)
+        compliances.append(compliance)
+    side = elastic_side(parts, condensed, compliances, points)
+    return side, np.concatenate([c.weights for c in condensed])
+
+
+def _is_twin(left: ElasticPart, first: Patch, points: SheetPoints, solid: ElasticBody, patch: Patch) -> bool:
+    """Whether a further pole, named supports and all, is the mirror image of the first, rail and gap too."""
+    mesh, mirrored = solid.mesh, left.body.mesh.mirrored()
+    if (patch.nx, patch.ny) != (first.nx, first.ny) or mesh.cells.shape != mirrored.cells.shape:
+        return False
+    if not np.array_equal(mesh.cells, mirrored.cells) or not alike(mesh.nodes, mirrored.nodes):
+        return False
+    flip = np.array([1.0, -1.0, 1.0])[:, None, None]
+    there = {k: (first.view(v), patch.view(v)[..., ::-1, :]) for k, v in vars(points).items()}
+    vectors = ("points", "normal", "tangent_x")
+    return alike(*there["gap"]) and all(alike(a * flip, b) for a, b in (there[k] for k in vectors))
+
+
+def _twin(
+    left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints, pull: Array
+) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
+    """The right pole, known from the left one."""
+    # rows are numbered with y rising on both sides, so the mirror turns their order round
+    original = np.arange(pull.size).reshape(patch.ny, patch.nx)[::-1].ravel()
+    supports = [
+        s if isinstance(s.where, str) else replace(s, where=np.asarray(s.where) * [1.0, -1.0, 1.0])
+        for s in left.body.supports
+    ]
+    body = ElasticBody(left.body.mesh.mirrored(), left.body.material, "contact", supports, "right pole")
+    flip = np.array([[1.0], [-1.0], [1.0]])
+    # translations and points are vectors, rotations are not: the mirror keeps what it flips in the others
+    modes = flexible.modes * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+
+    def seen(field: Array) -> Array:
+        return np.ascontiguousarray(field[..., original] * flip)
+
+    # the mirror turns round the force along y and the moments about x and z
+    turned = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    # supports are mirrored with all they are given: the same amounts along x and z, the opposite along y
+    case = np.array([-1.0 if component == 1 else 1.0 for _, component, _ in left.body.core.cases])
+    mirrored = replace(
+        flexible,
+        weights=flexible.weights[original],
+        modes=modes,
+        mode_displacement=seen(flexible.mode_displacement),
+        case_displacement=seen(flexible.case_displacement) * case[:, None, None],
+        case_work=flexible.case_work * case[:, None],
+        spread_displacement=seen(flexible.spread_displacement) * turned[:, None, None],
+        centre=flexible.centre * [1.0, -1.0, 1.0],
+        contact_resultant=seen(flexible.contact_resultant) * turned[:, None, None],
+        reaction=seen(flexible.reaction) * turned[:, None, None],
+        case_reaction=flexible.case_reaction * turned[:, None] * case,
+        spread_reaction=flexible.spread_reaction * turned[:, None] * turned,
+    )
+    part = ElasticPart(
+        body,
+        (replace(patch, start=0),),
+        points,
+        patch.start,
+        True,
+        pull,
+        np.zeros((0, 9)),
+        spread=left.spread,
+    )
+    return part.on(mirrored), mirrored, flexible.compliance.reflected(original.tolist())
+
+
+def lower_side(
+    layout: Layout,
+    sheet: ContactSheet,
+    body: HalfSpace,
+    pull: Array,
+    image: NDArray[np.intp] | None,
+    time_s: dict[str, float],
+) -> Side:
+    """The rail as one elastic body under all patches.
+
+    With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
+    then enough.
+    """
+    points, patches = sheet.nodes, sheet.node_patches
+    assert isinstance(layout, ShoeLayout)
+    clock = time.perf_counter()
+    lines = [_grid_lines(sheet, patch) for patch in patches]
+    x, rows = _thinned(lines[0][0]), [np.sort(np.abs(y)) for _, y in lines]
+    if image is not None and not layout.shoe.profile.is_symmetric:
+        image = None
+    half = image is not None
+    mesh = rail_mesh(layout.shoe.profile, x, rows[0], layout.rail_length, right=rows[-1], half=half)
+    supports = [Support("base", x=0, y=0, z=0)]
+    if half:
+        supports.append(Support("symmetry", y=0))  # "2 symmetry" in the balance
+        carried, where = patches[:1], "left"
+    else:
+        carried, where = patches, "head"
+    solid = ElasticBody(mesh, body.material, where, supports, "rail")
+    time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
+    n = sum(p.nx * p.ny for p in carried)
+    own = _part(points, slice(0, n))
+    part = ElasticPart(solid, tuple(carried), own, 0, False, pull[:n], np.zeros((0, 9)))
+    flexible = condensed_part(part, time_s)
+    part = replace(part.on(flexible), is_half=half)
+    side = elastic_side([part], [flexible], [flexible.compliance], own)
+    if image is None or side.compliance is None:
+        return side
+    mirrored = side.displacement[:, image[n:]] * np.array([[1.0], [-1.0], [1.0]])
+    return replace(
+        side,
+        compliance=side.compliance.unfolded(image.tolist()),
+        displacement=np.concatenate([side.displacement, mirrored], axis=1),
+        motions=np.zeros((0, 3, image.size)),
+    )
+
+
+def averages(parts: Sequence[ElasticPart]) -> Averages:
+    """Averages over the contact points of elastic bodies side by side."""
+    means, places = [], []
+    n = sum(part.pull.size for part in parts)
+    shares = np.zeros((n, n))
+    for part in parts:
+        sampling = part.sampling()
+        arrays, own = sampling.arrays(), sampling.n_points
+        owner = owners(arrays)
+        weighted = arrays["value"] * arrays["weight"][owner]
+        mean = np.zeros((own, 3, 3))
+        np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
+        if not part.upper:
+            mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
+        means.append(mean / sampling.weights[:, None, None])
+        body = part.body
+        corners = body.mesh.nodes[body.faces[arrays["face"].astype(np.int64), :3].astype(np.int64)]
+        at = np.einsum("qk,qkc->qc", arrays["barycentric"], corners)[owner]
+        place = [np.bincount(arrays["point"].astype(np.int64), weighted * x, own) for x in at.T]
+        nodes = part.own_points()
+        # the upper body's face lies a gap above the points
+        lift = nodes.gap * nodes.normal if part.upper else 0.0
+        places.append(np.array(place) / sampling.weights - lift)
+        cut = slice(part.first, part.first + own)
+        shares[cut, cut] = overlap(sampling)
+    frames = np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0))
+    return Averages(frames, shares, np.ascontiguousarray(np.concatenate(places, axis=1)))
+
+
+def overlap(sampling: _mtb_rs.Sampling) -> Array:
+    """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
+    arrays, n = sampling.arrays(), sampling.n_points
+    start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
+    counts, owner = np.diff(start), owners(arrays)
+    weighted = arrays["value"] * arrays["weight"][owner]
+    pairs = np.zeros(n * n)
+    for other in range(int(counts.max())):
+        # the pair of each basis value with the `other`-th one at the same place
+        there = counts[owner] > other
+        partner = start[owner[there]] + other
+        index = point[there] * n + point[partner]
+        pairs += np.bincount(index, weighted[there] * arrays["value"][partner], n * n)
+    return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
+
+
+def half_space_on_nodes(
+    body: HalfSpace | Rigid, sheet: ContactSheet, pull: Array, *, interact: bool = True
+) -> Side:
+    """A lower half-space under the hats of elastic bodies, or a rigid one; pulled up by `pull` (n,) [Pa].
+
+    Without `interact` each patch lies on a half-space of its own, as upper bodies do.
+    """
+    points, n = sheet.nodes, pull.size
+    displacement = np.zeros((3, n))
+    compliance = None
+    if isinstance(body, HalfSpace):
+        compliance, _ = _mtb_rs.half_space_hats(
+            body.material.shear_modulus,
+            body.material.poisson_ratio,
+            [(*p.origin, p.nx, p.ny) for p in sheet.node_patches],
+            [p.spacing for p in sheet.node_patches],
+            interact,
+        )
+        if pull.any():
+            displacement = moved_by(compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), points, -1.0)
+    return Side(compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
+
+
+def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
+    clock = time.perf_counter()
+    flexible = part.body.condense(part.sampling())
+    time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
+    return flexible
+
+
+def elastic_side(
+    parts: Sequence[ElasticPart],
+    condensed: Sequence[Condensed],
+    compliances: Sequence[_mtb_rs.Compliance],
+    points: SheetPoints,
+) -> Side:
+    """Elastic bodies side by side: their compliance, what is given to them, their free motions."""
+    n = points.points.shape[1]
+    displacement = np.zeros((3, n))
+    motions: list[Array] = []
+    work: list[float] = []
+    for part, flexible, compliance in zip(parts, condensed, compliances, strict=True):
+        into = 1.0 if part.upper else -1.0
+        cut = slice(part.first, part.first + part.pull.size)
+        load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
+        given = part.body.given_displacement(flexible)
+        given += np.einsum("k,kcn->cn", part.spread, flexible.spread_displacement)
+        given[2] *= into
+        own = part.own_points()
+        displacement[:, cut] = to_global(given, own)
+        if part.pull.any():
+            displacement[:, cut] += moved_by(compliance, load, own, into)
+        works = flexible.mode_work(load) + part.body.given_work(flexible) + flexible.spread_work(part.spread)
+        for mode, amount in zip(flexible.mode_displacement, works, strict=True):
+            local = mode * np.array([[1.0], [1.0], [into]])
+            whole = np.zeros((3, n))
+            whole[:, cut] = to_global(local, own)
+            motions.append(whole)
+            work.append(float(amount))
+    compliance = compliances[0] if len(compliances) == 1 else _mtb_rs.Compliance.separate(list(compliances))
+    return Side(
+        compliance,
+        displacement,
+        np.array(motions).reshape(-1, 3, n),
+        np.array(work),
+        includes_motion=True,
+        state=tuple(parts),
+        operations=sum({id(c.flexibility): c.operations for c in condensed}.values()),
+    )
+
+
+def moved_by(compliance: _mtb_rs.Compliance, load: Array, points: SheetPoints, into: float) -> Array:
+    """Displacement (3, n), common frame, by a load in the body's own frame."""
+    local = compliance.displacement(np.ascontiguousarray(load))
+    local[2] *= into
+    return to_global(local, points)
+
+
+def _upper_body(
+    layout: Layout,
+    sheet: ContactSheet,
+    patch: Patch,
+    material: Material,
+    supports: Any,
+    time_s: dict[str, float],
+    element_size: float | None,
+    thinner: float,
+) -> ElasticBody:
+    clock = time.perf_counter()
+    x, y = _grid_lines(sheet, patch)
+    nx, ny = x.size, y.size
+    if element_size is not None:
+        sides = (patch.nx - 1) * patch.spacing[0], (patch.ny - 1) * patch.spacing[1]
+        if element_size > min(sides):
+            raise ValueError(
+                f"element_size is {element_size:g} m: the contact measures {sides[0]:.4g} x {sides[1]:.4g} "
+                "m, smaller elements are needed"
+            )
+        nx, ny = (cells_along(side, element_size) + 1 for side in sides)
+        check_unknowns(6.0 * nx * ny)
+    # the points at the back must not move with the layers
+    built: dict[str, Any] = {
+        "halved": isinstance(supports, str) and supports in ("points", "fixed-points"),
+        "clamped": not isinstance(supports, str) or supports == "clamped-top",
+        "thinner": thinner,
+    }
+    if isinstance(layout, BlockLayout):
+        x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
+        mesh, name = block_mesh(x, y, layout.height, **built), "block"
+        held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
+    else:
+        assert isinstance(layout, ShoeLayout)
+        shoe, side = layout.shoe, patch.name
+        toward = 1.0 if side == "left" else -1.0
+        # the strip in the shoe's own frame: evenly spaced along the arc of its sole
+        first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])
+        own_y = np.abs(shoe.profile.position(np.linspace(first, last, ny)))
+        own_y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
+        own_x = np.linspace(-0.5, 0.5, nx) * shoe.length
+        mesh = shoe_mesh(shoe, own_x, own_y, side=side, **built)
+        middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
+        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        aside = np.array([0.0, shoe.lateral, 0.0])
+        aside[2] = _lift(shoe, sheet, patch, turn, aside)
+        mesh = mesh.moved(turn, aside)
+        size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
+        held = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
+        name = f"{side} pole"
+    try:
+        body = ElasticBody(mesh, material, "contact", held, name)
+    except ValueError as error:
+        height = layout.height if isinstance(layout, BlockLayout) else layout.shoe.height
+        if "tetrahedron" not in str(error):
+            raise
+        raise ValueError(
+            f"height is {height:g} m: the {name} cannot be filled with elements {np.diff(x).min():.3g} m "
+            f"wide at the contact ({error})"
+        ) from None
+    time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
+    return body
+
+
+def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:
+    """How far a pole off its place was raised [m] until it just touches, as the gaps of the sheet have it."""
+    if shoe.lateral == 0.0 and shoe.yaw == 0.0:
+        return 0.0
+    nodes = _part(sheet.nodes, slice(patch.start, patch.start + patch.nx * patch.ny))
+    own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
+    return float(np.mean(own[2] - shoe.sole(own[1])))
+
+
+def _supports(
+    supports: Any, middle: Array, size: tuple[float, float], height: float, turn: Array
+) -> tuple[Support, ...]:
+    """The named ways to hold the top of a block or a pole."""
+    if not isinstance(supports, str):
+        return tuple(supports)
+    if supports == "driven-top":
+        return (Support("top", x=0.0, y=0.0),)
+    if supports == "clamped-top":
+        return (Support("top", x=0.0, y=0.0, z=0.0),)
+    # thesis Fig. 4.4: five points along the middle of the top, four across the back at half height
+    along = np.linspace(-0.4, 0.4, 5) * size[0]
+    top = np.stack([along, np.zeros(5), np.full(5, height)], axis=1) @ turn.T + middle
+    across = np.linspace(-0.375, 0.375, 4) * size[1]
+    back = np.stack([np.full(4, -0.5 * size[0]), across, np.full(4, 0.5 * height)], axis=1) @ turn.T + middle
+    vertical: float | Guide = Guide(0.0) if supports == "points" else 0.0
+    return (
+        Support(top, y=0.0, z=vertical, name="top points"),
+        Support(back, x=0.0, name="back points"),
+    )
+
+
+def _grid_lines(sheet: ContactSheet, patch: Patch) -> tuple[Array, Array]:
+    """x of the columns and y of the rows of a patch of nodes [m], of a turned one their means."""
+    x, y = patch.view(sheet.nodes.points[0]), patch.view(sheet.nodes.points[1])
+    return x.mean(axis=0), y.mean(axis=1)
+
+
+def _thinned(lines: Array) -> Array:
+    """Every second grid line, but all of them near the ends, where a sharp edge presses.
+
+    Quadratic elements twice as long as the contact cells still have nodes at the contact points.
+    """
+    last = lines.size - 1
+    kept = {k for k in range(last // 2 + 1) if k < 3 or k % 2 == 0}
+    if last % 2 == 1:
+        kept.add(last // 2)  # symmetric, and the cells in the middle no longer than the others
+    return np.asarray(lines[sorted(kept | {last - k for k in kept})])

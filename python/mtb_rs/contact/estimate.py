@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""How good a discretised pressure is, from the same scene on coarser cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.plain import plain
+from ..geometry.contact_points import Patch
+
+Array = NDArray[np.float64]
+
+#: Order at which pressures converge in the spacing, away from sharp edges.
+ORDER = 1.0
+
+
+def coarsened(
+    spacing: tuple[float, float], patches: Sequence[Patch], times: int = 2
+) -> tuple[float, float] | None:
+    """About `times` the `spacing`, but at least 3 cells a side; None where there is nothing to coarsen."""
+    counts = (min(p.nx for p in patches), min(p.ny for p in patches))
+    wider = [d * n / max(3, -(-n // times)) if n > 3 else d for d, n in zip(spacing, counts, strict=True)]
+    return None if wider == list(spacing) else (wider[0], wider[1])
+
+
+@dataclass(frozen=True)
+@plain
+class GridField:
+    """A field on grids, made of hats or constant in cells, ready to be averaged over the points of others.
+
+    Attributes
+    ----------
+    axes : sequence of (patch, x, y)
+        The grids with the coordinates [m] of their columns and rows.
+    means : (n,)
+        At each point: average over its cell, or weighted with its hat.
+    hats : (n,) or None
+        Coefficients of the hats; None for cells.
+    """
+
+    axes: Sequence[tuple[Patch, Array, Array]]
+    means: Array
+    hats: Array | None = None
+
+
+def difference(fine: GridField, rough: GridField, *, skip_border: bool) -> float | None:
+    """Relative L2 difference of two fields, as averages over the points of the rough one.
+
+    With `skip_border` its outermost points are left out, where the pressure at a sharp edge is singular.
+    """
+    apart = size = 0.0
+    values, kinds = fine.means if fine.hats is None else fine.hats, (rough.hats is None, fine.hats is None)
+    for (patch, x, y), (coarse, x_coarse, y_coarse) in zip(fine.axes, rough.axes, strict=True):
+        rows, columns = _averaging(y_coarse, y, kinds), _averaging(x_coarse, x, kinds)
+        mean = rows @ patch.view(values) @ columns.T
+        gap = mean - coarse.view(rough.means)
+        # where the fine grid does not reach it says nothing
+        gap[~rows.any(axis=1)] = 0.0
+        gap[:, ~columns.any(axis=1)] = 0.0
+        if skip_border:
+            inner = tuple(slice(1, -1) if n > 2 else slice(None) for n in mean.shape)
+            gap, mean = gap[inner], mean[inner]
+        apart += float((gap**2).sum())
+        size += float((mean**2).sum())
+    return float(np.sqrt(apart / size)) if size > 0.0 else None
+
+
+def extrapolated(difference: float, fine: tuple[float, float], rough: tuple[float, float]) -> float:
+    """Error of the fine solution from its difference to the coarse one (Richardson)."""
+    ratio = np.sqrt(rough[0] * rough[1] / (fine[0] * fine[1]))
+    return float(difference / (ratio**ORDER - 1.0))
+
+
+def hat_means(points: Array, onto: Array) -> Array:
+    """Weights (points, onto) of the means over the hats of `points` of a field linear between `onto`."""
+    return _averaging(points, onto, (False, False))
+
+
+def _averaging(points: Array, onto: Array, are_cells: tuple[bool, bool]) -> Array:
+    """Weights (points, onto) that average a field over the cells, or with the hats, of other points.
+
+    Parameters
+    ----------
+    points, onto : (m,), (n,) [m]
+        Evenly spaced: those averaged at, and those the field is made of.
+    are_cells : (bool, bool)
+        Whether each of them are cells; otherwise nodes of hats.
+    """
+    ends = [_ends(points, are_cells[0]), _ends(onto, are_cells[1])]
+    inside = [e[(e >= max(ends[0][0], ends[1][0])) & (e <= min(ends[0][-1], ends[1][-1]))] for e in ends]
+    breaks = np.unique(np.concatenate([*inside, [max(e[0] for e in ends), min(e[-1] for e in ends)]]))
+    # two Gauss points a piece integrate products of hats
+    half = 0.5 * np.diff(breaks)
+    middle = breaks[:-1] + half
+    at = np.concatenate([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)])
+    tested = _basis(points, ends[0], at, are_cells[0]) * np.concatenate([half, half])
+    total = tested.sum(axis=1, keepdims=True)
+    product = tested @ _basis(onto, ends[1], at, are_cells[1]).T
+    return np.asarray(np.divide(product, total, out=np.zeros_like(product), where=total > 0.0))
+
+
+def _ends(points: Array, are_cells: bool) -> Array:
+    """Where the functions of the points have their kinks or steps."""
+    if not are_cells:
+        return points
+    if points.size == 1:
+        return np.array([points[0] - 0.5e9, points[0] + 0.5e9])
+    middle = 0.5 * (points[1:] + points[:-1])
+    return np.concatenate([[2 * points[0] - middle[0]], middle, [2 * points[-1] - middle[-1]]])
+
+
+def _basis(points: Array, ends: Array, at: Array, are_cells: bool) -> Array:
+    """Values (points, at) of the functions of the points."""
+    if are_cells:
+        return np.asarray((at >= ends[:-1, None]) & (at < ends[1:, None]), dtype=float)
+    step = (points[-1] - points[0]) / (points.size - 1)
+    return np.asarray(np.maximum(1.0 - np.abs(at - points[:, None]) / step, 0.0))

@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The contact problem at its points: two bodies, a gap, loads, friction; and its solution."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.cache import Memory
+from ..base.plain import plain
+from ..bodies.sides import Side
+from ..friction.fields import PressureDependentFriction
+from ..geometry.contact_points import Patch, SheetPoints
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+@plain
+class Kept:
+    """Which nodes of regular grids are contact points, where the others lie beside a body.
+
+    Attributes
+    ----------
+    nodes : SheetPoints
+        All nodes of the grids.
+    numbers : (n,) int
+        The contact points among them.
+    rise : (n,) [m]
+        Of the gap between the faces of the bodies over the cells around each contact point.
+    part : (n,) int
+        Part of the faces that each is on: kinks divide them.
+    """
+
+    nodes: SheetPoints
+    numbers: NDArray[np.intp]
+    rise: Array
+    part: NDArray[np.int64]
+
+    def put(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        """`values` (..., n) at the contact points and `rest` beside them, at all nodes (..., N)."""
+        out = np.empty((*values.shape[:-1], self.nodes.gap.size), dtype=values.dtype)
+        out[...] = rest
+        out[..., self.numbers] = values
+        return out
+
+
+@dataclass(frozen=True)
+@plain
+class ContactProblem:
+    """Everything the solver needs, at the contact points.
+
+    Attributes
+    ----------
+    points : SheetPoints
+    area : (n,) [m2]
+    patches : tuple of Patch
+        The grids that the contact points are nodes or cells of.
+    friction
+        Number field (n,) or :class:`PressureDependentFriction`.
+    direction : (2, n) [-]
+        Sliding direction of the upper body in the tangent plane; zero where nothing slides.
+    gap : (n,) [m]
+        Undeformed gap, prescribed approach taken off.
+    shape : tuple of int
+        Of the fields of a result, over all points of the grids.
+    averages : Averages or None
+        For unknowns that are coefficients of hats; None where they are pressures of cells.
+    kept : Kept or None
+        Where not all points of the grids are contact points.
+    memory : Memory
+        What depends on the bodies alone; further loads on the same ones share it.
+    doubts : tuple of str
+        What its geometry makes doubtful, in whole sentences.
+    """
+
+    points: SheetPoints
+    area: Array
+    patches: tuple[Patch, ...]
+    friction: Array | PressureDependentFriction
+    direction: Array
+    gap: Array
+    upper: Side
+    lower: Side
+    model: str
+    approach: float | None
+    loads: Mapping[str, Any]
+    shape: tuple[int, ...]
+    averages: Averages | None = None
+    time_s: dict[str, float] = field(default_factory=dict)
+    kept: Kept | None = None
+    memory: Memory = field(default_factory=Memory)
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of contact points."""
+        return int(self.area.size)
+
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of the condensation of both bodies."""
+        return self.upper.operations + self.lower.operations
+
+    @property
+    def places(self) -> Array:
+        """Where the load of each contact point acts (3, n) [m]."""
+        return self.points.points if self.averages is None else self.averages.places
+
+    def friction_at(self, pressure: Array) -> Array:
+        """Friction coefficient (n,)."""
+        if isinstance(self.friction, PressureDependentFriction):
+            return self.friction.at(pressure)
+        return self.friction
+
+    def relative_motions(self) -> tuple[Array, Array]:
+        """Motions as (m, 3, n) of lower minus upper along the tangents and of the opening; their work."""
+        parts = []
+        for side, sign in ((self.upper, 1.0), (self.lower, -1.0)):
+            local = to_local(side.motions, self.points)
+            parts.append(np.stack([-sign * local[:, 0], -sign * local[:, 1], sign * local[:, 2]], axis=1))
+        return (
+            np.ascontiguousarray(np.concatenate(parts)),
+            np.concatenate([self.upper.work, self.lower.work]),
+        )
+
+    def axes(self) -> list[tuple[Patch, Array, Array]]:
+        """Each patch with the coordinates [m] of its columns (x) and rows (arc length)."""
+        return [(patch, *patch.axes()) for patch in self.patches]
+
+    def on_grid(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        """`values` (..., n) of the contact points at all points of the grids; `rest` beside the bodies."""
+        return values if self.kept is None else self.kept.put(values, rest)
+
+    def opening(self) -> Array:
+        """Gap (n,) [m] with the motions prescribed on both bodies, before contact."""
+        apart = self.upper.displacement - self.lower.displacement
+        return np.ascontiguousarray(self.gap + np.einsum("in,in->n", apart, self.points.normal))
+
+
+@dataclass(frozen=True)
+@plain
+class Solution:
+    """Pressures and what is known about them."""
+
+    pressure: Array
+    gap: Array
+    motion: Array
+    friction: Array
+    status: str
+    solver: str
+    iterations: int
+    residual: float
+    #: mu / mu_sym
+    wedging_margin: float | None
+    unstable: bool = False
+    convolutions: float = 0.0
+    preconditionings: float = 0.0
+    operations: float = 0.0
+
+    def coefficients(self, problem: ContactProblem) -> Array:
+        """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""
+        return np.concatenate([self.friction * self.pressure * problem.direction, self.pressure[None]])
+
+
+def to_local(vectors: Array, points: SheetPoints) -> Array:
+    """Vectors (..., 3, n) of the common frame in the frame (tangent x, tangent y, normal) of each point."""
+    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
+    return np.asarray(np.einsum("cin,...in->...cn", frame, vectors))
+
+
+def to_global(components: Array, points: SheetPoints) -> Array:
+    """The inverse of :func:`to_local`."""
+    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
+    return np.asarray(np.einsum("cin,...cn->...in", frame, components))
+
+
+def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints) -> Array:
+    """Unit sliding direction (2, n) in each tangent plane; zeros where nothing slides."""
+    n = points.points.shape[1]
+    if direction is None:
+        return np.zeros((2, n))
+    vector = np.array([direction[0], direction[1], 0.0])
+    if not np.isfinite(vector).all() or not vector.any():
+        raise ValueError(f"sliding_direction is {direction}: two finite numbers, not both zero, are needed")
+    vector = vector / np.abs(vector).max()
+    local = np.stack([vector @ points.tangent_x, vector @ points.tangent_y])
+    length = np.linalg.norm(local, axis=0)
+    if length.min() < 1e-6 * np.linalg.norm(vector):
+        raise ValueError(f"sliding_direction is {direction}: at some points it is normal to the surface")
+    return np.ascontiguousarray(local / length)
+
+
+def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
+    """Mean tractions (3, n) [Pa] over each contact point, from the coefficients of its basis.
+
+    Under hats the coefficients swing about a steep pressure; their means over the contact points do
+    not, and are what other programs give as nodal pressure. What a point in contact would give to an
+    open one it keeps, so the force stays and open points carry nothing.
+    """
+    if problem.averages is None:
+        return coefficients
+    return problem.averages.means(coefficients, problem.area)
+
+
+def with_loads(side: Side, motions: Array, work: Array) -> Side:
+    """The same body with rigid motions that only the contact holds."""
+    return replace(side, motions=motions, work=work)
+
+
+@dataclass(frozen=True)
+@plain
+class Averages:
+    """What is known of the contact surface beyond its nodes.
+
+    Attributes
+    ----------
+    frames : (3, 3, n)
+        Means of (tangent x, tangent y, normal) over each contact point: frame, component, point. On a
+        curved surface they are a little shorter than one; with them resultants are exact.
+    overlap : (n, n)
+        Share of the hat of point j in the area of point i; rows add up to one. It turns the coefficients
+        of the hats into mean tractions over each contact point.
+    places : (3, n) [m]
+        Mean positions: where a hat at the edge of a body presses is not its node.
+    """
+
+    frames: Array
+    overlap: Array
+    places: Array
+
+    @cached_property
+    def rows(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], Array]:
+        """The overlap where it is not zero: the first entry of each row, rows, columns, values."""
+        row, column = np.nonzero(self.overlap)
+        start = np.searchsorted(row, np.arange(self.overlap.shape[0]))
+        return start, row, column, self.overlap[row, column]
+
+    def means(self, coefficients: Array, area: Array) -> Array:
+        """Mean tractions (3, n) [Pa] over the contact points; see :func:`mtb_rs.solve.mean_tractions`."""
+        start, row, column, share = self.rows
+        closed = coefficients[2] > 0.0
+        # what the points in contact do not share out among themselves they keep
+        shared = np.bincount(column, share * np.where(closed, area, 0.0)[row], area.size)
+        mean = np.add.reduceat(coefficients[:, column] * share, start, axis=1)
+        mean += coefficients * (1.0 - shared / area)
+        mean[:, ~closed] = 0.0
+        return np.asarray(mean)

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""From sticking to full sliding, for bodies of any kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import reals
+from ..base.errors import ConvergenceError
+from ..base.owning import solved
+from ..base.plain import plain
+from ..friction.laws import InterfaceLayer
+from ..geometry.contact_points import SheetPoints
+from .coupled_start import CoupledContact, CoupledState, advance
+from .problem import ContactProblem
+
+Array = NDArray[np.float64]
+
+
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class StartOfSliding:
+    """How a contact gives way, step by step.
+
+    Attributes
+    ----------
+    displacement : (m, 2) [m]
+        Of the upper body over the lower one, away from the contact.
+    force : (m, 2) [N]
+        Friction on the lower body, along the tangents.
+    normal_force : (m,) [N]
+        Sum of pressure times area.
+    slip_share : (m,) [-]
+        Share of the contact area that slips in the step.
+    traction : (2, n) [Pa]
+        On the lower body, after the last step.
+    pressure : (n,) [Pa]
+        After the last step.
+    status : (n,) int
+        0 open, 1 stick, 2 slip, in the last step.
+    iterations : (m,) int
+        Newton steps.
+    """
+
+    displacement: Array
+    force: Array
+    normal_force: Array
+    slip_share: Array
+    traction: Array
+    pressure: Array
+    status: NDArray[np.int8]
+    iterations: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        fx, fy = self.force[-1]
+        return (
+            f"StartOfSliding({len(self.force)} steps, {self.status.size} points, last: {stick} stick, "
+            f"{slip} slip, force ({fx:.4g}, {fy:.4g}) N of {self.normal_force[-1]:.4g} N)"
+        )
+
+
+def start_of_sliding(
+    compliance: _mtb_rs.Compliance,
+    pressure: ArrayLike,
+    area: ArrayLike,
+    friction: float | ArrayLike,
+    displacements: ArrayLike,
+    layer: InterfaceLayer | None = None,
+    tolerance: float = 1e-8,
+) -> StartOfSliding:
+    """Pushes one body over the other in steps, its pressure held, until everything slides.
+
+    Parameters
+    ----------
+    compliance : Compliance
+        Of both bodies together: displacement of the lower one relative to the upper one by a traction on
+        the lower one, as `SlidingPair.compliance`.
+    pressure, area : (n,) [Pa], [m2]
+    friction : float or (n,) [-]
+    displacements : (m, 2) [m]
+        Of the upper body over the lower one at the end of each step, from rest.
+    layer : InterfaceLayer or None
+        Softens the start; without influence once everything slides.
+    tolerance : float [-]
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the step.
+    """
+    p, a = np.asarray(pressure, dtype=float).ravel(), np.asarray(area, dtype=float).ravel()
+    n = compliance.points
+    for name, values in (("pressure", p), ("area", a)):
+        if values.shape != (n,) or not np.all(np.isfinite(values)) or np.any(values < 0.0):
+            raise ValueError(f"{name} must hold {n} finite numbers of at least 0")
+    mu = np.broadcast_to(np.asarray(friction, dtype=float), (n,))
+    steps = pushes(displacements)
+    matrix = np.block([[compliance.influence(row, column) for column in "xy"] for row in "xy"])
+    if layer is not None:
+        matrix[np.diag_indices(2 * n)] += layer.flexibility
+    matrix = np.ascontiguousarray(matrix)
+    contact = p > 0.0
+    q = np.zeros(2 * n)
+    before = np.zeros(2)
+    force, share, counts = [], [], []
+    status = np.zeros(n, dtype=np.int8)
+    for k, step in enumerate(steps):
+        offset = -np.repeat(step - before, n) - matrix @ q
+        found = _mtb_rs.solve_discs_dense(matrix, offset, mu * p, [], tolerance)
+        if not found["converged"]:
+            raise ConvergenceError(
+                f"no state found for the displacement {step.tolist()} m, step {k + 1}", found
+            )
+        q, before = found["field"], step
+        # a point of contact without friction has no disc: it slips, if anything moves it
+        moves = np.any(found["image"].reshape(2, n) != 0.0, axis=0)
+        status = np.where(contact & (found["status"] == 0), np.where(moves, 2, 1), found["status"])
+        status = status.astype(np.int8)
+        force.append([float(q[:n] @ a), float(q[n:] @ a)])
+        share.append(float(a[status == 2].sum() / a[contact].sum()) if np.any(contact) else 0.0)
+        counts.append(found["iterations"])
+    return StartOfSliding(
+        displacement=steps,
+        force=np.array(force),
+        normal_force=np.full(len(steps), float(p @ a)),
+        slip_share=np.array(share),
+        traction=q.reshape(2, n),
+        pressure=p,
+        status=status,
+        iterations=np.array(counts),
+    )
+
+
+def pushes(displacements: ArrayLike) -> Array:
+    """Checked displacements (m, 2) [m]."""
+    steps = np.atleast_2d(reals("displacements", displacements, "m"))
+    if steps.ndim != 2 or steps.shape[1] != 2:
+        raise ValueError(f"displacements has shape {steps.shape}: (m, 2) finite numbers are needed")
+    return steps
+
+
+def coupled_contact(
+    problem: ContactProblem,
+    compliance: _mtb_rs.Compliance,
+    friction: Array,
+    layer: InterfaceLayer | None,
+    tolerance: float,
+) -> tuple[CoupledContact, Array]:
+    """A contact problem with all blocks of its compliance, and the share (m, r) of each motion in those kept.
+
+    Of motions that move both bodies alike, such as two bodies that guides press together, fewer are kept.
+    """
+    n = problem.n
+    matrix = np.block([[compliance.influence(row, column) for column in "xyn"] for row in "xyn"])
+    if layer is not None:
+        tangential = np.arange(2 * n)
+        matrix[tangential, tangential] += layer.flexibility
+    motions, work = problem.relative_motions()
+    motions = motions.reshape(len(work), 3 * n)
+    shares = np.eye(len(work))
+    size = np.linalg.norm(motions, axis=1)
+    if len(work) and np.linalg.matrix_rank(motions / size[:, None], tol=1e-9) < len(work):
+        directions, values, _ = np.linalg.svd(motions, full_matrices=False)
+        shares = directions[:, values > 1e-9 * values[0]]
+    contact = CoupledContact(
+        compliance=matrix,
+        motions=shares.T @ motions,
+        area=problem.area,
+        friction=np.broadcast_to(friction, (n,)),
+        opening=problem.opening(),
+        work=shares.T @ work,
+        tolerance=tolerance,
+    )
+    return contact, shares
+
+
+def horizontal(points: SheetPoints) -> Array:
+    """Parts (3, 2, n) of unit displacements along x and y along both tangents and the normal."""
+    return np.stack([points.tangent_x[:2], points.tangent_y[:2], points.normal[:2]])
+
+
+def start_with_pressure(
+    contact: CoupledContact, rest: CoupledState, frame: Array, displacements: ArrayLike
+) -> StartOfSliding:
+    """The same with a pressure that follows: friction presses the bodies together or lifts them.
+
+    Parameters
+    ----------
+    contact : CoupledContact
+    rest : CoupledState
+        See :func:`mtb_rs.coupled_start.at_rest`.
+    frame : (3, 2, n)
+        Of a unit displacement along x and along y: its parts along both tangents and the normal.
+    displacements : (m, 2) [m]
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the step; with the steps before it as ``.result``.
+    """
+    steps = pushes(displacements)
+    area = contact.area
+    states: list[CoupledState] = []
+    last = rest
+    for k, step in enumerate(steps):
+        try:
+            last = advance(contact, last, np.einsum("cdn,d->cn", frame, step).ravel())
+        except ConvergenceError as error:
+            raise ConvergenceError(
+                f"no state found for the displacement {step.tolist()} m, step {k + 1}: {error}; the friction "
+                "coefficient may be above the wedging limit, or the body tips over",
+                _history(steps[:k], states, area) if states else None,
+            ) from None
+        states.append(last)
+    return _history(steps, states, area)
+
+
+def _history(steps: Array, states: list[CoupledState], area: Array) -> StartOfSliding:
+    n = area.size
+    traction = [state.unknowns[: 2 * n].reshape(2, n) for state in states]
+    contact = [float(area[state.status > 0].sum()) for state in states]
+    return StartOfSliding(
+        displacement=steps,
+        force=np.array([q @ area for q in traction]),
+        normal_force=np.array([float(state.pressure @ area) for state in states]),
+        slip_share=np.array(
+            [
+                float(area[state.status == 2].sum()) / total if total > 0.0 else 0.0
+                for state, total in zip(states, contact, strict=True)
+            ]
+        ),
+        traction=traction[-1],
+        pressure=states[-1].pressure,
+        status=states[-1].status,
+        iterations=np.array([state.iterations for state in states]),
+    )

@@ -1,0 +1,634 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Contacts of elastic bodies of any geometry, on the nodes of a grid that lie on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base import cache
+from ..base.cache import Memory
+from ..base.check import warn
+from ..base.fingerprint import fingerprint
+from ..base.plain import plain
+from ..bodies.elastic_body import Condensed, ElasticBody
+from ..bodies.faces import hats, joined, owners, parts, profile_parts, thinned
+from ..bodies.sides import ElasticPart, Side
+from ..bodies.simple import HalfSpace, Rigid
+from ..bodies.surfaces import BodySurface, height_of
+from ..geometry.contact_points import ContactSheet, SheetPoints
+from ..geometry.geometries import cells_over, check_room, flat_points, flat_sheet
+from ..geometry.profiles import Profile
+from ..geometry.triangles import Surface, height_surface
+from ..results.result import Result
+from .elastic import averages, condensed_part, elastic_side, moved_by
+from .estimate import hat_means
+from .problem import Averages, ContactProblem, Kept
+
+Spacing = tuple[float, float]
+
+
+Array = NDArray[np.float64]
+Body = ElasticBody | HalfSpace | Rigid
+#: Upper and lower one.
+Bodies = tuple[Body, Body]
+
+#: Share of a cell below which a contact point is left out.
+LEAST_SHARE = 0.02
+
+#: Parts of a cell by which the quadrature points in it are told apart.
+SHARES = 1024
+
+#: Cells between the nodes of a body at its contact above which it is too coarse for the grid.
+COARSE = 1.5
+
+#: Edges that turn by more than this are edges of the body, not of its facets [rad].
+EDGE = np.radians(30.0)
+
+#: Slope of a face where it touches, in the mean, from which pressure along z is 2 % off.
+STEEP = 0.2
+
+#: Share of what the contact closes by which facets may be off.
+FACETS = 0.1
+
+#: Rise of the gap within the cells at the edge of a contact, in parts of what the bodies close there. A
+#: cylinder whose contact is 2.8 cells wide has 2.8 and is 0.5 % off, one of 1.4 cells 7.3 and 14 %; a chamfer
+#: has tens.
+ABRUPT = 6.0
+
+#: Points over the width of a contact up to which its pressure is not resolved.
+NARROW = 2
+
+#: Share of the size of a body below which facets lie in a plane: single precision, as STL files have it.
+ROUNDING = 1e-7
+
+#: Share of the size of a body by which it may lie in the other one unnoticed.
+OVERLAP = 1e-4
+
+
+@dataclass(frozen=True)
+@plain
+class BodyLayout:
+    """The contact face of an elastic body of any geometry, against a plane or another body.
+
+    The sheet is the plane z through the end of the face, with a regular grid over its bounding box, or over
+    the part of it that another elastic body shares. The gap is that between the faces as their meshes lie,
+    from a half-space or a rigid body that of the face from the plane, unless one is given.
+
+    Parameters
+    ----------
+    body : ElasticBody
+    upper : bool
+        Whether it is the upper body.
+    gap : (ny, nx) [m], function or None
+        At the nodes of the grid; or of arrays x, y (n,) [m], the mean over the hats.
+    opponent : ElasticBody or None
+    step : (dx, dy) [m] or None
+        Spacing at which the gap is given; on wider cells it is the mean over the hats of their nodes.
+    beside : Profile, BodySurface or None
+        Surface of the half-space or rigid body on the other side; None: a plane.
+    """
+
+    body: ElasticBody
+    upper: bool
+    gap: Array | Callable[[Array, Array], Any] | None = None
+    opponent: ElasticBody | None = None
+    step: Spacing | None = None
+    beside: Profile | BodySurface | None = None
+    is_body_edge: bool = True
+    is_grid: bool = True
+    start: None = None
+
+    def sheet(self, spacing: tuple[float, float]) -> ContactSheet:
+        """Cells of about `spacing` that fill the bounding box of the contact; without a gap unless given."""
+        low, high = _extent(self.body, upper=self.upper)
+        level = self.level()
+        if self.opponent is not None:
+            other_low, other_high = _extent(self.opponent, upper=not self.upper)
+            low, high = np.maximum(low, other_low), np.minimum(high, other_high)
+            if (low[:2] >= high[:2]).any():
+                raise ValueError(
+                    f"the contact faces of {self.body.name} and {self.opponent.name} have no area in common: "
+                    "seen along z they lie beside each other"
+                )
+        size = high - low
+        area = float(size[0]), float(size[1])
+        nx, ny = cells_over(area, spacing)
+        check_room(nx * ny, spacing)
+        dx, dy = size[0] / nx, size[1] / ny
+        x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
+        gap = np.zeros((ny + 1, nx + 1))
+        if isinstance(self.gap, np.ndarray):
+            gap = self.gap
+            own = cells_over(area, spacing if self.step is None else self.step)
+            if gap.shape != (own[1] + 1, own[0] + 1):
+                raise ValueError(
+                    f"gap has shape {gap.shape}: the contact face of {self.body.name} has "
+                    f"({own[1] + 1}, {own[0] + 1}) nodes at this spacing"
+                )
+            if own[0] < nx or own[1] < ny:
+                raise ValueError(
+                    f"spacing is {spacing} m, the gap is given on {own[0]} x {own[1]} cells: give it on the "
+                    f"nodes of {nx} x {ny} cells as well"
+                )
+            if own != (nx, ny):
+                at_x, at_y = (np.linspace(low[k], high[k], own[k] + 1) for k in (0, 1))
+                gap = hat_means(y, at_y) @ gap @ hat_means(x, at_x).T
+        nodes = _at_level(flat_points(x, y, gap), level)
+        middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
+        cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
+        return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
+
+    def is_coarser_than(self, spacing: Spacing) -> bool:
+        """Whether the mesh of a body is too coarse for cells of `spacing` (dx, dy) [m]."""
+        bodies = [self.body] if self.opponent is None else [self.body, self.opponent]
+        return any(_coarse(body, spacing) for body in bodies)
+
+    def level(self) -> float:
+        """Height of the sheet [m]: the end of the face."""
+        z = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces]), 2]
+        return float(z.min() if self.upper else z.max())
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The boundary of the body, and the plane or body beside it."""
+        own = replace(self.body.surface(), name="upper" if self.upper else "lower")
+        other = "lower" if self.upper else "upper"
+        if self.opponent is not None:
+            beside = replace(self.opponent.surface(), name=other)
+        else:
+            nodes = self.body.mesh.nodes
+            low, high = nodes.min(axis=0), nodes.max(axis=0)
+            wide = 0.25 * (high - low)
+            x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
+            beside = height_surface(other, x, y, self._heights_beside(x, y))
+        return (beside, own) if self.upper else (own, beside)
+
+    def _heights_beside(self, x: Array, y: Array) -> Array:
+        """Heights (ny, nx) [m] of a half-space or rigid body on the other side, for pictures."""
+        z = np.full((y.size, x.size), self.level())
+        if self.beside is not None:
+            z = height_of(self.beside, *np.meshgrid(x, y), upper=not self.upper)
+        there = np.isfinite(z)
+        return np.where(there, z, z[there].min() if there.any() else self.level())
+
+
+def _extent(body: ElasticBody, *, upper: bool) -> tuple[Array, Array]:
+    """Corners (3,) [m] of the bounding box of a contact face that looks at its opponent."""
+    triangles = body.faces[body.contact_faces][:, :3].astype(np.int64)
+    a, b, c = (body.mesh.nodes[triangles[:, k]] for k in range(3))
+    corners = body.mesh.nodes[np.unique(triangles)]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if min((high - low)[:2]) <= ROUNDING * float(np.ptp(body.mesh.nodes, axis=0).max()):
+        raise ValueError(
+            f"the contact face of {body.name} measures {high[0] - low[0]:g} x {high[1] - low[1]:g} m in x "
+            "and y: it must look along z"
+        )
+    up = float(np.cross(b - a, c - a)[:, 2].sum())
+    if (up > 0.0) == upper:
+        looks, must = ("up", "down") if upper else ("down", "up")
+        side = "an upper" if upper else "a lower"
+        raise ValueError(
+            f"the contact face of {body.name} looks {looks}: the contact face of {side} body must look {must}"
+        )
+    return low, high
+
+
+def _at_level(points: SheetPoints, level: float) -> SheetPoints:
+    moved = points.points.copy()
+    moved[2] = level
+    return replace(points, points=moved)
+
+
+@dataclass(frozen=True)
+@plain
+class Standing:
+    """One body where it stands in a contact, without what presses it.
+
+    Attributes
+    ----------
+    compliance : Compliance or None
+        None for a rigid body.
+    part : ElasticPart or None
+        Finite elements.
+    condensed : Condensed or None
+        Of these.
+    """
+
+    compliance: _mtb_rs.Compliance | None
+    part: ElasticPart | None = None
+    condensed: Condensed | None = None
+
+
+@dataclass(frozen=True)
+@plain
+class BodyContact:
+    """The contact of bodies of any geometry, on the nodes of a sheet that lie on them, without loads.
+
+    Attributes
+    ----------
+    sheet : ContactSheet
+    points : SheetPoints
+        The nodes kept.
+    kept : Kept
+    area : (n,) [m2]
+    averages : Averages
+    upper, lower : Standing
+    memory : Memory
+        What is made of them for one load and serves the next.
+    doubts : tuple of str
+    """
+
+    sheet: ContactSheet
+    points: SheetPoints
+    kept: Kept
+    area: Array
+    averages: Averages
+    upper: Standing
+    lower: Standing
+    memory: Memory
+    doubts: tuple[str, ...]
+
+    @property
+    def nbytes(self) -> float:
+        """Memory of the matrices [bytes]: the blocks of two bodies, their halves, those of the pair."""
+        return 24.0 * 8.0 * self.area.size**2
+
+    def side(self, pull: Array, wrench: Array, *, upper: bool) -> Side:
+        """One body under its load.
+
+        Parameters
+        ----------
+        pull : (n,) [Pa]
+            Magnetic pressure on it. A half-space above is not moved by it: its resultant presses.
+        wrench : (6,)
+            Force [N] and moment about its centre of volume [N m] spread over an elastic body.
+        """
+        body, n = self.upper if upper else self.lower, self.area.size
+        if body.part is not None and body.condensed is not None:
+            part = replace(body.part, pull=pull, spread=wrench).on(body.condensed)
+            return elastic_side([part], [body.condensed], [body.condensed.compliance], self.points)
+        displacement = np.zeros((3, n))
+        if body.compliance is not None and not upper and pull.any():
+            displacement = moved_by(
+                body.compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), self.points, -1.0
+            )
+        return Side(body.compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
+
+
+def body_contact(
+    layout: BodyLayout, bodies: Bodies, spacing: tuple[float, float], time_s: dict[str, float]
+) -> BodyContact:
+    """Upper and lower body condensed, or half-spaces, on the nodes that lie on all elastic faces.
+
+    It is made once for the same bodies, gap and spacing.
+
+    Parameters
+    ----------
+    bodies : (upper, lower)
+    """
+    sheet = layout.sheet(spacing)
+    parts: dict[str, Any] = {
+        "sheet": sheet.spacing,
+        "nodes": sheet.nodes.points,
+        "gap": sheet.nodes.gap if isinstance(layout.gap, np.ndarray) else fingerprint(layout.gap),
+        "carries the grid": "upper" if layout.upper else "lower",
+    }
+    for name, body in zip(("upper", "lower"), bodies, strict=True):
+        parts[name] = (body.name, body.content) if isinstance(body, ElasticBody) else fingerprint(body)
+    return cache.recalled(cache.content_key(parts), lambda: _condensed_contact(layout, bodies, sheet, time_s))
+
+
+def _condensed_contact(
+    layout: BodyLayout, bodies: Bodies, sheet: ContactSheet, time_s: dict[str, float]
+) -> BodyContact:
+    nodes, patches = sheet.nodes, sheet.node_patches
+    whole = {
+        upper: body.sample(nodes, patches, upper=upper)
+        for body, upper in zip(bodies, (True, False), strict=True)
+        if isinstance(body, ElasticBody)
+    }
+    covered, apart = _apart(layout, bodies, whole)
+    whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
+    common = whole[layout.upper]
+    if not common.weights.any():
+        raise ValueError("the contact faces of the bodies have no area in common")
+    shape = (patches[0].ny, patches[0].nx)
+    least = LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1]
+    basis = hats(common, _parts(layout, bodies, whole), apart, shape, least)
+    kept = basis.kept
+    own = basis.of(common)
+    doubts = [_coarse(body, sheet.spacing) for body in bodies if isinstance(body, ElasticBody)]
+    if isinstance(layout.gap, np.ndarray):
+        rise = np.zeros(kept.size)
+    else:
+        mean, rise = _means(own, apart)
+        gap = np.zeros(nodes.gap.size)
+        gap[kept] = mean
+        nodes = replace(nodes, gap=gap)
+        sheet = replace(sheet, nodes=nodes)
+        if layout.gap is None:
+            doubts.append(_overlapping(layout, float(mean.min())))
+    points = SheetPoints(**{k: np.ascontiguousarray(v[..., kept]) for k, v in vars(nodes).items()})
+    places = points.points.copy()
+    moved = (basis.place != np.stack([kept % shape[1], kept // shape[1]])).any(axis=0)
+    step = np.array(sheet.spacing)[:, None]
+    places[:2, moved] = nodes.points[:2, :1] + basis.place[:, moved] * step
+    points = replace(points, points=places)
+    standing = []
+    for body, upper in zip(bodies, (True, False), strict=True):
+        if isinstance(body, ElasticBody):
+            part = ElasticPart(
+                body,
+                tuple(patches),
+                nodes,
+                0,
+                upper,
+                np.zeros(kept.size),
+                np.zeros((0, 9)),
+                basis,
+                covered=covered[upper],
+            )
+            flexible = condensed_part(part, time_s)
+            standing.append(Standing(flexible.compliance, part, flexible))
+        elif isinstance(body, HalfSpace):
+            first = nodes.points[:, patches[0].start]
+            grid = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
+            shear, ratio = body.material.shear_modulus, body.material.poisson_ratio
+            cut = basis.half_space(common, shear, ratio, grid, patches[0].spacing)
+            standing.append(Standing(cut))
+        else:
+            standing.append(Standing(None))
+    carrier = standing[0 if layout.upper else 1].part
+    assert carrier is not None
+    return BodyContact(
+        sheet=sheet,
+        points=points,
+        kept=Kept(nodes, kept, rise, basis.on),
+        area=own.weights,
+        averages=averages([carrier]),
+        upper=standing[0],
+        lower=standing[1],
+        memory=Memory(),
+        doubts=tuple(doubt for doubt in doubts if doubt),
+    )
+
+
+def _apart(
+    layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]
+) -> tuple[dict[bool, NDArray[np.bool_]], Array]:
+    """Which quadrature points of each sampling the other body has as well, and the gap (q,) [m] at these."""
+    found = {
+        upper: np.ones(sampling.arrays()["weight"].size, dtype=bool) for upper, sampling in whole.items()
+    }
+    if len(whole) == 2:
+        places = {upper: _numbers(sampling) for upper, sampling in whole.items()}
+        found = {upper: np.isin(places[upper], places[not upper]) for upper in whole}
+    common = thinned(whole[layout.upper], found[layout.upper])
+    if isinstance(layout.gap, np.ndarray):
+        return found, np.zeros(common.arrays()["weight"].size)
+    x, y = _places(layout, common)
+    apart: Array = np.zeros(x.size)
+    if layout.gap is not None:
+        apart = function_values("gap", layout.gap, x, y)
+    else:
+        for body, upper in zip(bodies, (True, False), strict=True):
+            if isinstance(body, ElasticBody):
+                height = body.heights(thinned(whole[upper], found[upper]))
+            elif body.surface is not None:
+                height = height_of(body.surface, x, y, upper=upper)
+            else:
+                height = np.full(x.size, layout.level())
+            apart = apart + height if upper else apart - height
+    there = np.isfinite(apart)
+    for upper, mask in found.items():
+        mask[np.flatnonzero(mask)[~there]] = False
+        found[upper] = mask
+    return found, apart[there]
+
+
+def function_values(name: str, function: Callable[[Array, Array], Any], x: Array, y: Array) -> Array:
+    """Values (q,) of a function of arrays x, y [m]; infinite or NaN where there is no body."""
+    try:
+        values = np.asarray(function(x, y), dtype=float)
+    except Exception as error:
+        raise ValueError(
+            f"the function {name} fails with {type(error).__name__}: {error}; "
+            "a function of the arrays x and y (n,) [m] is needed"
+        ) from error
+    if values.shape not in (x.shape, ()):
+        raise ValueError(
+            f"the function {name} returns shape {values.shape}: {x.shape} is needed, as x and y have"
+        )
+    return np.broadcast_to(values, x.shape)
+
+
+def _numbers(sampling: _mtb_rs.Sampling) -> NDArray[np.int64]:
+    """A number for each quadrature point: its cell, and where in it."""
+    arrays = sampling.arrays()
+    point, value = arrays["point"].reshape(-1, 4).astype(np.int64), arrays["value"].reshape(-1, 4)
+    along = np.floor(SHARES * np.stack([value[:, 1] + value[:, 3], value[:, 2] + value[:, 3]]))
+    cell = point[:, 0] * SHARES + along[0].astype(np.int64)
+    return np.asarray(cell * SHARES + along[1].astype(np.int64))
+
+
+def _places(layout: BodyLayout, sampling: _mtb_rs.Sampling) -> tuple[Array, Array]:
+    """Coordinates x, y (q,) [m] of the quadrature points of a sampling of the body that carries the grid."""
+    body, arrays = layout.body, sampling.arrays()
+    faces = body.faces[arrays["face"].astype(np.int64)].astype(np.int64)
+    x, y, _ = np.einsum("kq,qkc->cq", body.face_shape(arrays["barycentric"]), body.mesh.nodes[faces])
+    return x, y
+
+
+def _parts(layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
+    """Part (q,) of the faces at each common quadrature point: kinks of both bodies divide them."""
+    labels = []
+    for body, upper in zip(bodies, (True, False), strict=True):
+        if isinstance(body, ElasticBody):
+            number = np.zeros(len(body.faces), dtype=np.int64)
+            number[body.contact_faces.astype(np.int64)] = parts(body)
+            labels.append(number[whole[upper].arrays()["face"].astype(np.int64)])
+        elif isinstance(body.surface, Profile):
+            labels.append(profile_parts(body.surface, _places(layout, whole[layout.upper])[1]))
+    return joined(labels)
+
+
+def _means(sampling: _mtb_rs.Sampling, apart: Array) -> tuple[Array, Array]:
+    """Gap (n,) [m], the mean over the basis of each contact point, and its rise there.
+
+    The displacements are means over it as well: so a curved face or one that ends within a cell is met with
+    the same order as a flat one.
+    """
+    arrays, n = sampling.arrays(), sampling.n_points
+    owner, points = owners(arrays), arrays["point"].astype(np.int64)
+    gap = np.bincount(points, arrays["value"] * (arrays["weight"] * apart)[owner], n) / sampling.weights
+    low, high = np.full(n, np.inf), np.full(n, -np.inf)
+    np.minimum.at(low, points, apart[owner])
+    np.maximum.at(high, points, apart[owner])
+    return gap, high - low
+
+
+def _coarse(body: ElasticBody, spacing: tuple[float, float]) -> str:
+    """A mesh coarser than the grid makes ripples, or more contact points than its nodes can tell apart."""
+    faces = body.faces[body.contact_faces].astype(np.int64)
+    order = 2.0 if faces.shape[1] == 6 else 1.0
+    apart = np.median(np.ptp(body.mesh.nodes[faces[:, :3], :2], axis=1), axis=0) / order
+    if (apart <= COARSE * np.array(spacing)).all():
+        return ""
+    return (
+        f"the nodes of {body.name} at the contact are about {apart[0]:.3g} x {apart[1]:.3g} m apart, the "
+        f"cells of the grid {spacing[0]:.3g} x {spacing[1]:.3g} m wide: its mesh is too coarse for them; "
+        "smaller elements (size) are needed, or a wider spacing"
+    )
+
+
+def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None:
+    """Warns where faces are steep as they touch, part within a cell, or have facets that are not small."""
+    assert problem.kept is not None
+    touching = result.status.ravel()[problem.kept.numbers] > 0
+    gap = result.gap.ravel()[problem.kept.numbers]
+    if not _check_edges(problem, problem.kept, touching, gap):
+        _check_width(problem, problem.kept, touching)
+    closed = float(np.ptp(problem.points.gap[touching]))
+    for body in bodies:
+        if not isinstance(body, ElasticBody):
+            continue
+        faces = body.faces[body.contact_faces].astype(np.int64)
+        middles = body.mesh.nodes[faces[:, :3]].mean(axis=1)
+        near = _beside(middles, problem, problem.kept, touching, 2.0)
+        slope = _slope(body, faces[near])
+        if slope > STEEP:
+            warn(
+                f"the contact face of {body.name} has a slope of {slope:.2g} where it touches: pressure and "
+                "gap are taken along z, friction along x and y, which is right for small slopes only"
+            )
+        sag = _sagitta(body, faces[near])
+        if closed > 0.0 and sag > max(
+            FACETS * closed, ROUNDING * float(np.ptp(body.mesh.nodes, axis=0).max())
+        ):
+            warn(
+                f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
+                f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
+                "smaller facets, elements of second order with their nodes on the surface, or gap"
+            )
+
+
+def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_], gap: Array) -> bool:
+    """The gap of a node is the mean over its cells: where it opens all at once, they do not know the edge."""
+    places = problem.points.points
+    near = np.zeros(touching.size, dtype=bool)
+    for part in np.unique(kept.part[touching]):
+        # at a kink the edge is known
+        own = kept.part == part
+        near |= own & _beside(places.T, problem, kept, touching & own, 1.01)
+    if touching[near].all():
+        return False
+    worst = np.flatnonzero(near)[kept.rise[near].argmax()]
+    closed = float(np.ptp((problem.points.gap - gap)[near]))
+    is_abrupt = bool(kept.rise[worst] > ABRUPT * closed)
+    if is_abrupt:
+        x, y = places[:2, worst]
+        dx, dy = problem.patches[0].spacing
+        warn(
+            f"the gap opens by {kept.rise[worst]:.2g} m within the cells at the edge of the contact, near "
+            f"x = {x:.4g}, y = {y:.4g} m, where the bodies close by {closed:.2g} m: the edge is known to a "
+            f"cell of {dx:.3g} x {dy:.3g} m only. Give a narrower spacing, or end the "
+            "contact face where it turns away"
+        )
+    return is_abrupt
+
+
+def _check_width(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_]) -> None:
+    """A contact that ends on both sides within a face needs some cells over its width."""
+    patch = problem.patches[0]
+    on_face = patch.view(kept.put(np.ones(touching.size, dtype=bool), False))
+    closed = patch.view(kept.put(touching, False))
+    for k, name in enumerate("xy"):
+        lines, bodies = (closed, on_face) if k == 0 else (closed.T, on_face.T)
+        if narrow_share(lines, bodies) > 0.5:
+            warn(
+                f"the contact is at most {NARROW} points wide along {name}, at a spacing of "
+                f"{patch.spacing[k]:.3g} m: its width and its pressure are not resolved; "
+                "a narrower spacing is needed"
+            )
+            return
+
+
+def narrow_share(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
+    """Share of the points `closed` (ny, nx) in short runs along x that end on the face."""
+    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
+    change = np.diff(padded.astype(np.int8), axis=1)
+    row, first = np.nonzero(change == 1)
+    _, last = np.nonzero(change == -1)
+    # the columns before and behind each run, in the padded field
+    is_inside = face[row, first] & face[row, last + 1]
+    length = last - first
+    return float(length[is_inside & (length <= NARROW)].sum() / max(int(closed.sum()), 1))
+
+
+def _slope(body: ElasticBody, faces: NDArray[np.int64]) -> float:
+    """Slope of triangles in the mean, by their areas seen along z."""
+    corners = body.mesh.nodes[faces[:, :3]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    seen = np.abs(normal[:, 2])
+    level = seen > 1e-3 * np.linalg.norm(normal, axis=1)
+    if not level.any():
+        return 0.0
+    rise = (normal[level, :2] ** 2).sum(axis=1) / seen[level]
+    return float(np.sqrt(rise.sum() / seen[level].sum()))
+
+
+def _beside(
+    places: Array, problem: ContactProblem, kept: Kept, chosen: NDArray[np.bool_], reach: float
+) -> NDArray[np.bool_]:
+    """Which places (k, 3) are within `reach` cells of some `chosen` (n,) points, seen along z."""
+    patch = problem.patches[0]
+    # how many are chosen in the corner below each node
+    counts = np.zeros((patch.ny + 1, patch.nx + 1), dtype=np.int64)
+    counts[1:, 1:] = patch.view(kept.put(chosen)).cumsum(axis=0).cumsum(axis=1)
+    at = (places[:, :2] - kept.nodes.points[:2, 0]) / np.array(patch.spacing)
+    sides = np.array([patch.nx, patch.ny])
+    first = np.clip(np.ceil(at - reach), 0, sides).astype(np.int64)
+    last = np.clip(np.floor(at + reach) + 1, first, sides).astype(np.int64)
+    (x0, y0), (x1, y1) = first.T, last.T
+    return np.asarray(counts[y1, x1] - counts[y0, x1] - counts[y1, x0] + counts[y0, x0] > 0)
+
+
+def _sagitta(body: ElasticBody, faces: NDArray[np.int64]) -> float:
+    """How far facets are off the curve that their edges hint at [m]; 0 for elements that are curved."""
+    nodes = body.mesh.nodes
+    if faces.shape[1] == 6:
+        ends = nodes[faces[:, [0, 1, 2]]], nodes[faces[:, [1, 2, 0]]]
+        bulge = nodes[faces[:, 3:]] - 0.5 * (ends[0] + ends[1])
+        if np.abs(bulge).max() > 1e-9 * np.ptp(nodes, axis=0).max():
+            return 0.0
+    corners = nodes[faces[:, :3]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(normal, axis=1)
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    order = np.lexsort(edges.T)
+    same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
+    one, other = order[1:][same] // 3, order[:-1][same] // 3
+    cosine = np.einsum("ij,ij->i", normal[one], normal[other]) / (double[one] * double[other])
+    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    pair = edges[order[1:][same]]
+    length = np.linalg.norm(nodes[pair[:, 0]] - nodes[pair[:, 1]], axis=1)
+    # the curvature is the turn over two thirds of their height, from the middle of one to that of the other
+    height = 0.5 * (double[one] + double[other]) / length
+    sag = np.where(turn < EDGE, 3.0 / 16.0 * height * turn, 0.0)
+    return float(sag.max(initial=0.0))
+
+
+def _overlapping(layout: BodyLayout, gap: float) -> str:
+    """Bodies that lie in one another before any load may be a slip of the pen."""
+    size = float(np.ptp(layout.body.mesh.nodes, axis=0).max())
+    if layout.opponent is None or gap >= -OVERLAP * size:
+        return ""
+    return (
+        f"{layout.body.name} and {layout.opponent.name} overlap by up to {-gap:.4g} m before any load: "
+        "they are pressed apart by that much"
+    )

@@ -1,0 +1,521 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""From a scene to its result, on one page.
+
+A scene becomes a :class:`ContactProblem` (points, gap, compliances, rigid motions with their
+balance); the compiled core solves it; :func:`finish` turns the pressure into everything a user asks for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base import memory
+from ..base.check import warn
+from ..base.errors import ConvergenceError, ResultantError
+from ..base.questions import ask
+from ..bodies.sides import Side
+from ..bodies.simple import HalfSpace, Rigid
+from ..friction.fields import field as load_field
+from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.triangles import Surface
+from ..results.report import Report
+from ..results.result import Displacement, Result
+from .plausible import of_result
+from .problem import ContactProblem, Kept, Solution, mean_tractions, to_global
+from .symmetry import Fold, folded
+from .wedging import tipping_margin
+
+Array = NDArray[np.float64]
+
+#: Changes of a pressure-dependent friction coefficient below this count as none.
+FRICTION_TOLERANCE = 1e-10
+FRICTION_ROUNDS = 60
+
+#: Words for the size of an effect that could not be estimated.
+UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
+
+#: Floating-point operations of an entry of a dense influence matrix, about.
+ENTRY = 50.0
+
+
+def solve_direct(
+    problem: ContactProblem, start: NDArray[np.bool_] | None = None, *, with_margin: bool = True
+) -> Solution:
+    """Solves the contact conditions as one complementarity problem.
+
+    Raises
+    ------
+    ValueError
+        If both bodies are free along z, so that nothing says how high they are.
+    ResultantError
+        If the load lies outside what the contact can carry.
+    ConvergenceError
+        If no sliding equilibrium exists (wedging), or none was found.
+    """
+    _check_height(problem)
+    fold = folded(problem)
+    if fold is not None:
+        return _unfolded(_solve_whole(fold.half, start, with_margin), fold, problem)
+    return _solve_whole(problem, start, with_margin)
+
+
+def _check_height(problem: ContactProblem) -> None:
+    """One body must know its height: contact only says how far they are apart."""
+    if _lifting(problem.upper).any() and _lifting(problem.lower).any():
+        free = [part.body.name for side in (problem.lower, problem.upper) for part in side.state or ()]
+        also = f", and {free[1]} as well" if len(free) > 1 else ", and what lies above is free as well"
+        raise ValueError(
+            f"the supports leave {free[0]} free along z{also}: nothing says how high the bodies are. Hold z "
+            "of one of them by a support (a guide gives a force, it does not hold)"
+        )
+
+
+def _lifting(side: Side) -> NDArray[np.bool_]:
+    """Which motions of a side are translations along z of all of its points."""
+    rise = np.abs(side.motions[:, 2])
+    others = np.abs(side.motions[:, :2]).max(axis=(1, 2), initial=0.0)
+    highest, lowest = rise.max(axis=1, initial=0.0), rise.min(axis=1, initial=np.inf)
+    return np.asarray((highest > 0.0) & (lowest >= (1.0 - 1e-9) * highest) & (others <= 1e-9 * highest))
+
+
+def _unfolded(solution: Solution, fold: Fold, problem: ContactProblem) -> Solution:
+    """The solution of the whole from that of its half."""
+    amplitudes = np.append(solution.motion, 0.0)
+    return replace(
+        solution,
+        pressure=np.ascontiguousarray(solution.pressure[fold.source]),
+        gap=np.ascontiguousarray(solution.gap[fold.source]),
+        motion=amplitudes[fold.motion_source],
+        friction=problem.friction_at(solution.pressure[fold.source]),
+        solver=f"{solution.solver}, mirror half",
+    )
+
+
+def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_margin: bool) -> Solution:
+    clock = time.perf_counter()
+    frictional = bool(problem.direction.any()) and not (
+        isinstance(problem.friction, np.ndarray) and not problem.friction.any()
+    )
+    memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
+    made_from = (problem.lower.compliance, problem.upper.compliance, problem.direction, frictional)
+    pair = problem.memory.recall("pair", made_from, lambda: _mtb_rs.SlidingPair(*made_from))
+    problem.time_s["influence matrix"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    motions, work = problem.relative_motions()
+    gap = problem.opening()
+    active = None if start is None else start.tolist()
+    friction = problem.friction_at(np.zeros(problem.n))
+    iterations = 0
+    for _ in range(FRICTION_ROUNDS):
+        effective = friction if frictional else np.zeros(problem.n)
+        out = pair.solve(gap, problem.area, effective, problem.direction, motions, work, active)
+        iterations += out["iterations"]
+        before, friction = friction, problem.friction_at(out["pressure"])
+        if np.abs(friction - before).max() <= FRICTION_TOLERANCE * max(1.0, float(friction.max())):
+            break
+        active = (out["pressure"] > 0.0).tolist() if out["status"] == "solved" else None
+    else:
+        out["status"] = "iteration limit"
+    problem.time_s["complementarity"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    margin: float | None = None
+    if frictional and with_margin:
+        factor = problem.memory.recall(
+            "wedging factor",
+            [pair, problem.area, friction, motions],
+            lambda: pair.wedging_factor(problem.area, friction, motions),
+        )
+        margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
+    problem.time_s["wedging margin"] = time.perf_counter() - clock
+    return Solution(
+        pressure=out["pressure"],
+        gap=out["gap"],
+        motion=out["motion"],
+        friction=friction,
+        status=out["status"],
+        solver="Lemke pivots" if out["by_lemke"] else "active set, dense factorisation",
+        iterations=iterations,
+        residual=out["residual"],
+        wedging_margin=margin,
+        unstable=out["unstable"],
+        operations=dense_operations(problem.n, int((out["pressure"] > 0.0).sum()), iterations),
+    )
+
+
+def dense_operations(points: int, contact: int, iterations: int) -> float:
+    """Floating-point operations of a dense solve: its matrix, and a factorisation and a product each time."""
+    return ENTRY * points**2 + iterations * (2.0 / 3.0 * contact**3 + 2.0 * points**2)
+
+
+def finish(
+    problem: ContactProblem,
+    solution: Solution,
+    *,
+    method: str,
+    surfaces: tuple[Surface, ...],
+    summary: Mapping[str, Any],
+    omitted: Mapping[str, Any] | None = None,
+    errors: Mapping[str, float] | None = None,
+    aim: tuple[str, float] | None = None,
+    choosing: float = 0.0,
+    spacing: tuple[float, float] | None = None,
+    bodies: tuple[Any, Any] = (None, None),
+) -> Result:
+    """Tractions, displacements, forces and the report of a solution.
+
+    Parameters
+    ----------
+    errors : Mapping of quantity to its estimated relative error
+    aim : (quantity, tolerance)
+    choosing : float
+        Floating-point operations of what was solved besides, to choose and to estimate.
+    spacing : (dx, dy) [m]
+
+    Raises
+    ------
+    ConvergenceError, ResultantError
+        If `solution` is none; the state is attached.
+    """
+    points, area, n = problem.points, problem.area, problem.n
+    coefficients = solution.coefficients(problem)
+    tangential, pressure = coefficients[:2], coefficients[2]
+    load = _resultants(problem, coefficients)
+    mean = mean_tractions(problem, coefficients)
+    traction = to_global(np.concatenate([mean[:2], np.zeros((1, n))]), points)
+    contact = pressure > 0.0
+    status = np.where(contact, np.where(np.any(tangential != 0.0, axis=0), 2, 1), 0).astype(np.int8)
+
+    m_upper = problem.upper.work.size
+    displacement = Displacement(
+        upper=displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
+        lower=displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
+    )
+    deformation = {
+        "upper": _deformed(problem.upper, displacement.upper, solution.motion[:m_upper]),
+        "lower": _deformed(problem.lower, displacement.lower, solution.motion[m_upper:]),
+    }
+    force = load.sum(axis=1)
+    reference_point = np.zeros(3)
+    moment = np.cross(problem.places, load, axis=0).sum(axis=1)
+    balance, reactions = _balance(problem, coefficients, force)
+    nodes = points if problem.kept is None else problem.kept.nodes
+
+    def put(values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
+        return problem.on_grid(values, rest).reshape(*values.shape[:-1], *problem.shape)
+
+    converged = solution.status == "solved"
+    tipping = tipping_margin(problem, solution.friction)
+    pull = np.asarray(problem.loads.get("pull", problem.loads.get("magnetic", np.zeros(3))))
+    grown = jammed(problem, solution, abs(float(pull[2]))) if converged else None
+    words = _explain(problem, solution)
+    if grown is not None:
+        jam = f"body has jammed: {_jam_in_words(problem, solution, grown, pull)}"
+        words = f"{words}, but the {jam}"
+        warn(f"The {jam}.")
+    report = Report(
+        converged=converged,
+        status=words,
+        model=problem.model,
+        method=method,
+        solver=solution.solver,
+        iterations=solution.iterations,
+        residual=solution.residual,
+        contact_area=float(area[contact].sum()),
+        peak_pressure=float(mean[2].max(initial=0.0)),
+        convolutions=solution.convolutions,
+        preconditionings=solution.preconditionings,
+        force_balance=balance,
+        reactions=reactions,
+        # the size of what was left out is unknown where the fuller model has no solution
+        omitted={k: v if v != np.inf else UNKNOWN for k, v in (omitted or {}).items()},
+        error_estimates={k: v for k, v in (errors or {}).items() if np.isfinite(v)},
+        aim=aim,
+        spacing=spacing,
+        operations={
+            "condensation": problem.operations,
+            "solution": solution.operations,
+            "choice and estimate": choosing,
+        },
+        wedging_margin=(
+            None if solution.wedging_margin is None else max(solution.wedging_margin, tipping or 0.0)
+        ),
+        tipping_margin=tipping,
+        time_s=dict(problem.time_s),
+    )
+    result = Result(
+        points=put(points.points, nodes.points),
+        area=put(area),
+        normal=nodes.normal.reshape(3, *problem.shape),
+        pressure=put(mean[2]),
+        traction=put(traction),
+        gap=put(solution.gap, nodes.gap),
+        initial_gap=nodes.gap.reshape(problem.shape),
+        status=put(status),
+        displacement=Displacement(*map(put, displacement)),
+        force=force,
+        moment=moment,
+        reference_point=reference_point,
+        normal_force=float(mean[2] @ area),
+        approach=_approach(problem, solution),
+        model=problem.model,
+        error_estimate=report.error_estimates.get("pressure"),
+        report=report,
+        patches=problem.patches,
+        surfaces=surfaces,
+        summary=summary,
+        lower=bodies[0],
+        upper=bodies[1],
+        parts=(*(problem.upper.state or ()), *(problem.lower.state or ())),
+        coefficients=coefficients,
+        motion=solution.motion,
+    )
+    if not converged:
+        kind = ResultantError if solution.status == "unreachable" else ConvergenceError
+        raise kind(report.status, result)
+    ask(of_result(result, deformation))
+    return result
+
+
+def _balance(
+    problem: ContactProblem, coefficients: Array, force: Array
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    """All forces (3,) [N] that must cancel, and the reaction of each support of the elastic bodies."""
+    balance: dict[str, Any] = dict(problem.loads)
+    balance["contact"] = force
+    worst = _imbalance(problem, coefficients)
+    reactions: dict[str, Array] = {}
+    for name, side in (("upper", problem.upper), ("lower", problem.lower)):
+        parts = side.state or ()
+        forces = {part.body.name: part.forces(coefficients) for part in parts}
+        if not forces:
+            continue
+        worst = max(worst, *(f.relative_error for f in forces.values()))
+        held = {f"{body}: {k}": v[:3] for body, f in forces.items() for k, v in f.supports.items()}
+        reactions |= held
+        balance[f"supports of the {name} body"] = sum(held.values(), np.zeros(3))
+        if name == "lower" and any(part.pull.any() for part in parts):
+            balance["magnetic on the lower body"] = sum(
+                (f.magnetic[:3] for f in forces.values()), np.zeros(3)
+            )
+    if "magnetic" in balance and not problem.upper.state:
+        balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
+    balance["relative_error"] = worst
+    return balance, reactions
+
+
+def _resultants(problem: ContactProblem, coefficients: Array) -> Array:
+    """Load (3, n) [N] of each contact point on the lower body."""
+    local = coefficients * np.array([[1.0], [1.0], [-1.0]])
+    if problem.averages is None:
+        return problem.area * to_global(local, problem.points)
+    return np.asarray(problem.area * np.einsum("cn,cin->in", local, problem.averages.frames))
+
+
+def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
+    """Largest relative work left over on a free rigid motion."""
+    worst = 0.0
+    for motion, work in zip(*problem.relative_motions(), strict=True):
+        parts = problem.area * (coefficients * motion).sum(axis=0)
+        scale = float(np.abs(parts).sum() + abs(work))
+        if scale > 0.0:
+            worst = max(worst, float(abs(parts.sum() + work)) / scale)
+    return worst
+
+
+def displaced(
+    side: Side, tangential: Array, pressure: Array, motion: Array, points: SheetPoints, into: float
+) -> Array:
+    """Displacement (3, n) of a body's contact points; `into` is +1 where the normal points into it."""
+    total = side.displacement.copy()
+    if side.compliance is not None:
+        local = side.compliance.displacement(np.concatenate([tangential, pressure[None]]))
+        local[2] *= into
+        total += to_global(local, points)
+    if side.includes_motion:
+        total += np.einsum("m,min->in", motion, side.motions)
+    return total
+
+
+def _deformed(side: Side, displacement: Array, motion: Array) -> Array:
+    """The displacement (3, n) of :func:`displaced` without rigid motion, free or prescribed."""
+    if not side.includes_motion:
+        return displacement
+    own = displacement - np.einsum("m,min->in", motion, side.motions)
+    return np.asarray(own - own.mean(axis=1, keepdims=True))
+
+
+def _approach(problem: ContactProblem, solution: Solution) -> float | Array:
+    """How far the bodies moved together [m], one number a free patch."""
+    if problem.approach is not None:
+        return problem.approach
+    amplitudes = []
+    for k, motion in enumerate(problem.upper.motions):
+        vertical = motion[2]
+        # translations only: tilts have no one approach
+        if np.ptp(motion[:, vertical != 0.0], axis=1).max(initial=0.0) == 0.0 and vertical.any():
+            amplitudes.append(-float(solution.motion[k]) * float(vertical[vertical != 0.0][0]))
+    if not amplitudes:
+        return 0.0
+    return amplitudes[0] if len(amplitudes) == 1 else np.array(amplitudes)
+
+
+def _explain(problem: ContactProblem, solution: Solution) -> str:
+    """The status in words a user can act on."""
+    if solution.status == "solved":
+        if solution.unstable:
+            return "solved, but on an unstable branch: a little more load gives less contact"
+        return "solved"
+    mu = float(solution.friction.max(initial=0.0))
+    if solution.status == "unreachable":
+        return (
+            "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
+            f"{problem.n} contact points balances it ({_loads_in_words(problem)}){_lost_hold(problem)}"
+        )
+    margin = solution.wedging_margin
+    if solution.status == "no solution" or (margin is not None and margin > 1.0):
+        limit = f"{mu / margin:.3g}" if margin not in (None, 0.0) else "unknown"
+        held = "" if _friction_is_idle(problem) else " with its free tilts held"
+        return (
+            f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}, sliding is "
+            f"certain to exist only up to {limit} in this scene{held}"
+        )
+    outcome = f"not converged after {solution.iterations} iterations (residual {solution.residual:.1e}"
+    if solution.solver.startswith(("load increments", "staggered")):
+        return (
+            f'{outcome}; {solution.solver}): method="direct" solves the scene without increments or factors'
+        )
+    return f"{outcome}{_lost_digits(problem)})"
+
+
+def _friction_is_idle(problem: ContactProblem) -> bool:
+    """Whether friction enters the balance of no free motion: then mu_sym is proved."""
+    motions, _ = problem.relative_motions()
+    return not np.einsum("cn,mcn->mn", problem.direction, motions[:, :2]).any()
+
+
+def _jam_in_words(problem: ContactProblem, solution: Solution, grown: float, pull: Array) -> str:
+    force = float(solution.pressure @ problem.area)
+    over = f", {force / abs(pull[2]):.3g} times the pull" if pull[2] else ""
+    mu = float(solution.friction.max(initial=0.0))
+    return (
+        f"the contact force is {force:.3g} N{over}, and {grown:.3g} times that without friction. A friction "
+        f"coefficient of {mu:g} lies so near the wedging limit that any small change multiplies the force"
+    )
+
+
+def _lost_digits(problem: ContactProblem) -> str:
+    """What rounding did, where the displacements by the load vanish beside the gap or swallow it."""
+    pull = np.asarray(problem.loads.get("pull", np.zeros(3)))
+    height = float(np.ptp(problem.gap))
+    compliances = [side.compliance for side in (problem.upper, problem.lower) if side.compliance is not None]
+    if not pull.any() or height == 0.0 or not compliances:
+        return ""
+    one = np.zeros((3, problem.n))
+    one[2] = np.abs(pull[2]) / float(problem.area.sum())
+    moved = sum(float(np.abs(c.displacement(one)[2]).max()) for c in compliances)
+    if moved >= 1e-12 * height:
+        return ""
+    return (
+        f"; the force of {abs(pull[2]):.3g} N moves the surfaces by about {moved:.1e} m, "
+        f"lost in the rounding of a gap that varies by {height:.1e} m"
+    )
+
+
+def _loads_in_words(problem: ContactProblem) -> str:
+    parts = (*(problem.upper.state or ()), *(problem.lower.state or ()))
+    words = [line for part in parts for line in part.loads_in_words()]
+    pull = problem.loads.get("pull", problem.loads.get("magnetic"))
+    if pull is not None:
+        words.insert(0, f"force {np.asarray(pull)[2]:.6g} N along z")
+    return ", ".join(words) or "no force"
+
+
+def _lost_hold(problem: ContactProblem) -> str:
+    """Why no pressure balances the load: it pulls the bodies apart, or friction tips them over."""
+    for side, up in ((problem.upper, 1.0), (problem.lower, -1.0)):
+        lifts = [(part.body.name, lift) for part in side.state or () for lift in part.lifts]
+        for (name, lift), work in zip(lifts, side.work, strict=False):
+            if up * lift * work > 0.0:
+                return f": in all {up * work / lift:.6g} N pull {name} off the contact"
+    if problem.averages is not None and problem.direction.any():
+        smooth = replace(problem, direction=np.zeros_like(problem.direction), time_s={})
+        if solve_direct(smooth, with_margin=False).status == "solved":
+            return ": without friction the contact carries it, so friction tips a body over"
+    return ""
+
+
+def sided_influence(
+    compliance: _mtb_rs.Compliance | None, direction: Array, friction: Array, *, upper: bool
+) -> Array:
+    """Gap (n, n) [m/Pa] that a body opens under unit pressures and the friction they bring."""
+    n = friction.size
+    if compliance is None:
+        return np.zeros((n, n))
+    matrix = compliance.influence("n", "n")
+    sign = -1.0 if upper else 1.0
+    for component, along in zip("xy", direction, strict=True):
+        slip = friction * along
+        if slip.any():
+            matrix += sign * compliance.influence("n", component) * slip
+    return np.asarray(matrix)
+
+
+def half_space_side(
+    body: HalfSpace | Rigid,
+    patches: tuple[Patch, ...],
+    *,
+    interact: bool,
+) -> Side:
+    """A half-space or rigid body under one or several patches of cells."""
+    compliance, n = None, sum(p.nx * p.ny for p in patches)
+    if isinstance(body, HalfSpace):
+        compliance = _mtb_rs.half_space(
+            body.material.shear_modulus,
+            body.material.poisson_ratio,
+            [(*p.origin, p.nx, p.ny) for p in patches],
+            [p.spacing for p in patches],
+            interact,
+        )
+    return Side(compliance, np.zeros((3, n)), np.zeros((0, 3, n)), np.zeros(0))
+
+
+def magnetic_field(
+    spec: Any,
+    points: SheetPoints,
+    patches: tuple[Patch, ...],
+    velocity: float | None,
+    kept: Kept | None = None,
+) -> Array:
+    """Magnetic pressure (n,) [Pa] at the contact points."""
+    numbers = None if kept is None else kept.numbers
+    return load_field("magnetic_pressure", spec, points.points, patches, velocity, kept=numbers)
+
+
+#: Contact force over the pull, and over that without friction, from which on a body counts as jammed. On the
+#: way to the wedging limit of a clamped block ten times is passed just before it.
+JAMMED = 10.0
+
+
+def jammed(problem: ContactProblem, solution: Solution, pull: float) -> float | None:
+    """Contact force over that without friction, where friction has multiplied it; None elsewhere.
+
+    `pull` [N] is what presses the bodies together.
+    """
+    force = float(solution.pressure @ problem.area)
+    beyond = solution.wedging_margin is not None and solution.wedging_margin > 1.0
+    if not problem.direction.any() or not (beyond or 0.0 < JAMMED * pull < force):
+        return None
+    from .solve import solve_direct
+
+    smooth = solve_direct(
+        replace(problem, direction=np.zeros_like(problem.direction), time_s={}), with_margin=False
+    )
+    without = float(smooth.pressure @ problem.area)
+    return force / without if smooth.status == "solved" and 0.0 < JAMMED * without < force else None

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""``method="staggered"``: the thesis' loop around finite elements, for comparison with the direct solution.
+
+It counts the local compliance of the elastic body twice, and needs a factor to converge.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .. import _mtb_rs
+from ..base.check import positive, whole
+from ..bodies.sides import Side
+from ..geometry.contact_points import SheetPoints
+from ..results.result import Displacement, Result
+from .problem import ContactProblem, Solution, to_global
+from .solve import sided_influence
+from .symmetry import folded
+
+#: Times a predicted factor is corrected at most, and how far above the limit it is then taken.
+PREDICTIONS, SAFETY = 4, 1.3
+
+#: Iterates combined where a predicted factor converges too slowly.
+DEPTH = 5
+
+
+def staggered(
+    problem: ContactProblem,
+    half_space: Side,
+    *,
+    factor: float | None = None,
+    max_iterations: int = 20,
+    displacement_tolerance: float = 1e-3,
+    anderson_depth: int = 0,
+) -> tuple[Solution, dict[str, Any]]:
+    """Half-space contact and finite elements by turns: thesis 2.3.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        With the elastic upper body.
+    half_space : Side
+        The upper body as a half-space, on the same points.
+    factor : float
+        f_FE: the share 1/f of the finite-element displacement applied each time; None: predicted.
+    max_iterations : int
+        Thesis: 20.
+    displacement_tolerance : float [-]
+        Change of the displacement, relative to the largest, at which the loop has converged.
+    anderson_depth : int
+        Earlier iterates combined to accelerate; 0: none, unless a predicted factor does not converge in
+        `max_iterations`: then 5 are.
+    """
+    factor = None if factor is None else positive("factor", factor)
+    max_iterations = whole("max_iterations", max_iterations)
+    displacement_tolerance = positive("displacement_tolerance", displacement_tolerance)
+    if anderson_depth != 0 or isinstance(anderson_depth, bool):
+        anderson_depth = whole("anderson_depth", anderson_depth)
+    clock = time.perf_counter()
+    fold = folded(problem)
+    given = problem
+    if fold is not None:
+        problem = fold.half
+        assert half_space.compliance is not None
+        half_space = replace(half_space, compliance=half_space.compliance.folded(fold.image.tolist()))
+    friction = problem.friction
+    if not isinstance(friction, np.ndarray):
+        raise ValueError("method is 'staggered': friction that depends on pressure is not part of it")
+    lower = sided_influence(problem.lower.compliance, problem.direction, friction, upper=False)
+    upper = sided_influence(half_space.compliance, problem.direction, friction, upper=True)
+    structure = sided_influence(problem.upper.compliance, problem.direction, friction, upper=True)
+    motions, work = problem.relative_motions()
+    opening = motions[:, 2]
+    slid = np.einsum("cn,mcn->mn", problem.direction, motions[:, :2])
+    balance = problem.area * (opening + friction * slid)
+
+    def attempt(factor: float | None, depth: int = anderson_depth) -> dict[str, Any]:
+        return _mtb_rs.solve_staggered(
+            np.ascontiguousarray(lower + upper),
+            np.ascontiguousarray(structure),
+            problem.opening(),
+            problem.area,
+            np.ascontiguousarray(-opening),
+            np.ascontiguousarray(-balance),
+            work,
+            factor,
+            max_iterations,
+            displacement_tolerance,
+            depth,
+        )
+
+    out = attempt(factor)
+    iterations = int(out["iterations"])
+    for _ in range(PREDICTIONS if factor is None else 0):
+        # the prediction holds for one set in contact; the one it led to may need a larger factor
+        limit = out["predicted_limit"]
+        if out["status"] == "solved" or not out["factor"] < SAFETY * limit < np.inf:
+            break
+        out = attempt(SAFETY * limit)
+        iterations += int(out["iterations"])
+    combined = ""
+    if (
+        factor is None
+        and anderson_depth == 0
+        and out["status"] != "solved"
+        and out["predicted_limit"] < np.inf
+    ):
+        out = attempt(None, DEPTH)
+        iterations += int(out["iterations"])
+        combined = f", {DEPTH} iterates combined"
+    margin = None
+    if out["status"] != "solved":
+        pair = _mtb_rs.SlidingPair(
+            problem.lower.compliance, problem.upper.compliance, problem.direction, bool(friction.any())
+        )
+        wedging = pair.wedging_factor(problem.area, friction, motions) if friction.any() else 0.0
+        margin = 1.0 / wedging if 0.0 < wedging < np.inf else None
+    problem.time_s["staggered loop"] = time.perf_counter() - clock
+    pressure, gap, motion = out["pressure"], out["gap"], out["motion"]
+    if fold is not None:
+        pressure, gap = pressure[fold.source], gap[fold.source]
+        motion = np.append(motion, 0.0)[fold.motion_source]
+        friction = given.friction_at(pressure)
+    solution = Solution(
+        pressure=np.ascontiguousarray(pressure),
+        gap=np.ascontiguousarray(gap),
+        motion=motion,
+        friction=friction,
+        status=out["status"],
+        solver=f"staggered loop, f_FE = {out['factor']:.4g}, diverges below {out['predicted_limit']:.4g}"
+        f"{combined}",
+        iterations=iterations,
+        residual=float(out["residual"]),
+        wedging_margin=margin,
+    )
+    return solution, out
+
+
+def with_half_space(result: Result, half_space: Side, points: SheetPoints) -> Result:
+    """The result with what the scheme moves the upper surface as a half-space, besides its elements."""
+    assert result.coefficients is not None
+    assert half_space.compliance is not None
+    load = result.coefficients * np.array([[-1.0], [-1.0], [1.0]])
+    moved = to_global(half_space.compliance.displacement(load), points)
+    upper, lower = result.displacement
+    return replace(result, displacement=Displacement(upper + moved.reshape(upper.shape), lower))

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes that are their own mirror image about y = 0 are solved as their half."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.cache import Memory
+from ..base.plain import plain
+from ..geometry.contact_points import ROUNDING, SheetPoints
+
+if TYPE_CHECKING:
+    from ..bodies.sides import Side
+    from .problem import ContactProblem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+@plain
+class Fold:
+    """A symmetric problem's half and the way back.
+
+    Attributes
+    ----------
+    half : ContactProblem
+        The problem on one point of each pair.
+    image : (n,) int
+        The mirror image of each point of the whole.
+    source : (n,) int
+        The point of the half that each point of the whole is, or is the image of.
+    motion_source : (m,) int
+        The motion of the half with the amplitude of each motion of the whole; -1: it does not move.
+    """
+
+    half: ContactProblem
+    image: Index
+    source: Index
+    motion_source: Index
+
+
+def folded(problem: ContactProblem) -> Fold | None:
+    """The half of a symmetric problem; None where the problem is not symmetric."""
+    points = problem.points
+    image = problem.memory.recall("images", [points.points], lambda: _images(points.points))
+    if image is None or (image == np.arange(image.size)).all():
+        return None
+    friction = problem.friction
+    fields: list[Array] = [problem.area, problem.gap, problem.direction[0], points.gap]
+    if isinstance(friction, np.ndarray):
+        fields.append(friction)
+    if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
+        return None
+    if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
+        return None
+    upper, lower = _half_side(problem.upper, image), _half_side(problem.lower, image)
+    if upper is None or lower is None:
+        return None
+    compliances = problem.memory.recall(
+        "halves", [problem.upper.compliance, problem.lower.compliance, image], lambda: _halves(problem, image)
+    )
+    if compliances is None:
+        return None
+    kept = np.flatnonzero(np.arange(image.size) <= image)
+    position = np.empty(image.size, dtype=np.intp)
+    position[kept] = np.arange(kept.size)
+    source = position[np.minimum(np.arange(image.size), image)]
+    weight = np.where(image[kept] == kept, 1.0, 2.0)
+
+    def cut(points: SheetPoints) -> SheetPoints:
+        fields = {k: np.ascontiguousarray(v[..., kept]) for k, v in vars(points).items()}
+        return SheetPoints(**fields)
+
+    halves, motion_source, offset = [], [], 0
+    for side, compliance, (orbits, source_of) in zip(
+        (problem.upper, problem.lower), compliances, (upper, lower), strict=True
+    ):
+        motions = [side.motions[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
+        halves.append(
+            replace(
+                side,
+                compliance=compliance,
+                displacement=np.ascontiguousarray(side.displacement[:, kept]),
+                motions=np.array(motions).reshape(len(orbits), 3, kept.size),
+                work=np.array([side.work[list(orbit)].sum() for orbit in orbits]),
+            )
+        )
+        motion_source.append(np.where(source_of >= 0, source_of + offset, -1))
+        offset += len(orbits)
+    half = replace(
+        problem,
+        points=cut(points),
+        area=problem.area[kept] * weight,
+        friction=friction[kept] if isinstance(friction, np.ndarray) else friction,
+        direction=np.ascontiguousarray(problem.direction[:, kept]),
+        gap=problem.gap[kept],
+        upper=halves[0],
+        lower=halves[1],
+        averages=None,
+        patches=(),
+        shape=(kept.size,),
+        kept=None,
+        memory=problem.memory.recall("half", [image], Memory),
+    )
+    return Fold(half, image, source, np.concatenate(motion_source).astype(np.intp))
+
+
+def _images(points: Array) -> Index | None:
+    """The mirror image of each point about y = 0; None where one has none."""
+    size = np.abs(points).max()
+    grid = np.round(points / (size * 1e-9)).astype(np.int64) if size > 0.0 else points.astype(np.int64)
+    there = {tuple(p): i for i, p in enumerate(grid.T.tolist())}
+    image = [there.get((x, -y, z)) for x, y, z in grid.T.tolist()]
+    if None in image or len(there) != len(image):
+        return None
+    return np.array(image, dtype=np.intp)
+
+
+def alike(a: Array, b: Array, size: float | None = None) -> bool:
+    size = float(np.abs(a).max(initial=0.0)) if size is None else size
+    return bool(np.abs(a - b).max(initial=0.0) <= ROUNDING * size)
+
+
+def _mirror(vectors: Array, image: Index) -> Array:
+    """Vectors (..., 3, n) seen in the mirror."""
+    return np.ascontiguousarray(vectors[..., image] * np.array([[1.0], [-1.0], [1.0]]))
+
+
+def _mirrored(vectors: Array, image: Index) -> bool:
+    return alike(vectors, _mirror(vectors, image))
+
+
+def _responds_alike(side: Side, image: Index) -> bool:
+    """Whether tractions that are their own mirror image move the body's points so, tried on random ones.
+
+    A body held on one side only, or an uneven mesh, does not pass.
+    """
+    if side.compliance is None:
+        return True
+    traction = np.random.default_rng(1).standard_normal((3, image.size))
+    return _mirrored(side.compliance.displacement(traction + _mirror(traction, image)), image)
+
+
+def _halves(problem: ContactProblem, image: Index) -> tuple[_mtb_rs.Compliance | None, ...] | None:
+    """Upper and lower body under loads that are their own mirror images; None where one is not symmetric."""
+    sides = (problem.upper, problem.lower)
+    if not all(_responds_alike(side, image) for side in sides):
+        return None
+    pairing = list(map(int, image))
+    return tuple(None if side.compliance is None else side.compliance.folded(pairing) for side in sides)
+
+
+def _half_side(side: Side, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
+    """Orbits of a body's rigid motions under the mirror; None where motions or loads are not symmetric."""
+    displacement, motions, work = side.displacement, side.motions, side.work
+    if not _mirrored(displacement, image):
+        return None
+    seen: set[int] = set()
+    orbits: list[tuple[int, ...]] = []
+    source_of = np.full(work.size, -1)
+    largest = float(np.abs(work).max(initial=0.0))
+    for k in range(work.size):
+        if k in seen:
+            continue
+        reflected = _mirror(motions[k], image)
+        size = float(np.abs(motions[k]).max(initial=0.0))
+        if alike(motions[k], -reflected, size):
+            if abs(work[k]) > ROUNDING * largest:
+                return None
+            seen.add(k)
+            continue
+        partner = next(
+            (j for j in range(work.size) if j not in seen and alike(motions[j], reflected, size)), None
+        )
+        if partner is None or abs(work[k] - work[partner]) > ROUNDING * largest:
+            return None
+        orbit = (k,) if partner == k else (k, partner)
+        seen.update(orbit)
+        source_of[list(orbit)] = len(orbits)
+        orbits.append(orbit)
+    return orbits, source_of

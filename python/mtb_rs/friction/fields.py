@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Friction and magnetic pressure as users state them, and as fields over the contact points."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
+from ..base.files import read_text
+from ..base.owning import owning
+from ..base.plain import plain
+from ..geometry.contact_points import Patch
+
+Array = NDArray[np.float64]
+
+#: No pair of bodies rubs more than this; what is larger is a slip of the pen.
+LARGEST_FRICTION = 1e3
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class GaussianPressure:
+    """Magnetic pressure with a floor and a Gaussian hill, thesis (4.1).
+
+    ``p(x, y) = peak (floor + (1 - floor) exp(-(x - cx)^2 / 2 sx^2) exp(-(y - cy)^2 / 2 sy^2))``
+
+    Parameters
+    ----------
+    peak : float [Pa]
+    center : (cx, cy) [m]
+        The y of a hill on two poles is meant as its distance ``|y|`` from the symmetry plane.
+    sigma : (sx, sy) [m]
+    floor : float [-]
+    """
+
+    peak: float
+    center: tuple[float, float]
+    sigma: tuple[float, float]
+    floor: float = 0.25
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "peak", number("peak", self.peak, "Pa"))
+        put(self, "center", pair("center", self.center, "m"))
+        put(self, "sigma", pair("sigma", self.sigma, "m"))
+        for k, width in enumerate(self.sigma):
+            positive(f"sigma[{k}]", width, "m")
+        put(self, "floor", number("floor", self.floor))
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        """Pressure [Pa] at x, y [m]."""
+        (cx, cy), (sx, sy) = self.center, self.sigma
+        hill = np.exp(-((x - cx) ** 2) / (2 * sx**2) - (np.abs(y) - cy) ** 2 / (2 * sy**2))
+        return np.asarray(self.peak * (self.floor + (1.0 - self.floor) * hill))
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class VelocityTable:
+    """A quantity tabulated over the sliding velocity, thesis 2.2.1.
+
+    Parameters
+    ----------
+    velocity : sequence of float [m/s]
+        Rising.
+    value : sequence
+        One value for each velocity: numbers, or anything the quantity itself may be (a distribution, an
+        array); between two velocities the fields are interpolated linearly, outside is an error.
+    """
+
+    velocity: Sequence[float]
+    value: Sequence[Any]
+
+    def __post_init__(self) -> None:
+        speeds = reals("velocity of a table", self.velocity, "m/s")
+        if isinstance(self.value, (str, bytes, dict)) or not isinstance(self.value, Iterable):
+            raise ValueError(f"value of a table is {self.value!r}: one entry for each velocity is needed")
+        value = tuple(self.value)
+        if speeds.ndim != 1 or speeds.size < 2 or speeds.size != len(value):
+            raise ValueError(
+                f"a velocity table has {speeds.size} velocities and {len(value)} values: "
+                "at least two of each, and as many of one as of the other, are needed"
+            )
+        velocity = tuple(speeds.tolist())
+        if np.any(np.diff(speeds) <= 0.0):
+            raise ValueError(f"velocity is {velocity}: finite numbers [m/s] that rise are needed")
+        object.__setattr__(self, "velocity", velocity)
+        object.__setattr__(self, "value", value)
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> VelocityTable:
+        """Table from a CSV with two columns, velocity [m/s] and value.
+
+        A first line without numbers is a heading.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or names the line that is not two numbers.
+        """
+        path = path_of("path", path)
+        text = read_text(path, "table")
+        try:
+            rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+        except csv.Error as error:
+            raise ValueError(f"table {path} cannot be read: {error}") from error
+        numbers = []
+        for line, row in enumerate(rows, start=1):
+            try:
+                velocity, value = (float(cell) for cell in row)
+            except ValueError:
+                if line == 1:
+                    continue
+                raise ValueError(
+                    f"{path}, line {line}: {shortened(','.join(row))} is not two numbers"
+                ) from None
+            numbers.append((velocity, value))
+        return cls([v for v, _ in numbers], [value for _, value in numbers])
+
+    def bracket(self, velocity: float) -> tuple[Any, Any, float]:
+        """The two values around `velocity` [m/s] and the weight of the second."""
+        if not self.velocity[0] <= velocity <= self.velocity[-1]:
+            raise ValueError(
+                f"velocity is {velocity:g} m/s: the table covers "
+                f"{self.velocity[0]:g} to {self.velocity[-1]:g} m/s"
+            )
+        upper = max(1, int(np.searchsorted(self.velocity, velocity)))
+        low, high = self.velocity[upper - 1], self.velocity[upper]
+        return self.value[upper - 1], self.value[upper], (velocity - low) / (high - low)
+
+
+@dataclass(frozen=True)
+@plain
+class PressureDependentFriction:
+    """A friction coefficient that depends on the local pressure.
+
+    Parameters
+    ----------
+    function : callable
+        Friction coefficients [-] for an array of pressures [Pa], element by element.
+    """
+
+    function: Callable[[Array], ArrayLike]
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise ValueError(f"function is {self.function!r}: a function of pressure (n,) [Pa] is needed")
+
+    def at(self, pressure: Array) -> Array:
+        """Friction coefficient (n,) at `pressure` (n,) [Pa], checked."""
+        return _called("friction", self.function, (pressure,), "pressure (n,) [Pa]", 0.0, LARGEST_FRICTION)
+
+
+def field(
+    name: str,
+    spec: Any,
+    points: Array,
+    patches: tuple[Patch, ...],
+    velocity: float | None,
+    lowest: float | None = None,
+    highest: float = LARGEST,
+    kept: NDArray[np.intp] | None = None,
+) -> Array:
+    """Values (n,) at the contact points of anything a user may state a field by.
+
+    Parameters
+    ----------
+    spec
+        A number, an array (n,) or of the grid's shape (ny, nx) or (poles, ny, nx), one entry per pole
+        (list or tuple, left first), a callable of x and y [m], or a :class:`VelocityTable` of these.
+    points : (3, n) [m]
+    lowest, highest : float
+        Smallest and largest value accepted.
+    kept : (n,) int or None
+        The contact points among those of the patches, where these are not all; arrays have a value for
+        each of the latter.
+
+    Raises
+    ------
+    ValueError
+        Anything else, values that are not finite or out of range, arrays of another shape, functions that
+        fail or give another length.
+    """
+    n = points.shape[1]
+    if isinstance(spec, VelocityTable):
+        if velocity is None:
+            raise ValueError(f"{name} is a table over velocity: give velocity=... [m/s]")
+        first, second, weight = spec.bracket(velocity)
+        parts = [
+            field(name, part, points, patches, velocity, lowest, highest, kept) for part in (first, second)
+        ]
+        return (1.0 - weight) * parts[0] + weight * parts[1]
+    if isinstance(spec, (list, tuple)) and len(spec) == len(patches) > 1:
+        out = np.empty(n)
+        for patch, part in zip(patches, spec, strict=True):
+            cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+            whole = (replace(patch, start=0),)
+            place = f"{name}[{patch.name}]"
+            out[cut] = field(place, part, points[:, cut], whole, velocity, lowest, highest)
+        return out
+    if callable(spec):
+        return _called(name, spec, (points[0], points[1]), "x and y (n,) [m]", lowest, highest)
+    if spec is None or isinstance(spec, (bool, str, bytes, dict)):
+        raise ValueError(f"{name} is {spec!r}: {_FORMS} is needed")
+    values = reals(name, spec)
+    if values.ndim == 0:
+        values = np.full(n, float(values))
+    elif not fits(values, patches):
+        raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
+    else:
+        values = values.reshape(-1) if kept is None else values.reshape(-1)[kept]
+    return _within(name, values, lowest, highest)
+
+
+def friction_field(
+    spec: Any,
+    points: Array,
+    patches: tuple[Patch, ...],
+    velocity: float | None,
+    kept: NDArray[np.intp] | None = None,
+) -> Array:
+    """Friction coefficients (n,) at the contact points, as :func:`field`."""
+    return field("friction", spec, points, patches, velocity, 0.0, LARGEST_FRICTION, kept)
+
+
+_FORMS = "a number, an array, one entry per pole, a callable of x and y, or a table over velocity"
+
+
+def fits(values: NDArray[Any], patches: tuple[Patch, ...]) -> bool:
+    """Whether an array has a shape that gives each point of the patches its value."""
+    return values.shape in _accepted(patches)
+
+
+def _accepted(patches: tuple[Patch, ...]) -> list[tuple[int, ...]]:
+    grids = {(p.ny, p.nx) for p in patches}
+    shapes: list[tuple[int, ...]] = [(sum(p.nx * p.ny for p in patches),)]
+    if len(grids) == 1:
+        (grid,) = grids
+        shapes.append(grid if len(patches) == 1 else (len(patches), *grid))
+    return shapes
+
+
+def _shapes(patches: tuple[Patch, ...]) -> str:
+    named = [str(shape) for shape in _accepted(patches)]
+    what = (
+        "(n,)"
+        if len(named) == 1
+        else ("(n,) or (ny, nx)" if len(patches) == 1 else "(n,) or (poles, ny, nx)")
+    )
+    return f"an array {what} = {' or '.join(named)}"
+
+
+def _called(
+    name: str,
+    function: Callable[..., ArrayLike],
+    arguments: tuple[Array, ...],
+    of: str,
+    lowest: float | None,
+    highest: float,
+) -> Array:
+    """What a user's function gives for (n,) arguments, checked."""
+    n = arguments[0].size
+    try:
+        given = function(*arguments)
+    except Exception as error:
+        raise ValueError(
+            f"{name} is a function that fails with {type(error).__name__}: {error}; "
+            f"a function of {of} is needed"
+        ) from error
+    values = reals(f"what the function for {name} gives", given)
+    if values.shape not in ((), (1,), (n,)):
+        raise ValueError(
+            f"the function for {name} gives an array of shape {values.shape}: "
+            f"one number or shape ({n},) is needed"
+        )
+    return _within(name, np.array(np.broadcast_to(values, (n,))), lowest, highest)
+
+
+def _within(name: str, values: Array, lowest: float | None, highest: float) -> Array:
+    bad = values > highest
+    if lowest is not None:
+        bad |= values < lowest
+    if bad.any():
+        at = int(np.argmax(bad))
+        need = f"at most {highest:g}" if lowest is None else f"from {lowest:g} to {highest:g}"
+        raise ValueError(f"{name} is {values[at]:.6g} at point {at}: numbers {need} are needed")
+    return values

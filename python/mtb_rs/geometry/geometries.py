@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Where two bodies may touch: each layout lays a contact sheet at any spacing."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import memory
+from ..base.owning import owning
+from ..base.plain import plain
+from .contact_points import ContactSheet, Patch, SheetPoints
+from .pole_shoe import PoleShoe
+from .profiles import Profile, as_profile
+from .triangles import Surface, height_surface, prism_surface
+from .wheel_rail import WheelRailGap, place_wheel, wheel_on_rail_gap
+
+Array = NDArray[np.float64]
+Spacing = tuple[float, float]
+
+
+#: Cells along the side of a grid that is some three times as wide as the contact, to start with.
+START_CELLS = 16
+
+
+class Layout(Protocol):
+    """Geometry of a scene, as far as its contact sheet and its pictures need it."""
+
+    @property
+    def is_body_edge(self) -> bool:
+        """Whether the border of the sheet is the edge of a body, so that contact may reach it."""
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether results have the shape (ny, nx) of one grid."""
+
+    @property
+    def start(self) -> Spacing | None:
+        """Where the choice of a spacing starts [m]; None if there is nothing to choose."""
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The potential contact at `spacing` (dx, dy) [m]."""
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The undeformed bodies, for pictures."""
+
+
+def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing: Spacing) -> ContactSheet:
+    """Sheet of one flat grid of nx by ny cells."""
+    return ContactSheet(
+        cells=cells,
+        nodes=nodes,
+        area=np.full(nx * ny, spacing[0] * spacing[1]),
+        patches=(Patch("contact", 0, nx, ny, spacing, _first(cells)),),
+        node_patches=(Patch("contact", 0, nx + 1, ny + 1, spacing, _first(nodes)),),
+    )
+
+
+def _first(points: SheetPoints) -> tuple[float, float]:
+    return float(points.points[0, 0]), float(points.points[1, 0])
+
+
+def flat_points(x: Array, y: Array, gap: Array) -> SheetPoints:
+    """Points of the plane z = 0 on the grid of `x` and `y`, with `gap` (ny, nx) above them."""
+    grid_x, grid_y = (a.ravel() for a in np.meshgrid(x, y))
+    zero, one = np.zeros(grid_x.size), np.ones(grid_x.size)
+    return SheetPoints(
+        points=np.array([grid_x, grid_y, zero]),
+        normal=np.array([zero, zero, one]),
+        tangent_x=np.array([one, zero, zero]),
+        tangent_y=np.array([zero, one, zero]),
+        arc_length=grid_y.copy(),
+        gap=np.ascontiguousarray(gap, dtype=float).ravel(),
+    )
+
+
+def centred(n: int, step: float) -> Array:
+    """`n` numbers `step` apart, symmetric about zero."""
+    return np.asarray((np.arange(n) - 0.5 * (n - 1)) * step, dtype=float)
+
+
+def cells_along(length: float, step: float) -> int:
+    """Cells of about `step` that fill `length` exactly."""
+    return max(1, round(length / step))
+
+
+#: Contact angle [rad] from which on a wheel is said to run on its flange.
+FLANGE = np.radians(30.0)
+#: More cells than this are a slip of the pen.
+MOST_CELLS = 1e8
+
+
+def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
+    """Cells (nx, ny) of about `spacing` that fill a contact of `size` [m] exactly.
+
+    Raises
+    ------
+    ValueError
+        If the cells are wider than the contact, or beyond count.
+    """
+    for name, length, step in zip(("dx", "dy"), size, spacing, strict=True):
+        if step > length * (1.0 + 1e-9):
+            raise ValueError(f"spacing {name} is {step:g} m: the contact measures only {length:.6g} m there")
+    if size[0] / spacing[0] * (size[1] / spacing[1]) > MOST_CELLS:
+        raise ValueError(f"spacing is {spacing} m: it would take more than {MOST_CELLS:g} cells")
+    return cells_along(size[0], spacing[0]), cells_along(size[1], spacing[1])
+
+
+def check_room(cells: int, spacing: Spacing) -> None:
+    """ValueError if the memory does not hold a scene of so many cells; asked before any of them is made."""
+    memory.refuse(
+        memory.SCENE_CELL * cells,
+        f"spacing is {spacing[0]:g} x {spacing[1]:g} m: a contact of {cells} cells",
+        "take fewer, larger cells",
+    )
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class FieldLayout:
+    """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
+
+    gap: Array
+    step: Spacing
+    is_body_edge: bool = False
+    is_grid: bool = True
+    start: None = None
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The field's own grid, or that grid thinned by the whole number nearest to `spacing`."""
+        thin = [max(1, round(s / d)) for s, d in zip(spacing, self.step, strict=True)]
+        ny, nx = self.gap.shape
+        if min(nx // thin[0], ny // thin[1]) < 1:
+            raise ValueError(f"spacing is {spacing} m: wider than the whole field")
+        nx, ny = nx // thin[0], ny // thin[1]
+        check_room(nx * ny, spacing)
+        # the middle of each group of cells, by the mean of its cells
+        gap = self.gap[: ny * thin[1], : nx * thin[0]].reshape(ny, thin[1], nx, thin[0]).mean(axis=(1, 3))
+        dx, dy = self.step[0] * thin[0], self.step[1] * thin[1]
+        cells = flat_points(centred(nx, dx), centred(ny, dy), gap)
+        corner = np.pad(gap, 1, mode="edge")
+        corner = 0.25 * (corner[1:, 1:] + corner[:-1, 1:] + corner[1:, :-1] + corner[:-1, :-1])
+        nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), corner)
+        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane z = 0 and the field above it."""
+        ny, nx = self.gap.shape
+        x, y = centred(nx, self.step[0]), centred(ny, self.step[1])
+        return (height_surface("lower", x, y, np.zeros((ny, nx))), height_surface("upper", x, y, self.gap))
+
+
+@dataclass(frozen=True)
+@plain
+class ParaboloidLayout:
+    """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
+
+    radius: float
+    width: float
+    is_body_edge: bool = False
+    is_grid: bool = True
+
+    @property
+    def start(self) -> Spacing:
+        """Some five cells over the radius of contact that fills a third of the width."""
+        return self.width / START_CELLS, self.width / START_CELLS
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """Points `spacing` apart; each is the centre of a cell."""
+        count = [n + 1 for n in cells_over((self.width, self.width), spacing)]
+        dx, dy = (self.width / (n - 1) for n in count)
+        check_room(count[0] * count[1], spacing)
+        fields = []
+        for extra in (0, 1):
+            x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
+            fields.append(flat_points(x, y, self._height(x[None, :], y[:, None])))
+        return flat_sheet(fields[0], fields[1], count[0], count[1], (dx, dy))
+
+    def _height(self, x: Array, y: Array) -> Array:
+        return np.asarray((x**2 + y**2) / (2.0 * self.radius))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane and the paraboloid."""
+        x = centred(41, self.width / 40)
+        height = self._height(x[None, :], x[:, None])
+        return (height_surface("lower", x, x, 0.0 * height), height_surface("upper", x, x, height))
+
+
+@dataclass(frozen=True)
+@plain
+class BlockLayout:
+    """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
+
+    width: float
+    length: float
+    height: float
+    is_body_edge: bool = True
+    is_grid: bool = True
+
+    @property
+    def start(self) -> Spacing:
+        """Eight cells along the shorter side."""
+        return min(self.width, self.length) / 8.0, min(self.width, self.length) / 8.0
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """Equal cells that fill the foot of the block."""
+        nx, ny = cells_over((self.width, self.length), spacing)
+        check_room(nx * ny, spacing)
+        dx, dy = self.width / nx, self.length / ny
+        cells = flat_points(centred(nx, dx), centred(ny, dy), np.zeros((ny, nx)))
+        nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
+        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The plane around the block, and the block."""
+        x = np.linspace(-self.width, self.width, 11)
+        y = np.linspace(-self.length, self.length, 11)
+        section = np.array([[-0.5, 0.5, 0.5, -0.5], [0.0, 0.0, 1.0, 1.0]])
+        section = section * np.array([[self.length], [self.height]])
+        return (
+            height_surface("lower", x, y, np.zeros((11, 11))),
+            prism_surface("upper", section, np.linspace(-0.5, 0.5, 2) * self.width),
+        )
+
+
+@dataclass(frozen=True)
+@plain
+class ShoeLayout:
+    """A pole shoe on the head of a rail of `rail_length` [m]."""
+
+    shoe: PoleShoe
+    rail_length: float
+    is_body_edge: bool = True
+    is_grid: bool = False
+
+    def __post_init__(self) -> None:
+        shoe = self.shoe
+        reach = 0.5 * shoe.length * np.cos(shoe.yaw) + shoe.conforming_to * abs(np.sin(shoe.yaw))
+        if reach > 0.5 * self.rail_length * (1.0 + 1e-9):
+            raise ValueError(
+                f"rail_length is {self.rail_length:g} m: the shoe presses on {2.0 * reach:.6g} m of the rail"
+            )
+
+    @property
+    def start(self) -> Spacing:
+        """Four cells across the conforming strip."""
+        step = (self.shoe.conforming_to - self.shoe.inner_edge) / 4.0
+        return step, step
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """One grid per pole over the conforming strip."""
+        shoe, cells = self.shoe, 0
+        for side in shoe.sides:
+            ends = shoe.profile.arc_length([side * shoe.inner_edge, side * shoe.conforming_to])
+            nx, ny = cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing)
+            cells += nx * ny
+        check_room(cells, spacing)
+        return self.shoe.sheet(spacing)
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The head of the rail and the poles."""
+        profile = self.shoe.profile
+        y = np.linspace(*profile.range, 81)
+        x = np.linspace(-0.5, 0.5, 25) * self.rail_length
+        head = height_surface("lower", x, y, np.repeat(profile.height(y)[:, None], x.size, axis=1))
+        shoe = self.shoe
+        stations = np.linspace(shoe.inner_edge, shoe.outer_edge, 41)
+        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        out = [head]
+        for name, side in zip(("left", "right"), shoe.sides, strict=False):
+            worn = [*shoe.sole(side * stations), shoe.height, shoe.height]
+            pole = prism_surface(
+                f"upper {name}",
+                np.array([side * np.append(stations, stations[[-1, 0]]), worn]),
+                np.linspace(-0.5, 0.5, 25) * shoe.length,
+            )
+            vertices = turn @ pole.vertices + np.array([[0.0], [shoe.lateral], [0.0]])
+            out.append(Surface(pole.name, vertices, pole.triangles))
+        return tuple(out)
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class WheelLayout:
+    """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
+
+    Attributes
+    ----------
+    placement : WheelRailGap
+        Gap at the scene's own spacing, contact angle and position.
+    arguments : tuple of (name, value)
+        All arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`, of which it is.
+    """
+
+    placement: WheelRailGap
+    arguments: tuple[tuple[str, Any], ...]
+    is_body_edge: bool = False
+    is_grid: bool = True
+
+    @classmethod
+    def placed(cls, **arguments: Any) -> WheelLayout:
+        """The layout of the arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`."""
+        bound = inspect.signature(wheel_on_rail_gap).bind(**arguments)
+        bound.apply_defaults()
+        return cls(place_wheel(bound.arguments), tuple(bound.arguments.items()))
+
+    @property
+    def on_flange(self) -> str | None:
+        """What is to be said where the flange, or the root of it, carries the wheel."""
+        angle = self.placement.contact_angle
+        if angle <= FLANGE:
+            return None
+        force = dict(self.arguments)["force"]
+        return (
+            f"the flange is in contact: the contact plane is inclined by {np.degrees(angle):.0f}°, the "
+            f"normal force is {force / np.cos(angle) / 1e3:.4g} kN where the vertical one is "
+            f"{force / 1e3:.4g} kN, and friction, which carries a part of it there, is not in that balance"
+        )
+
+    @property
+    def start(self) -> Spacing:
+        """As for the paraboloid, along the shorter side."""
+        place = self.placement
+        shorter = min(n * d for n, d in zip(place.gap.shape[::-1], place.spacing, strict=True))
+        return shorter / START_CELLS, shorter / START_CELLS
+
+    def sheet(self, spacing: Spacing) -> ContactSheet:
+        """The contact plane's grid at `spacing`."""
+        place = self.placement
+        if spacing != place.spacing:
+            place = place_wheel({**dict(self.arguments), "spacing": spacing})
+        ny, nx = place.gap.shape
+        check_room(nx * ny, spacing)
+        dx, dy = place.spacing
+        cells = flat_points(place.x, place.y, place.gap)
+        # corners by averages; a half-space scene has no use for more
+        around = np.pad(place.gap, 1, mode="edge")
+        corner = 0.25 * (around[1:, 1:] + around[:-1, 1:] + around[1:, :-1] + around[:-1, :-1])
+        x = np.append(place.x - 0.5 * dx, place.x[-1] + 0.5 * dx)
+        y = np.append(place.y - 0.5 * dy, place.y[-1] + 0.5 * dy)
+        return flat_sheet(cells, flat_points(x, y, corner), nx, ny, place.spacing)
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The surfaces of rail and wheel around the contact, as layers, just touching each other."""
+        given, place = dict(self.arguments), self.placement
+        rail, wheel = as_profile(given["rail"]), as_profile(given["wheel"])
+        reach = 1.3 * max(float(np.abs(place.x).max()), float(np.abs(place.y).max()))
+        along = np.linspace(-reach, reach, 41)
+
+        across = _around(rail, place.rail_position, reach)
+        head = np.array([across, rail.height(across)])
+        cos, sin = np.cos(given["rail_inclination"]), np.sin(given["rail_inclination"])
+        turned = np.array([[cos, -sin], [sin, cos]]) @ head
+        at = np.array([[cos, -sin], [sin, cos]]) @ [
+            place.rail_position,
+            float(rail.height(place.rail_position)),
+        ]
+        head = turned + (place.position[1:] - at)[:, None]
+        foot = head - np.array([[0.0], [0.3 * reach]])
+        lower = prism_surface("lower", np.concatenate([head, foot[:, ::-1]], axis=1), along)
+
+        across = _around(wheel, place.wheel_position, 0.8 * reach)
+        tape = 0.5 * given["flange_back"] + given["tape_circle"] + given["lateral"]
+        radius = given["wheel_radius"] - wheel.height(across)
+        ring = np.array(
+            [np.append(across, across[::-1]) + tape, np.append(radius, radius[::-1] - 0.3 * reach)]
+        )
+        tyre = prism_surface("upper", ring, along / given["wheel_radius"])
+        angle, station, size = tyre.vertices
+        axle = given["wheel_radius"] + place.undeformed_height
+        upper = np.stack([size * np.sin(angle), station, axle - size * np.cos(angle)])
+
+        def seen(vertices: Array) -> Array:
+            return np.asarray(place.rotation.T @ (vertices - place.position[:, None]))
+
+        return (
+            Surface("lower rail", seen(lower.vertices), lower.triangles),
+            Surface("upper wheel", seen(upper), tyre.triangles),
+        )
+
+
+def _around(profile: Profile, position: float, reach: float) -> Array:
+    """Places on a profile within `reach` of a position."""
+    start, end = profile.range
+    return np.linspace(max(start, position - reach), min(end, position + reach), 81)

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A wheel on a rail: where their profiles touch, and the gap around it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import number, positive
+from ..base.owning import owning
+from ..base.plain import plain
+from ..base.questions import ask
+from .contact_points import spacing_pair
+from .profiles import Profile, as_profile
+
+Array = NDArray[np.float64]
+
+
+#: Lengths [m] that wheels and tracks have, toys and mines included.
+USUAL_LENGTHS = {
+    "wheel_radius": (0.02, 1.5),
+    "gauge": (0.2, 3.0),
+    "gauge_depth": (2e-3, 0.05),
+    "flange_back": (0.2, 3.0),
+    "tape_circle": (0.01, 0.2),
+    "lateral": (-0.06, 0.06),
+}
+#: Widths [m] of profiles.
+USUAL_WIDTH = (5e-3, 0.5)
+
+
+def of_wheel(given: Mapping[str, Any]) -> list[str]:
+    """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
+    profiles as such."""
+    questions = []
+    lengths = {name: (number(name, given[name], "m"), limits) for name, limits in USUAL_LENGTHS.items()}
+    for name in ("wheel", "rail"):
+        start, end = given[name].range
+        lengths[f"the width of the {name} profile"] = end - start, USUAL_WIDTH
+    for name, (value, (low, high)) in lengths.items():
+        if not low <= value <= high:
+            questions.append(
+                f"{name} is {value:g} m: {low:g} to {high:g} m is usual, and lengths are in metres"
+            )
+    back, gauge = given["flange_back"], given["gauge"]
+    if back >= gauge:
+        questions.append(
+            f"flange_back is {back:g} m and gauge {gauge:g} m: the backs of the flanges usually stand closer "
+            "together than the rails"
+        )
+    return questions
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class WheelRailGap:
+    """Undeformed gap of a wheel on a rail over the contact plane, and where that plane lies.
+
+    Track frame: x along the rail, y from the middle of the track towards the field side, z up from
+    the highest point of the rail.
+
+    Attributes
+    ----------
+    gap : (ny, nx) [m]
+        Distance along the normal of the plane, the least one being zero.
+    spacing : (dx, dy) [m]
+    x, y : (nx,), (ny,) [m]
+        Grid lines in the contact plane: along the rail, and across towards the field side; the origin
+        is a grid point.
+    contact_angle : float [rad]
+        Slope of the contact plane, > 0 where it rises to the field side (flange contact).
+    position : (3,) [m]
+        Origin of the contact plane, on the rail, in the track frame.
+    rotation : (3, 3)
+        Columns: directions of x, y and normal of the contact plane in the track frame.
+    rail_position, wheel_position : float [m]
+        y of the origin in the profiles' own frames.
+    first_rail_position : float [m]
+        First contact of the undeformed bodies: y of the rail profile.
+    undeformed_height : float [m]
+        Height of the tape circle over the top of the rail at first contact.
+    approach : float [m]
+        Approach along the normal, given or estimated from the force.
+    neglected : float [-]
+        Share of the estimated contact area inclined by more than 20 degrees to the plane.
+    """
+
+    gap: Array
+    spacing: tuple[float, float]
+    x: Array
+    y: Array
+    contact_angle: float
+    position: Array
+    rotation: Array
+    rail_position: float
+    wheel_position: float
+    first_rail_position: float
+    undeformed_height: float
+    approach: float
+    neglected: float
+
+
+def wheel_on_rail_gap(
+    wheel: str | Profile = "S1002",
+    rail: str | Profile = "60E1",
+    *,
+    wheel_radius: float = 0.46,
+    gauge: float = 1.435,
+    rail_inclination: float = 1 / 40,
+    lateral: float = 6.2e-3,
+    force: float = 36e3,
+    approach: float | None = None,
+    contact_modulus: float = 208e9 / 0.91 / 2,
+    spacing: float | Sequence[float] = 1e-4,
+    scale: float = 1.0,
+    gauge_depth: float = 14e-3,
+    flange_back: float = 1.360,
+    tape_circle: float = 70e-3,
+) -> WheelRailGap:
+    """Where a wheel touches a rail, and the gap over the contact plane there; no yaw, no roll.
+
+    The contact plane goes through the centroid of the estimated contact area with the rail's mean
+    slope there. The wheel is a surface of revolution and the rail a prism, both exact.
+
+    Parameters
+    ----------
+    wheel, rail : str or Profile
+        Names of standard profiles, or profiles in their own frames: tape circle or crown at y = 0.
+        Jagged profiles (``Profile.from_points(..., "linear")``) keep their kinks.
+    wheel_radius : float [m]
+        Radius of the tape circle.
+    gauge, gauge_depth : float [m]
+        Track gauge, and the depth below the top of the rail down to which it is measured.
+    rail_inclination : float [rad]
+        Rotation of the rail towards the middle of the track; 0 for profiles that have it in.
+    lateral : float [m]
+        Shift of the wheelset towards flange contact.
+    force : float [N]
+        Vertical force, for the estimate of the approach.
+    approach : float [m], optional
+        Approach along the normal, in place of the estimate.
+    contact_modulus : float [Pa]
+        1 / (1/E1' + 1/E2') with E' = E / (1 - nu^2), for the estimate; steel on steel by default.
+    spacing : float or (dx, dy) [m]
+    scale : float
+        Size of the grid against the overlap of the undeformed bodies; raise it if the contact reaches
+        the edge. The ends of the profiles bound the grid.
+    flange_back, tape_circle : float [m]
+        Distance between the backs of the flanges, and of the tape circle from them.
+
+    Lengths that no railway has are warned of, not refused.
+    """
+    given = locals()
+    placed = place_wheel(given)
+    ask(of_wheel({**given, "wheel": as_profile(wheel), "rail": as_profile(rail)}))
+    return placed
+
+
+def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
+    """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions."""
+    pair = spacing_pair(given["spacing"])
+    approach = given["approach"]
+    fields = _mtb_rs.wheel_on_rail_gap(
+        as_profile(given["wheel"])._core,
+        as_profile(given["rail"])._core,
+        wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
+        gauge=positive("gauge", given["gauge"], "m"),
+        gauge_depth=number("gauge_depth", given["gauge_depth"], "m"),
+        rail_inclination=number("rail_inclination", given["rail_inclination"], "rad"),
+        flange_back=number("flange_back", given["flange_back"], "m"),
+        tape_circle=number("tape_circle", given["tape_circle"], "m"),
+        lateral=number("lateral", given["lateral"], "m"),
+        force=positive("force", given["force"], "N"),
+        contact_modulus=positive("contact_modulus", given["contact_modulus"], "Pa"),
+        approach=None if approach is None else number("approach", approach, "m"),
+        spacing=pair,
+        scale=positive("scale", given["scale"]),
+    )
+    x0, y0 = fields.pop("start")
+    across, up = fields.pop("origin")
+    ny, nx = fields["gap"].shape
+    cos, sin = np.cos(fields["contact_angle"]), np.sin(fields["contact_angle"])
+    return WheelRailGap(
+        spacing=pair,
+        x=x0 + pair[0] * np.arange(nx),
+        y=y0 + pair[1] * np.arange(ny),
+        position=np.array([0.0, across, up]),
+        rotation=np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]),
+        **fields,
+    )

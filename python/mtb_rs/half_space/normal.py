@@ -1,0 +1,466 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Frictionless contact of two half-spaces on a regular grid."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base import memory
+from ..base.check import choice, number, positive, reals
+from ..base.errors import ConvergenceError
+from ..base.owning import solved
+from ..base.plain import plain
+from ..bodies.material import Material
+from ..bodies.simple import Rigid, Simple, as_body
+from ..geometry.contact_points import spacing_pair
+from ..results.report import Report
+from ..results.result import Pictured
+
+Array = NDArray[np.float64]
+
+#: How often a grid is enlarged, by half each time, before the contact counts as endless.
+_ENLARGEMENTS = 6
+
+#: Cells along a side from which the gap can be continued beyond it.
+_CONTINUABLE = 3
+
+#: Relative error of a prescribed force, and residual, that rounding may leave.
+FORCE_TOLERANCE = 1e-6
+ROUNDING = 1e-8
+
+_FAILURES = {
+    "stagnated": "the residual stopped falling at {residual:.1e}, above the tolerance of {tolerance:.1e}: "
+    "ask for a larger tolerance",
+    "iteration limit": "no convergence in {iterations} iterations: the residual is {residual:.1e}, "
+    "the tolerance {tolerance:.1e}",
+    "unreachable": "no pressure on this grid carries that force with these moments",
+}
+
+
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class NormalResult(Pictured):
+    """The solved frictionless contact; arrays (ny, nx), SI units.
+
+    Attributes
+    ----------
+    points : (3, ny, nx) [m]
+        Cell centres; the middle of the grid is (0, 0), z is 0.
+    area : (ny, nx) [m2]
+    spacing : (float, float) [m]
+    pressure : (ny, nx) [Pa]
+        Uniform on each cell, >= 0.
+    gap, initial_gap : (ny, nx) [m]
+        Deformed and undeformed, > 0 open.
+    status : (ny, nx) int
+        0 open, 1 in contact.
+    approach : float [m]
+        > 0: the bodies moved together; over the mean of the displacements where periodic.
+    tilts : (float, float) [-]
+        Closing rotations found where moments were prescribed: the gap falls by the first per x, by the
+        second per y.
+    normal_force : float [N]
+    contact_area : float [m2]
+    lower, upper : HalfSpace or Rigid
+    periodic : bool
+    error_estimate : float or None
+        Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
+        judged by coarser grids; None where there is none.
+    report : Report
+    """
+
+    points: Array
+    area: Array
+    spacing: tuple[float, float]
+    pressure: Array
+    gap: Array
+    initial_gap: Array
+    status: NDArray[np.int8]
+    approach: float
+    tilts: tuple[float, float]
+    normal_force: float
+    contact_area: float
+    lower: Simple
+    upper: Simple
+    periodic: bool
+    error_estimate: float | None
+    report: Report
+
+    def __repr__(self) -> str:
+        ny, nx = self.pressure.shape
+        return (
+            f"NormalResult({nx} x {ny} cells, force {self.normal_force:.4g} N, "
+            f"approach {self.approach:.4g} m, peak {self.report.peak_pressure:.4g} Pa, "
+            f"area {self.contact_area:.4g} m2, {self.report.status})"
+        )
+
+
+def solve_normal(
+    gap: ArrayLike,
+    spacing: float | tuple[float, float],
+    *,
+    lower: Material | Simple,
+    upper: Material | Simple,
+    force: float | None = None,
+    approach: float | None = None,
+    moments: Sequence[float | None] = (None, None),
+    tolerance: float | None = None,
+    periodic: bool = False,
+    edge: str = "auto",
+    method: str = "auto",
+) -> NormalResult:
+    """Pressure that presses two elastic half-spaces together without friction.
+
+    Parameters
+    ----------
+    gap : (ny, nx) float [m]
+        Undeformed gap at the cell centres of a regular grid, > 0 open; any height field.
+    spacing : float or (float, float) [m]
+        Cell sides along x and along y.
+    lower, upper : Material, HalfSpace or Rigid
+        A material stands for its half-space; one body may be rigid.
+    force : float [N]
+        Normal force; or
+    approach : float [m]
+        how far the bodies moved together; up to the smallest gap they do not touch.
+    moments : (float or None, float or None) [N m]
+        First moments of the pressure about the middle of the grid, along x and along y; a tilt whose moment
+        is given is free, the others are locked.
+    tolerance : float or None [-]
+        Relative complementarity residual; None follows the estimated discretisation error, well below it.
+    periodic : bool
+        The grid repeats itself; the approach is then over the mean of the displacements.
+    edge : {"auto", "error", "sharp", "grow"}
+        What contact at a side of the grid means. "error": the bodies go on there and the grid is too small;
+        "sharp": a body ends there, as a punch; "grow": the gap is continued smoothly and the grid grown
+        until the contact ends inside. "auto" is "sharp" for a plane gap, otherwise "error".
+    method : {"auto", "dense", "fft"}
+        "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions.
+
+    Returns
+    -------
+    NormalResult
+
+    Raises
+    ------
+    ValueError
+        Bad input; contact that reaches the side of a grid where the bodies go on.
+    ConvergenceError
+        No solution, or none found.
+
+    Notes
+    -----
+    The solver is a conjugate gradient with bounds [PolonskyKeer1999; Vollebregt2014], preconditioned by the
+    Fourier transform, from coarse grids to fine ones, with the influence of rectangles in closed form
+    [Love1929].
+
+    Besides the gap it takes some 100 bytes per cell where the contact is a small part of the grid, up to 216
+    where it is all of it, the result included: at most 0.9 GB for 2048 x 2048 cells, 3.6 GB for 4096 x 4096.
+    What may take more than half of the free memory is warned of; what may take more than there is, or more
+    than 21.6 GB, is refused. Numbers are doubles throughout: the products of a single-precision transform
+    err by 1e-7 and more of the largest displacement, and the residual could not fall below that.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import mtb_rs as mtb
+    >>> x = (np.arange(64) - 31.5) * 0.05e-3
+    >>> gap = (x[None, :] ** 2 + x[:, None] ** 2) / (2 * 0.5)
+    >>> result = mtb.solve_normal(gap, 0.05e-3, lower=mtb.steel, upper=mtb.steel, force=1e3)
+    >>> round(result.pressure.max() / 1e6)
+    216
+    """
+    started = time.perf_counter()
+    heights = _gap(gap)
+    sides = spacing_pair(spacing)
+    bodies = as_body("lower", lower), as_body("upper", upper)
+    elastic = [
+        (body.material.shear_modulus, body.material.poisson_ratio)
+        for body in bodies
+        if not isinstance(body, Rigid)
+    ]
+    if not elastic:
+        raise ValueError("both bodies are rigid: one of them must be elastic")
+    if (force is None) == (approach is None):
+        raise ValueError("either force or approach is needed")
+    force = None if force is None else positive("force", force, "N")
+    approach = None if approach is None else number("approach", approach, "m")
+    if tolerance is not None and not 1e-14 <= positive("tolerance", tolerance) < 1.0:
+        raise ValueError(f"tolerance is {tolerance:g}: a number from 1e-14 to below 1 is needed")
+    if not isinstance(periodic, bool):
+        raise ValueError(f"periodic is {periodic!r}: True or False is needed")
+    if periodic and approach is not None and approach >= heights.mean():
+        raise ValueError(
+            f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
+            "where all points touch; a smaller one, or a force, is needed"
+        )
+    choice("edge", edge, ("auto", "error", "sharp", "grow"))
+    choice("method", method, ("auto", "dense", "fft"))
+    problem = _Problem(
+        sides, elastic, force, approach, _moments(moments, heights, sides, force, periodic), periodic, method
+    )
+    solution = problem.solve(heights, tolerance)
+    ends_inside = periodic or not _reaches_edge(solution["pressure"])
+    if edge == "auto":
+        edge = "sharp" if ends_inside or _is_plane(heights) else "error"
+    if not ends_inside and edge in ("error", "grow"):
+        shape = _shape_that_would_do(problem, heights)
+        if edge == "error" or shape is None:
+            raise ValueError(_edge_message(heights, sides, shape))
+        heights = _continued(heights, shape)
+        solution = problem.solve(heights, tolerance)
+        if _reaches_edge(solution["pressure"]):
+            raise ValueError(_edge_message(heights, sides, _shape_that_would_do(problem, heights)))
+    result = _result(solution, heights, problem, bodies, time.perf_counter() - started)
+    if not result.report.converged:
+        raise ConvergenceError(result.report.status, result)
+    return result
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Everything but the gap and the tolerance."""
+
+    spacing: tuple[float, float]
+    elastic: list[tuple[float, float]]
+    force: float | None
+    approach: float | None
+    moments: tuple[float | None, float | None]
+    periodic: bool
+    method: str
+
+    def solve(
+        self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
+    ) -> dict[str, Any]:
+        # a common distance says nothing about the contact, but costs digits
+        base = float(gap.min())
+        ny, nx = gap.shape
+        needed = memory.of_normal_contact(gap.size, self.method)
+        memory.say(needed, f"the contact of {nx} x {ny} cells")
+        solution = _mtb_rs.solve_normal(
+            np.ascontiguousarray(gap - base),
+            spacing or self.spacing,
+            self.elastic,
+            self.force,
+            None if self.approach is None else self.approach - base,
+            self.moments,
+            tolerance,
+            self.periodic,
+            self.method,
+        )
+        solution["approach"] += base
+        return solution
+
+
+def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
+    """Cell centres (3, ny, nx) [m] of a grid of `shape` (ny, nx) about (0, 0, 0)."""
+    ny, nx = shape
+    points = np.zeros((3, ny, nx))
+    points[0] = (np.arange(nx) - 0.5 * (nx - 1)) * spacing[0]
+    points[1] = ((np.arange(ny) - 0.5 * (ny - 1)) * spacing[1])[:, None]
+    return points
+
+
+def _gap(gap: ArrayLike) -> Array:
+    if isinstance(gap, np.ndarray):  # before the first copy of it
+        memory.refuse(
+            memory.of_normal_contact(gap.size, "fft"),
+            f"gap has shape {gap.shape}: its contact",
+            "take fewer, larger cells",
+        )
+    heights = reals("gap", gap, "m")
+    if heights.ndim != 2 or heights.size == 0:
+        raise ValueError(f"gap has shape {heights.shape}: (ny, nx) is needed")
+    return heights
+
+
+def _moments(
+    moments: Sequence[float | None],
+    gap: Array,
+    spacing: tuple[float, float],
+    force: float | None,
+    periodic: bool,
+) -> tuple[float | None, float | None]:
+    try:
+        first, second = moments
+    except (TypeError, ValueError):
+        raise ValueError(f"moments is {moments!r}: two numbers [N m] or None are needed") from None
+    given = [None if m is None else number(f"moments[{k}]", m, "N m") for k, m in enumerate((first, second))]
+    if periodic and given != [None, None]:
+        raise ValueError("a periodic contact has no tilt: moments must be (None, None)")
+    for k, moment in enumerate(given):
+        if moment is None or force is None:
+            continue
+        reach = 0.5 * (gap.shape[1 - k] - 1) * spacing[k]
+        if not abs(moment) < force * reach:
+            raise ValueError(
+                f"moments[{k}] is {moment:g} N m: the resultant lies {moment / force:g} m from the middle, "
+                f"the outermost cell centres {reach:g} m"
+            )
+    return given[0], given[1]
+
+
+def _reaches_edge(pressure: Array) -> bool:
+    sides = (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])
+    return any(bool(np.any(side > 0.0)) for side in sides)
+
+
+def _is_plane(gap: Array) -> bool:
+    ny, nx = gap.shape
+    rest = gap - gap.mean()
+    for axis, n in ((0, ny), (1, nx)):
+        along = np.expand_dims(np.arange(n) - 0.5 * (n - 1), 1 - axis)
+        square = float((along * along).sum()) * (gap.size // n)
+        if square > 0.0:
+            rest = rest - float((gap * along).sum()) / square * along
+    return bool(np.abs(rest).max() <= 1e-9 * np.abs(gap).max())
+
+
+def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | None:
+    """Shape (ny, nx) of a grid inside which the contact ends, from a coarse copy; None if not found."""
+    if min(gap.shape) < _CONTINUABLE:
+        return None
+    # a search: the dense method would cost minutes on the larger grids
+    problem = replace(problem, method="auto")
+    # by sampling, not by averaging: the sides of the grid stay where they are
+    steps = [max(1, n // 48) for n in gap.shape]
+    coarse = gap[steps[0] // 2 :: steps[0], steps[1] // 2 :: steps[1]]
+    spacing = (problem.spacing[0] * steps[1], problem.spacing[1] * steps[0])
+    factor = 1.0
+    for _ in range(_ENLARGEMENTS):
+        factor *= 1.25
+        shape = tuple(int(np.ceil(factor * n)) + 2 for n in coarse.shape)
+        trial = np.ascontiguousarray(_continued(coarse, (shape[0], shape[1])))
+        solution = problem.solve(trial, 1e-4, spacing)
+        if solution["status"] == "solved" and not _reaches_edge(solution["pressure"]):
+            return shape[0] * steps[0], shape[1] * steps[1]
+    return None
+
+
+def _continued(gap: Array, shape: tuple[int, int]) -> Array:
+    """`gap` on a larger grid around it, continued by the parabola that fits its outer quarter."""
+    for axis in (1, 0):
+        gap = np.moveaxis(gap, axis, -1)
+        n, wanted = gap.shape[-1], shape[axis]
+        before = (wanted - n) // 2
+        fitted = max(_CONTINUABLE, n // 4)
+        parts = [gap]
+        for count, inner in (
+            (before, gap[..., :fitted][..., ::-1]),
+            (wanted - n - before, gap[..., -fitted:]),
+        ):
+            # counted outwards from the last cell, through which the parabola goes
+            k = np.arange(1.0 - fitted, 1.0)
+            design = np.stack([k, k * k], axis=-1)[:-1]
+            rise = (inner - inner[..., -1:])[..., :-1]
+            slope, bend = np.moveaxis(rise @ np.linalg.pinv(design).T, -1, 0)
+            out = np.arange(1.0, count + 1.0)
+            piece = inner[..., -1:] + slope[..., None] * out + bend[..., None] * out * out
+            parts = [piece[..., ::-1], *parts] if len(parts) == 1 else [*parts, piece]
+        gap = np.moveaxis(np.concatenate(parts, axis=-1), -1, axis)
+    return np.ascontiguousarray(gap)
+
+
+def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, int] | None) -> str:
+    ny, nx = gap.shape
+    size = f"{nx * spacing[0]:.4g} x {ny * spacing[1]:.4g} m"
+    if min(ny, nx) < _CONTINUABLE:
+        advice = (
+            f"{nx} x {ny} cells cannot be continued, which takes {_CONTINUABLE} a side: "
+            "give the gap on a larger grid"
+        )
+    elif shape is None:
+        advice = "no grid up to four times as large would do if the gap is continued by parabolas"
+    else:
+        advice = (
+            f"about {shape[1] * spacing[0]:.4g} x {shape[0] * spacing[1]:.4g} m "
+            f"({shape[1]} x {shape[0]} cells) "
+            'would do: give the gap there, or edge="grow" to have it continued by parabolas'
+        )
+    return (
+        f"the contact reaches the side of the grid of {size}, where the bodies go on: {advice}; "
+        'edge="sharp" says that a body ends there'
+    )
+
+
+def _is_met(solution: dict[str, Any], force: float | None, normal_force: float) -> bool:
+    """Whether the solution holds to the tolerance asked for, after all rounding."""
+    if force is not None and not abs(normal_force - force) <= FORCE_TOLERANCE * force:
+        return False
+    return bool(solution["residual"] <= max(10.0 * solution["tolerance"], ROUNDING))
+
+
+def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
+    if loaded.any():
+        return "converged"
+    return f"converged: the bodies do not touch, approach is {approach:g} m, the smallest gap {gap.min():g} m"
+
+
+def _result(
+    solution: dict[str, Any],
+    gap: Array,
+    problem: _Problem,
+    bodies: tuple[Simple, Simple],
+    seconds: float,
+) -> NormalResult:
+    pressure: Array = solution["pressure"]
+    cell = problem.spacing[0] * problem.spacing[1]
+    loaded = pressure > 0.0
+    normal_force = float(pressure.sum()) * cell
+    converged = solution["status"] == "solved"
+    if converged and not _is_met(solution, problem.force, normal_force):
+        converged, solution["status"] = False, "stagnated"
+    balance: dict[str, float] = {"contact": normal_force}
+    if problem.force is not None:
+        balance |= {
+            "prescribed": problem.force,
+            "relative_sum": abs(normal_force - problem.force) / problem.force,
+        }
+    report = Report(
+        converged=converged,
+        status=_outcome(loaded, gap, solution["approach"])
+        if converged
+        else _FAILURES[solution["status"]].format(**solution),
+        model="half-space",
+        method="direct",
+        solver="active set, dense LU" if solution["is_dense"] else "conjugate gradients, FFT",
+        iterations=solution["iterations"],
+        residual=solution["residual"],
+        contact_area=float(loaded.sum()) * cell,
+        peak_pressure=float(pressure.max()),
+        convolutions=solution["products"],
+        preconditionings=solution["preconditionings"],
+        force_balance=balance,
+        omitted={
+            "friction": "the pressure does not depend on it where the bodies are of like materials",
+            "curvature": "both bodies are half-spaces: the contact must be small against their radii",
+        },
+        time_s={"solve": seconds},
+        history=tuple(solution["history"]),
+    )
+    return NormalResult(
+        points=centres((gap.shape[0], gap.shape[1]), problem.spacing),
+        area=np.full(gap.shape, cell),
+        spacing=problem.spacing,
+        pressure=pressure,
+        gap=solution["gap"],
+        initial_gap=gap,
+        status=loaded.astype(np.int8),
+        approach=solution["approach"],
+        tilts=solution["tilts"],
+        normal_force=normal_force,
+        contact_area=report.contact_area,
+        lower=bodies[0],
+        upper=bodies[1],
+        periodic=problem.periodic,
+        error_estimate=solution["discretisation_error"],
+        report=report,
+    )

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The pressure on a regular grid: what tangential contact starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.check import pair, positive, reals
+from ..base.owning import owning
+from ..base.plain import plain
+from ..bodies.material import Material
+from ..bodies.simple import Rigid
+
+Array = NDArray[np.float64]
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class PressureField:
+    """A given pressure between two bodies.
+
+    Parameters
+    ----------
+    pressure : (ny, nx) float [Pa]
+        On rectangular cells; contact is where it is positive.
+    spacing : (float, float) [m]
+        Cell sizes along x and y. In a line contact the second is the length considered (1 m).
+    lower, upper : Material or None
+        None for a rigid body.
+    origin : (float, float) or None [m]
+        Centre of the first cell; None puts the middle of the grid at (0, 0).
+    reference : float or None [m]
+        For a line contact (one row of cells, plane strain): distance from the load at which the
+        displacement vanishes. It does not matter in rolling or at a given force.
+    """
+
+    pressure: Array
+    spacing: tuple[float, float]
+    lower: Material | None
+    upper: Material | None
+    origin: tuple[float, float] | None = None
+    reference: float | None = None
+
+    def __post_init__(self) -> None:
+        pressure = reals("pressure", self.pressure, "Pa")
+        if pressure.ndim != 2 or pressure.size == 0:
+            raise ValueError(f"pressure has shape {pressure.shape}: (ny, nx) is needed")
+        if np.any(pressure < 0.0):
+            where = np.unravel_index(int(np.argmin(pressure)), pressure.shape)
+            at = tuple(int(k) for k in where)
+            raise ValueError(f"pressure at {at} is {pressure[where]:g} Pa: it must not be negative")
+        dx, dy = pair("spacing", self.spacing, "m")
+        if dx <= 0.0 or dy <= 0.0:
+            raise ValueError(f"spacing is {self.spacing!r} m: two positive numbers are needed")
+        if self.reference is not None:
+            positive("reference", self.reference, "m")
+            if pressure.shape[0] != 1:
+                raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
+        for name in ("lower", "upper"):
+            body = getattr(self, name)
+            if body is not None and not isinstance(body, Material):
+                raise ValueError(f"{name} is {body!r}: a Material is needed, or None for a rigid body")
+        if self.lower is None and self.upper is None:
+            raise ValueError("both bodies are rigid: one of them must be elastic")
+        ny, nx = pressure.shape
+        middle = (-0.5 * (nx - 1) * dx, -0.5 * (ny - 1) * dy)
+        origin = middle if self.origin is None else pair("origin", self.origin, "m")
+        object.__setattr__(self, "pressure", pressure)
+        object.__setattr__(self, "spacing", (dx, dy))
+        object.__setattr__(self, "origin", (origin[0], origin[1]))
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Centre of the first cell [m]."""
+        assert self.origin is not None
+        return self.origin
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of pressure times area [N]."""
+        return float(self.pressure.sum() * self.spacing[0] * self.spacing[1])
+
+    def coordinates(self) -> tuple[Array, Array]:
+        """x (nx,) and y (ny,) of the cell centres [m]."""
+        ny, nx = self.pressure.shape
+        x0, y0 = self.start
+        x: Array = np.asarray(x0 + self.spacing[0] * np.arange(nx))
+        y: Array = np.asarray(y0 + self.spacing[1] * np.arange(ny))
+        return x, y
+
+    def centre(self) -> tuple[float, float]:
+        """Centre of pressure (x, y) [m]."""
+        x, y = self.coordinates()
+        p = self.pressure / self.pressure.sum()
+        return float(x @ p.sum(axis=0)), float(y @ p.sum(axis=1))
+
+    def patches(self) -> list[tuple[tuple[slice, slice], PressureField]]:
+        """The separate contacts, each on its smallest rectangle (rows, columns) of the grid.
+
+        Cells that touch, be it at a corner, are one contact.
+        """
+        found = []
+        for label, cut in _labelled(self.pressure > 0.0):
+            part = np.where(label, self.pressure[cut], 0.0)
+            start = (
+                self.start[0] + cut[1].start * self.spacing[0],
+                self.start[1] + cut[0].start * self.spacing[1],
+            )
+            found.append((cut, replace(self, pressure=part, origin=start)))
+        return found
+
+    def semi_axes(self) -> tuple[float, float]:
+        """Semi-axes (a along x, b along y) [m] of the Hertzian ellipse with the same second moments.
+
+        Cells count with their own width, so the axes of a Hertzian pressure come out to second order.
+        """
+        x, y = self.coordinates()
+        p = self.pressure / self.pressure.sum()
+        along, across = p.sum(axis=0), p.sum(axis=1)
+        moments = []
+        for position, weight, width in ((x, along, self.spacing[0]), (y, across, self.spacing[1])):
+            mean = float(position @ weight)
+            moments.append(float((position - mean) ** 2 @ weight) + width**2 / 12.0)
+        return float(np.sqrt(5.0 * moments[0])), float(np.sqrt(5.0 * moments[1]))
+
+    def pair_modulus(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson's ratio of two equal bodies that are as flexible as these two."""
+        flexibility, ratio = 0.0, 0.0
+        for body in (self.lower, self.upper):
+            if body is not None:
+                flexibility += 0.5 / body.shear_modulus
+                ratio += 0.5 * body.poisson_ratio / body.shear_modulus
+        return 1.0 / flexibility, ratio / flexibility
+
+
+def _labelled(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
+    """The connected parts of a mask: each with its smallest rectangle, and the mask of the part on it."""
+    padded = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
+    padded[:, 1:-1] = mask
+    # runs of cells, row by row: (row, first, end)
+    change = np.diff(padded, axis=1)
+    rows, first = np.nonzero(change == 1)
+    _, end = np.nonzero(change == -1)
+    parent = list(range(len(rows)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    begin = np.searchsorted(rows, np.arange(mask.shape[0] + 1))
+    for row in range(1, mask.shape[0]):
+        above, here = int(begin[row - 1]), int(begin[row])
+        while above < begin[row] and here < begin[row + 1]:
+            if first[above] <= end[here] and first[here] <= end[above]:
+                parent[root(here)] = root(above)
+            # the run that ends first meets no later one
+            if end[above] < end[here]:
+                above += 1
+            else:
+                here += 1
+    roots = np.array([root(k) for k in range(len(rows))], dtype=int)
+    parts = []
+    for label in np.unique(roots):
+        own = np.flatnonzero(roots == label)
+        top, left = int(rows[own].min()), int(first[own].min())
+        cut = (slice(top, int(rows[own].max()) + 1), slice(left, int(end[own].max())))
+        part = np.zeros((cut[0].stop - top, cut[1].stop - left), dtype=bool)
+        for k in own:
+            part[rows[k] - top, first[k] - left : end[k] - left] = True
+        parts.append((part, cut))
+    return parts
+
+
+def pressure_field(normal: Any) -> PressureField:
+    """The pressure, grid and bodies of a normal result, a scene's result, or a :class:`PressureField`.
+
+    The closed form of Hertz is put on 50 x 50 cells over its ellipse.
+    """
+    if isinstance(normal, PressureField):
+        return normal
+    if hasattr(normal, "on_grid"):
+        a, b = normal.semi_axes
+        normal = normal.on_grid((50, 50), (2.0 * a / 50, 2.0 * b / 50))
+    if getattr(normal, "periodic", False):
+        raise ValueError("the contact is periodic: tangential contact needs one that ends")
+    for name in ("pressure", "points"):
+        if not hasattr(normal, name):
+            raise ValueError(f"normal is a {type(normal).__name__}: it has no {name!r}")
+    pressure = np.asarray(normal.pressure, dtype=float)
+    points = np.asarray(normal.points, dtype=float)
+    if pressure.ndim != 2:
+        raise ValueError(
+            f"pressure has shape {pressure.shape}: tangential contact needs one regular patch, (ny, nx)"
+        )
+    x, y = points[0, 0, :], points[1, :, 0]
+    spacing = getattr(normal, "spacing", None)
+    if spacing is None:
+        if min(pressure.shape) < 2:
+            raise ValueError("the spacing of a single row of cells cannot be told: give a PressureField")
+        spacing = (float(x[1] - x[0]), float(y[1] - y[0]))
+    spacing = tuple(float(d) for d in np.broadcast_to(spacing, 2))
+    bodies = []
+    for name in ("lower", "upper"):
+        body = getattr(normal, name, None)
+        body = None if isinstance(body, Rigid) else getattr(body, "material", body)
+        if body is not None and not isinstance(body, Material):
+            raise ValueError(f"{name} is a {type(body).__name__}: the tangential problem needs half-spaces")
+        bodies.append(body)
+    return PressureField(
+        pressure=np.maximum(pressure, 0.0),
+        spacing=(spacing[0], spacing[1]),
+        lower=bodies[0],
+        upper=bodies[1],
+        origin=(float(x[0]), float(y[0])),
+    )

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Rough surfaces: a self-affine generator, and how the contact area grows with the load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import number, positive, whole
+from ..base.owning import owned
+from ..base.plain import plain
+from ..bodies.material import Material
+from ..bodies.simple import Simple
+from ..geometry.contact_points import spacing_pair
+from .normal import solve_normal
+
+Array = NDArray[np.float64]
+
+
+def roughness(
+    shape: int | tuple[int, int],
+    spacing: float | tuple[float, float],
+    *,
+    hurst: float = 0.8,
+    rms_height: float | None = None,
+    rms_slope: float | None = None,
+    longest: float | None = None,
+    roll_off: float | None = None,
+    shortest: float | None = None,
+    seed: int = 0,
+) -> Array:
+    """Heights of a periodic, isotropic, Gaussian, self-affine rough surface.
+
+    Parameters
+    ----------
+    shape : int or (int, int)
+        Cells (ny, nx).
+    spacing : float or (float, float) [m]
+    hurst : float [-]
+        In (0, 1]: the power spectrum falls with the wave number to the power -2 (1 + hurst).
+    rms_height : float [m]
+        Root mean square of the heights; or
+    rms_slope : float [-]
+        of the slope (of the trigonometric interpolant).
+    longest, roll_off, shortest : float [m]
+        Wavelengths: no waves longer than `longest` (default: the whole surface), a flat spectrum from there
+        to `roll_off` (default: none), no waves shorter than `shortest` (default: two cells).
+    seed : int
+        From 0 on; the same seed gives the same surface.
+
+    Returns
+    -------
+    (ny, nx) float [m]
+        Heights with zero mean; as a gap against a plane take ``heights.max() - heights``.
+
+    Examples
+    --------
+    >>> import mtb_rs as mtb
+    >>> heights = mtb.roughness(64, 1e-6, rms_height=1e-7, seed=1)
+    >>> round(float(heights.std()) / 1e-7, 9)
+    1.0
+    """
+    ny, nx = _shape(shape)
+    dx, dy = spacing_pair(spacing)
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"seed is {seed!r}: a whole number from 0 on is needed")
+    if not 0.0 < number("hurst", hurst) <= 1.0:
+        raise ValueError(f"hurst is {hurst:g}: a number in (0, 1] is needed")
+    if (rms_height is None) == (rms_slope is None):
+        raise ValueError("either rms_height or rms_slope is needed")
+    longest = math.inf if longest is None else positive("longest", longest, "m")
+    roll_off = longest if roll_off is None else positive("roll_off", roll_off, "m")
+    shortest = 2.0 * max(dx, dy) if shortest is None else positive("shortest", shortest, "m")
+    if not shortest < roll_off <= longest:
+        raise ValueError(
+            f"wavelengths are {longest:g}, {roll_off:g}, {shortest:g} m: "
+            "longest >= roll_off > shortest is needed"
+        )
+    kx = 2.0 * math.pi * np.fft.rfftfreq(nx, dx)[None, :]
+    ky = 2.0 * math.pi * np.fft.fftfreq(ny, dy)[:, None]
+    k = np.hypot(kx, ky)
+    allowed = (k > 0.0) & (k >= 2.0 * math.pi / longest) & (k <= 2.0 * math.pi / shortest)
+    if not allowed.any():
+        raise ValueError("no wave between longest and shortest fits on the surface")
+    # relative to the smallest wave number, so that powers neither overflow nor vanish
+    knee = max(2.0 * math.pi / roll_off, float(k[allowed].min()))
+    amplitude = np.where(allowed, (np.maximum(k, knee) / knee) ** (-1.0 - hurst), 0.0)
+    noise = np.fft.rfft2(np.random.default_rng(seed).standard_normal((ny, nx)))
+    spectrum = noise * amplitude
+    heights = np.fft.irfft2(spectrum, s=(ny, nx))
+    if rms_height is not None:
+        return np.asarray(heights * (positive("rms_height", rms_height, "m") / heights.std()))
+    slopes = [np.fft.irfft2(1j * c * spectrum, s=(ny, nx)) for c in (kx, ky)]
+    now = math.sqrt(float(np.mean(slopes[0] ** 2 + slopes[1] ** 2)))
+    if now == 0.0:
+        raise ValueError(
+            f"rms_slope is {rms_slope!r}: the only waves on {nx} x {ny} cells are two cells long, "
+            "whose slope is zero at every cell; more cells or rms_height are needed"
+        )
+    return np.asarray(heights * (positive("rms_slope", rms_slope) / now))
+
+
+def _shape(shape: int | tuple[int, int]) -> tuple[int, int]:
+    try:
+        ny, nx = shape  # type: ignore[misc]
+    except TypeError:
+        n = whole("shape", shape)
+        return n, n
+    except ValueError:
+        raise ValueError(f"shape is {shape!r}: a whole number or (ny, nx) is needed") from None
+    return whole("shape[0]", ny), whole("shape[1]", nx)
+
+
+@plain
+class AreaLoadCurve(NamedTuple):
+    """Contact area over load."""
+
+    force: Array
+    """Normal force [N]."""
+    contact_area: Array
+    """Real area of contact [m2]."""
+    approach: Array
+    """Approach [m]."""
+    mean_gap: Array
+    """Mean of the deformed gap [m]."""
+
+
+def area_load_curve(
+    gap: ArrayLike,
+    spacing: float | tuple[float, float],
+    forces: Iterable[float],
+    *,
+    lower: Material | Simple,
+    upper: Material | Simple,
+    periodic: bool = True,
+    tolerance: float | None = None,
+) -> AreaLoadCurve:
+    """Contact area, approach and mean gap of a rough contact over the normal force.
+
+    Parameters are those of :func:`mtb_rs.solve_normal`; `forces` [N] are solved one by one. Cells count as
+    in contact whole, which makes the area too large by about half a cell along its border.
+    """
+    loads = [positive(f"forces[{k}]", force, "N") for k, force in enumerate(forces)]
+    results = [
+        solve_normal(
+            gap,
+            spacing,
+            lower=lower,
+            upper=upper,
+            force=force,
+            periodic=periodic,
+            tolerance=tolerance,
+            edge="auto" if periodic else "sharp",
+        )
+        for force in loads
+    ]
+    columns = AreaLoadCurve(
+        np.array(loads),
+        np.array([result.contact_area for result in results]),
+        np.array([result.approach for result in results]),
+        np.array([float(result.gap.mean()) for result in results]),
+    )
+    curve: AreaLoadCurve = owned(columns)
+    return curve

@@ -1,0 +1,712 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Stick and slip: shifts, transient and steady rolling."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import choice, number, numbers, pair, positive, reals
+from ..base.errors import ConvergenceError
+from ..base.owning import check_finite, owning, solved
+from ..base.plain import plain
+from ..bodies.material import Material
+from ..friction.laws import (
+    Coulomb,
+    FallingFriction,
+    Friction,
+    InterfaceLayer,
+    StaticKinetic,
+    TabulatedFriction,
+    native_law,
+)
+from ..geometry.contact_points import window
+from ..results.report import Report
+from ..results.result import TangentialFields
+from .pressure_field import PressureField, pressure_field
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+Forces = tuple[float | None, float | None]
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class Rolling:
+    """Rolling contact: the upper body rolls over the lower one.
+
+    The rigid slip of the upper body over the lower one, relative to the rolling speed, is
+    ``(xi - phi y, eta + phi x)``. `xi` > 0 pulls the lower body towards +x.
+
+    Parameters
+    ----------
+    creepage : (xi, eta, phi)
+        Creepage along x and along y [-], whatever the `angle`, and spin [1/m]. At an angle, creepages
+        (l, t) along the rolling direction and to its left are
+        ``xi = l cos(angle) - t sin(angle)``, ``eta = l sin(angle) + t cos(angle)``.
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body to be reached by the creepage of that
+        component; None for a component whose creepage is given.
+    angle : float [rad]
+        Direction of rolling from +x towards +y; a line contact rolls along +x or -x only.
+    speed : float [m/s]
+        Rolling speed; matters for friction that depends on the slip speed.
+    transient : bool
+        One step from a state instead of the steady state.
+    step : float or None [m]
+        Distance rolled in a transient step, and over which steady slip is measured; None for one cell. The
+        rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on: the part of
+        a cell's own traction in the difference vanishes with the step, so that neighbours are told apart
+        ever less; below a tenth of a cell it is refused.
+    """
+
+    creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force: Forces | None = None
+    angle: float = 0.0
+    speed: float = 10.0
+    transient: bool = False
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "creepage", numbers("creepage", self.creepage, 3))
+        _check_force(self.force)
+        number("angle", self.angle, "rad")
+        positive("speed", self.speed, "m/s")
+        if not isinstance(self.transient, (bool, np.bool_)):
+            raise ValueError(f"transient is {self.transient!r}: True or False is needed")
+        if self.step is not None:
+            positive("step", self.step, "m")
+
+    def step_vector(self, spacing: Pair) -> Pair:
+        """The step (x, y) [m] on cells of the size `spacing` [m]."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        length = self.step if self.step is not None else spacing[0] * c * c + spacing[1] * s * s
+        return (length * c, length * s)
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class Shift:
+    """One finite displacement of the upper body over the lower one.
+
+    Parameters
+    ----------
+    displacement : (float, float) [m]
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body to be reached instead; None for a component whose
+        displacement is given.
+    spin : float [rad]
+        Rotation about z through (0, 0).
+    duration : float [s]
+        Matters for friction that depends on the slip speed.
+    """
+
+    displacement: tuple[float, float] = (0.0, 0.0)
+    force: Forces | None = None
+    spin: float = 0.0
+    duration: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "displacement", pair("displacement", self.displacement, "m"))
+        _check_force(self.force)
+        number("spin", self.spin, "rad")
+        positive("duration", self.duration, "s")
+
+
+#: Distance over the one before up to which a creep curve is continued by its last two points.
+_FARTHEST = 3.0
+
+#: Shortest step, over a cell, by which the slip of steady rolling is measured.
+_SHORTEST_STEP = 0.1
+
+
+def _rolling_step(field: PressureField, motion: Rolling) -> Pair:
+    """The step (x, y) [m] on the cells of `field`, checked."""
+    along, across = motion.step_vector(field.spacing)
+    if field.reference is not None:
+        # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
+        if abs(across) > 1e-9 * math.hypot(along, across):
+            raise ValueError(
+                f"angle is {motion.angle:g} rad: a line contact rolls along +x (0) or -x (pi) only"
+            )
+        across = 0.0
+    if motion.step is not None and not motion.transient:
+        cell = math.hypot(*replace(motion, step=None).step_vector(field.spacing))
+        if motion.step < _SHORTEST_STEP * cell:
+            raise ValueError(
+                f"step is {motion.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
+                f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
+            )
+    return along, across
+
+
+def _check_force(force: Any) -> None:
+    if force is None:
+        return
+    if not isinstance(force, (tuple, list, np.ndarray)) or len(force) != 2:
+        raise ValueError(f"force is {force!r}: (Fx, Fy) [N] is needed, None for a given component")
+    for k, value in enumerate(force):
+        if value is not None:
+            number(f"force[{k}]", value, "N")
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class TangentialState:
+    """What a later step needs to know of an earlier one: plain arrays, to be saved and resumed.
+
+    Attributes
+    ----------
+    traction : (2, ny, nx) [Pa]
+        On the lower body.
+    pressure : (ny, nx) [Pa]
+    coefficient : (ny, nx) [-]
+        Coefficient of friction that the particles carry.
+    origin, spacing : (float, float) or None [m]
+        Of the grid, as of :class:`PressureField`. With them a state may be followed by a step on another grid
+        whose cells lie on the same lines; without (as of older files) the next grid must have the same shape
+        and is taken for the same.
+    """
+
+    traction: Array
+    pressure: Array
+    coefficient: Array
+    origin: Pair | None = None
+    spacing: Pair | None = None
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.pressure)
+        for name in ("pressure", "coefficient"):
+            values = reals(f"state.{name}", getattr(self, name))
+            if values.ndim != 2 or values.shape != shape or np.any(values < 0.0):
+                raise ValueError(
+                    f"state.{name} has shape {values.shape} and the least value {values.min():g}: "
+                    "(ny, nx) like the pressure, nowhere negative, is needed"
+                )
+            object.__setattr__(self, name, values)
+        traction = reals("state.traction", self.traction, "Pa")
+        if traction.shape != (2, *shape):
+            raise ValueError(f"state.traction has shape {traction.shape}: {(2, *shape)} is needed")
+        object.__setattr__(self, "traction", traction)
+        for name in ("origin", "spacing"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, pair(f"state.{name}", getattr(self, name), "m"))
+
+    def cells_before(self, field: PressureField) -> tuple[int, int]:
+        """Rows and columns that the first cell of this state lies after that of `field`.
+
+        Raises
+        ------
+        ValueError
+            If the cells of the two do not lie on the same lines.
+        """
+        shape = field.pressure.shape
+        if self.origin is None or self.spacing is None:
+            if self.pressure.shape != shape:
+                raise ValueError(
+                    f"state has shape {self.pressure.shape}, the pressure has {shape}: a state without "
+                    "origin and spacing belongs to the same grid"
+                )
+            return 0, 0
+        if not np.allclose(self.spacing, field.spacing, rtol=1e-9, atol=0.0):
+            raise ValueError(
+                f"state has cells of {self.spacing} m, the pressure has {field.spacing} m: "
+                "they must be the same"
+            )
+        moved = [(a - b) / d for a, b, d in zip(self.origin, field.start, field.spacing, strict=True)]
+        whole = [round(cells) for cells in moved]
+        if any(abs(a - b) > 1e-6 for a, b in zip(moved, whole, strict=True)):
+            raise ValueError(
+                f"state begins at {self.origin} m, {moved[0]:.6g} and {moved[1]:.6g} cells from the grid of "
+                "the pressure: whole numbers of cells are needed"
+            )
+        return whole[1], whole[0]
+
+
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class TangentialResult(TangentialFields):
+    """A solved tangential problem; vectors act on the lower body.
+
+    Attributes
+    ----------
+    points : (2, ny, nx) [m]
+        Cell centres.
+    area : (ny, nx) [m2]
+    pressure : (ny, nx) [Pa]
+    traction : (3, ny, nx) [Pa]
+        Friction on the lower body; the third component is zero.
+    slip : (2, ny, nx)
+        Of the upper body over the lower one: relative [-] in rolling, [m] in a shift; zero but
+        where the surfaces slip.
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    friction_coefficient : (ny, nx) [-]
+        In force at each point.
+    dissipation : (ny, nx)
+        Work of friction that turns into heat: per area and distance rolled [Pa] in rolling, per area [J/m2]
+        in a shift. A particle feels the mean of its tractions before and after a step: half of the
+        traction of a cell works on the slip there, half of that before on the slip one step behind, at a
+        column behind the trailing edge as well. The sum over the cells is the work of the mean traction on
+        the rigid slip (between unlike bodies also on the slip by pressure), less the growth of the elastic
+        energy in a shift or a transient step: in steady rolling without spin exactly force times creepage.
+        Traction times `slip` cell by cell misses more than a tenth on 20 cells.
+    force : (3,) [N]
+        Friction (x, y) and minus the normal force (z).
+    spin_moment : float [N m]
+        Sum of (x q_y - y q_x) area.
+    creepage : (3,)
+        (xi, eta, phi) in rolling, (x, y [m], rotation [rad]) in a shift: given, or found for a force.
+    motion : Rolling or Shift
+        As asked for.
+    state : TangentialState
+        For the next shift or transient step.
+    """
+
+    points: Array
+    area: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    status: NDArray[np.int8]
+    friction_coefficient: Array
+    dissipation: Array
+    force: Array
+    spin_moment: float
+    creepage: Array
+    motion: Rolling | Shift
+    state: TangentialState
+    report: Report
+
+    @property
+    def slip_unit(self) -> str:
+        """Relative in rolling, metres in a shift."""
+        return "m" if isinstance(self.motion, Shift) else "-"
+
+    @property
+    def dissipation_unit(self) -> str:
+        """Work per area and distance rolled, or per area in a shift."""
+        return "J/m2" if isinstance(self.motion, Shift) else "Pa"
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()[:-1]}, {self.report.status})"
+
+
+class _Key(NamedTuple):
+    """All that the operators depend on."""
+
+    shape: tuple[int, int]
+    spacing: Pair
+    lower: Pair | None
+    upper: Pair | None
+    layer: float
+    motion: str
+    step: Pair
+    reference: float | None
+
+
+@lru_cache(maxsize=4)
+def _operators(key: _Key) -> _mtb_rs.PatchOperators:
+    return _mtb_rs.PatchOperators(*key)
+
+
+def _constants(body: Material | None) -> Pair | None:
+    return None if body is None else (body.shear_modulus, body.poisson_ratio)
+
+
+def _prepare(
+    field: PressureField,
+    motion: Rolling | Shift,
+    layer: InterfaceLayer | None,
+    state: TangentialState | None,
+) -> tuple[_mtb_rs.PatchOperators, tuple[slice, slice], Pair]:
+    """Operators on the smallest rectangle that holds the contact, that rectangle, and its first cell.
+
+    The rectangle is in cells of the field, and goes beyond them where the state does.
+    """
+    loaded = np.argwhere(field.pressure > 0.0)
+    if not loaded.size:
+        raise ValueError("the pressure is zero everywhere: there is no contact to roll or to slide")
+    if state is not None:
+        carried = np.any(state.traction != 0.0, axis=0) | (state.pressure > 0.0)
+        loaded = np.concatenate([loaded, np.argwhere(carried) + state.cells_before(field)])
+    first, last = loaded.min(axis=0).tolist(), loaded.max(axis=0).tolist()
+    cut = (slice(first[0], last[0] + 1), slice(first[1], last[1] + 1))
+    if isinstance(motion, Shift):
+        kind, step = "shift", (0.0, 0.0)
+    else:
+        kind, step = "transient" if motion.transient else "steady", _rolling_step(field, motion)
+    key = _Key(
+        shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
+        spacing=field.spacing,
+        lower=_constants(field.lower),
+        upper=_constants(field.upper),
+        layer=0.0 if layer is None else layer.flexibility,
+        motion=kind,
+        step=step,
+        reference=field.reference,
+    )
+    origin = (
+        field.start[0] + cut[1].start * field.spacing[0],
+        field.start[1] + cut[0].start * field.spacing[1],
+    )
+    return _operators(key), cut, origin
+
+
+def solve_tangential(
+    normal: Any,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None = None,
+    state: TangentialState | None = None,
+    tolerance: float = 1e-8,
+    coupling: Literal["one-way", "full"] = "one-way",
+) -> TangentialResult:
+    """Traction, stick and slip of a contact that shifts or rolls.
+
+    Half-spaces under piecewise constant tractions; a semismooth Newton method whose products go by the
+    Fourier transform, started from coarser grids. In steady rolling slip is a first-order
+    difference over one step, and in rolling of both kinds the rigid slip is taken a sixth of a step
+    ahead, both as in CONTACT, whose fields are thus met cell by cell; the error falls with
+    `Rolling.step`, by default one cell.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+        Pressure on one regular patch, and the two bodies.
+    motion : Rolling or Shift
+    friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
+    layer : InterfaceLayer or None
+        Adds its shear flexibility; without influence once everything slides.
+    state : TangentialState or None
+        Earlier state of a shift or a transient step; None for surfaces without traction.
+    tolerance : float [-]
+        Relative residual of the contact conditions.
+    coupling : {"one-way", "full"}
+        For unlike bodies. Their pressure moves the surfaces tangentially in any case. "one-way" leaves out
+        that traction moves them normally in turn, and reports the size of that change of the gap, as
+        ``report.omitted["gap_change_by_traction_m"]``. "full" repeats both problems in turn until the
+        pressure stays, at the normal force of `normal`, and reports the change of the pressure over its
+        peak, as ``report.force_balance["pressure_change_by_traction"]``. It needs the gap, so `normal` must
+        be a result of `solve_normal` with locked tilts: a scene's result, a :class:`PressureField`,
+        a line contact, a periodic contact or free tilts (`moments`) are refused. Like bodies settle
+        in one round.
+
+    Raises
+    ------
+    ValueError
+        For bad input, and for a force of at least what the coefficient at rest carries.
+    ConvergenceError
+        With the likely cause, and the last iterate as ``.result``.
+    """
+    choice("coupling", coupling, ("one-way", "full"))
+    _check_problem(motion, layer, state)
+    number("tolerance", tolerance)
+    if coupling == "full":
+        return _alternate(normal, motion, friction, layer, state, tolerance)
+    started = time.perf_counter()
+    field = pressure_field(normal)
+    steady = isinstance(motion, Rolling) and not motion.transient
+    if steady and state is not None:
+        raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
+    shape = field.pressure.shape
+    operators, cut, origin = _prepare(field, motion, layer, state)
+    prepared = time.perf_counter()
+    if isinstance(motion, Rolling):
+        given, spin, speed = motion.creepage[:2], motion.creepage[2], motion.speed
+    else:
+        given, spin, speed = motion.displacement, motion.spin, 1.0 / motion.duration
+    forces = motion.force if motion.force is not None else (None, None)
+    drive = [(float(g), False) if f is None else (float(f), True) for g, f in zip(given, forces, strict=True)]
+    earlier = None
+    if state is not None:
+        before = state.cells_before(field)
+        there = tuple(slice(c.start - k, c.stop - k) for c, k in zip(cut, before, strict=True))
+        earlier = (
+            window(state.traction, there),
+            window(state.pressure, there),
+            window(state.coefficient, there, fill=friction.at_rest()),
+        )
+    found = operators.solve(
+        window(field.pressure, cut),
+        origin,
+        drive,
+        float(spin),
+        float(speed),
+        native_law(friction, shape, cut),
+        earlier,
+        float(tolerance),
+        around=(shape[::-1], (cut[1].start, cut[0].start)),
+    )
+    finished = time.perf_counter()
+    result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
+    if not result.report.converged:
+        raise ConvergenceError(
+            f"stick and slip were not found: residual {result.report.residual:.1e} after "
+            f"{result.report.iterations} Newton steps, {tolerance:.0e} asked for"
+            f"{_likely_cause(motion, friction)}",
+            result,
+        )
+    return result
+
+
+def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
+    """What may stand against a solution, to be put behind a message."""
+    if isinstance(friction, Coulomb):
+        return ""
+    causes = []
+    if motion.force is not None and any(f is not None for f in motion.force):
+        causes.append("the force prescribed may be above the largest one that this friction law carries")
+    if isinstance(friction, (FallingFriction, TabulatedFriction)) and friction.memory is None:
+        advice = "friction that depends on the slip may have no state without a memory: give it one"
+        if isinstance(motion, Rolling) and motion.transient:
+            advice += ", or roll over a longer step; a shorter one makes it worse"
+        causes.append(advice)
+    return f"; {', or '.join(causes)}" if causes else ""
+
+
+def _check_problem(motion: Any, layer: Any, state: Any) -> None:
+    if not isinstance(motion, (Rolling, Shift)):
+        raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed")
+    if layer is not None and not isinstance(layer, InterfaceLayer):
+        raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed, or None")
+    if state is not None and not isinstance(state, TangentialState):
+        raise ValueError(f"state is {state!r}: the TangentialState of an earlier result is needed, or None")
+
+
+#: Largest change of the pressure, over its peak, at which the alternation of both problems ends.
+_SETTLED = 1e-6
+
+
+def _alternate(
+    normal: Any,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None,
+    state: TangentialState | None,
+    tolerance: float,
+) -> TangentialResult:
+    """Normal and tangential problem in turn [Kalker1990, ch. 4] until the pressure stays."""
+    from .normal import solve_normal
+
+    for name in ("initial_gap", "normal_force", "approach", "tilts"):
+        if not hasattr(normal, name):
+            raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
+    if any(normal.tilts):
+        raise ValueError("full coupling keeps the tilts locked; those of the normal contact are free")
+    first = pressure_field(normal)
+    field = first
+    changes: list[float] = []
+    result = solve_tangential(field, motion, friction, layer, state, tolerance)
+    while not changes or changes[-1] > _SETTLED:
+        change = _gap_change(field, result.traction)
+        again = solve_normal(
+            normal.initial_gap + change,
+            field.spacing,
+            lower=normal.lower,
+            upper=normal.upper,
+            force=normal.normal_force,
+            tolerance=min(tolerance, 1e-8),
+            # contact at a side of the grid was legitimate in the normal problem already
+            edge="sharp",
+        )
+        pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)
+        changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))
+        field = replace(field, pressure=pressure)
+        result = solve_tangential(field, motion, friction, layer, state, tolerance)
+        if len(changes) > 3 and changes[-1] > 0.9 * changes[-2] > 10.0 * _SETTLED:
+            raise ConvergenceError(
+                f"normal and tangential problem do not settle: the pressure changes by {changes[-1]:.1e}",
+                result,
+            )
+    whole = float(np.abs(field.pressure - first.pressure).max() / first.pressure.max())
+    balance = {**result.report.force_balance, "pressure_change_by_traction": whole}
+    report = replace(
+        result.report, method=f"alternating, {len(changes)} rounds", omitted={}, force_balance=balance
+    )
+    return replace(result, report=report)
+
+
+def _gap_change(field: PressureField, traction: Array) -> Array:
+    """Change (ny, nx) [m] of the gap by the traction (3, ny, nx) on the lower body."""
+    ny, nx = field.pressure.shape
+    change = np.zeros(nx * ny)
+    # both surfaces sink where they do: the upper body feels the opposite traction
+    for body, sign in ((field.lower, 1.0), (field.upper, -1.0)):
+        if body is not None:
+            half_space = _mtb_rs.half_space(
+                body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], field.spacing, True
+            )
+            load = np.ascontiguousarray(sign * traction.reshape(3, -1))
+            change += half_space.displacement(load)[2]
+    return change.reshape(ny, nx)
+
+
+def _left_out(field: PressureField, traction: Array, status: NDArray[Any]) -> dict[str, float]:
+    """Size of the change of the gap by traction, which the pressure given has not felt."""
+    moduli = [
+        0.0 if body is None else (1.0 - 2.0 * body.poisson_ratio) / body.shear_modulus
+        for body in (field.lower, field.upper)
+    ]
+    if field.reference is not None or abs(moduli[0] - moduli[1]) <= 1e-12 * max(moduli):
+        return {}
+    change = _gap_change(field, traction)[status > 0]
+    return {"gap_change_by_traction_m": float(np.abs(change - change.mean()).max())}
+
+
+def _result(
+    field: PressureField,
+    motion: Rolling | Shift,
+    friction: Friction,
+    layer: InterfaceLayer | None,
+    cut: tuple[slice, slice],
+    found: dict[str, Any],
+    times: tuple[float, float, float],
+) -> TangentialResult:
+    shape = field.pressure.shape
+
+    def whole(part: NDArray[Any], fill: float = 0.0) -> NDArray[Any]:
+        """`part` of the grid (..., ny, nx) put back into the whole of it."""
+        seen = tuple(slice(-c.start, n - c.start) for c, n in zip(cut, shape, strict=True))
+        return window(part, seen, fill)
+
+    status = whole(found["status"])
+    slip = whole(found["slip"])
+    slip[:, status != 2] = 0.0
+    x, y = field.coordinates()
+    coefficient = whole(found["coefficient"], fill=friction.at_rest())
+    tangential = whole(found["traction"])
+    traction = np.concatenate([tangential, np.zeros((1, *shape))])
+    force = np.array([*found["force"], -field.normal_force])
+    spin = motion.creepage[2] if isinstance(motion, Rolling) else motion.spin
+    area = field.spacing[0] * field.spacing[1]
+    report = Report(
+        converged=found["converged"],
+        status="converged" if found["converged"] else "no convergence",
+        model="half-space" if layer is None else "half-space and layer",
+        method="direct",
+        solver="semismooth Newton on discs, GMRES, FFT, nested grids",
+        iterations=found["iterations"],
+        residual=found["history"][-1],
+        contact_area=float(np.count_nonzero(status) * area),
+        peak_pressure=float(field.pressure.max()),
+        convolutions=found["products"],
+        preconditionings=found["preconditionings"],
+        force_balance={
+            "tangential": float(np.hypot(force[0], force[1])),
+            "normal": field.normal_force,
+            "stick_area": float(np.count_nonzero(status == 1) * area),
+        },
+        omitted=_left_out(field, traction, status),
+        time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
+        history=tuple(found["history"]),
+    )
+    state = TangentialState(tangential, field.pressure, coefficient, field.start, field.spacing)
+    return TangentialResult(
+        points=np.stack(np.meshgrid(x, y)),
+        area=np.full(field.pressure.shape, area),
+        pressure=field.pressure,
+        traction=traction,
+        slip=slip,
+        status=status,
+        friction_coefficient=coefficient,
+        dissipation=found["dissipation"],
+        force=force,
+        spin_moment=found["spin_moment"],
+        creepage=np.array([*found["drive"], spin]),
+        motion=motion,
+        state=state,
+        report=report,
+    )
+
+
+def creep_curve(
+    normal: Any,
+    creepages: ArrayLike,
+    friction: Friction,
+    layer: InterfaceLayer | None = None,
+    speed: float = 10.0,
+    tolerance: float = 1e-6,
+    progress: Callable[[float], Any] | None = None,
+) -> Array:
+    """Forces of steady rolling over a list of creepages.
+
+    Along a line of creepages each solve starts from the last two, which halves the work where they lie close.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+    creepages : (n, 3)
+        (xi, eta, phi) [-, -, 1/m] each.
+    friction, layer
+        As in :func:`solve_tangential`.
+    speed : float [m/s]
+    tolerance : float [-]
+    progress : callable or None
+        Called with the share done after each creepage.
+
+    Returns
+    -------
+    (n, 3) float
+        Fx, Fy [N] and Mz [N m] on the lower body.
+
+    Raises
+    ------
+    ConvergenceError
+        Naming the creepages that did not converge; ``.result`` holds all forces, those as NaN.
+    """
+    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    number("tolerance", tolerance)
+    field = pressure_field(normal)
+    _check_problem(Rolling(speed=speed), layer, None)
+    operators, cut, origin = _prepare(field, Rolling(speed=speed), layer, None)
+    law = native_law(friction, field.pressure.shape, cut)
+    pressure = window(field.pressure, cut)
+    forces: Array = np.zeros((len(rows), 3))
+    converged = np.zeros(len(rows), dtype=bool)
+    # where friction falls with slip there may be several states, and the start would choose among them
+    is_unique = isinstance(friction, (Coulomb, StaticKinetic))
+    size = math.sqrt(np.count_nonzero(pressure) * field.spacing[0] * field.spacing[1])
+    places = rows * np.array([1.0, 1.0, size])
+    last: list[Array] = []
+    for k, (xi, eta, phi) in enumerate(rows.tolist()):
+        drive = [(xi, False), (eta, False)]
+        start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
+        found = operators.solve(
+            pressure, origin, drive, phi, float(speed), law, None, float(tolerance), start
+        )
+        forces[k], converged[k] = (*found["force"], found["spin_moment"]), found["converged"]
+        last = [*last[-1:], found["traction"]] if converged[k] else []
+        if progress is not None:
+            progress((k + 1) / len(rows))
+    failed = np.flatnonzero(~converged)
+    if failed.size:
+        forces[failed] = np.nan
+        cause = _likely_cause(Rolling(speed=speed), friction)
+        raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
+    check_finite("forces", forces)
+    return forces
+
+
+def _along(places: Array, last: list[Array]) -> Array | None:
+    """The traction at the third of three places from those at the two before; None where no line goes on."""
+    before, ahead = np.diff(places, axis=0)
+    square = float(before @ before)
+    share = float(ahead @ before) / square if square > 0.0 else 0.0
+    if not 0.0 < share < _FARTHEST or np.linalg.norm(ahead - share * before) > 0.1 * np.linalg.norm(ahead):
+        return None
+    return np.ascontiguousarray(last[1] + share * (last[1] - last[0]))

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What can be drawn of a result: names, units, labels, colours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.colors import Normalize
+from numpy.typing import NDArray
+
+from ..base.plain import plain
+from ..results.result import Pictured
+
+Array = NDArray[np.float64]
+
+
+Limits = tuple[float, float]
+Body = Literal["upper", "lower"]
+
+#: Okabe and Ito's colours: told apart by everybody, and in grey.
+LINE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STATUS_NAMES = ("open", "stick", "slip")
+STATUS_COLOURS = ("#E4E4E4", "#0072B2", "#E69F00")
+OPEN_COLOUR = "#EDEDED"
+INK = "#333333"
+MILLIMETRE = 1e-3
+
+_PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
+    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "-": ((1.0, "-"), (1e-3, "10⁻³"), (1e-6, "10⁻⁶"), (1e-9, "10⁻⁹")),
+    "W/m2": ((1e9, "GW/m²"), (1e6, "MW/m²"), (1e3, "kW/m²"), (1.0, "W/m²")),
+    "J/m2": ((1e3, "kJ/m²"), (1.0, "J/m²"), (1e-3, "mJ/m²")),
+    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "\N{MICRO SIGN}m/s")),
+}
+
+
+@dataclass(frozen=True)
+@plain
+class Quantity:
+    """A field that can be drawn: how it is called, which attribute it comes from and how, its SI unit."""
+
+    label: str
+    unit: str
+    source: str
+    values: Callable[[Any, Body], Array]
+    contact_only: bool = False
+    by_body: bool = False
+    colours: str | None = None
+
+
+def _displacement(component: int) -> Callable[[Any, Body], Array]:
+    return lambda result, body: np.asarray(getattr(result.displacement, body)[component])
+
+
+def _of(source: str, component: int | None = None) -> Callable[[Any, Body], Array]:
+    def values(result: Any, _: Body) -> Array:
+        field = np.asarray(getattr(result, source), dtype=float)
+        return field if component is None else field[component]
+
+    return values
+
+
+def _size(source: str) -> Callable[[Any, Body], Array]:
+    return lambda result, _: np.asarray(np.linalg.norm(getattr(result, source), axis=0))
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "pressure": Quantity("pressure", "Pa", "pressure", _of("pressure"), contact_only=True),
+    "traction": Quantity("|traction|", "Pa", "traction", _size("traction"), contact_only=True),
+    "longitudinal_traction": Quantity(
+        "longitudinal traction", "Pa", "traction", _of("traction", 0), contact_only=True
+    ),
+    "lateral_traction": Quantity("lateral traction", "Pa", "traction", _of("traction", 1), contact_only=True),
+    "slip": Quantity("|slip|", "slip", "slip", _size("slip"), contact_only=True),
+    "longitudinal_slip": Quantity("longitudinal slip", "slip", "slip", _of("slip", 0), contact_only=True),
+    "lateral_slip": Quantity("lateral slip", "slip", "slip", _of("slip", 1), contact_only=True),
+    "friction_coefficient": Quantity(
+        "friction coefficient", "-", "friction_coefficient", _of("friction_coefficient"), contact_only=True
+    ),
+    "dissipation": Quantity("dissipation", "dissipation", "dissipation", _of("dissipation")),
+    "gap": Quantity("gap", "m", "gap", _of("gap"), colours="viridis_r"),
+    "initial_gap": Quantity("initial gap", "m", "initial_gap", _of("initial_gap"), colours="viridis_r"),
+    "status": Quantity("status", "", "status", _of("status")),
+    "vertical_displacement": Quantity(
+        "vertical displacement", "m", "displacement", _displacement(2), by_body=True
+    ),
+    "longitudinal_displacement": Quantity(
+        "longitudinal displacement", "m", "displacement", _displacement(0), by_body=True
+    ),
+    "lateral_displacement": Quantity(
+        "lateral displacement", "m", "displacement", _displacement(1), by_body=True
+    ),
+}
+
+
+def drawable(result: Pictured) -> tuple[str, ...]:
+    """The quantities this kind of result has."""
+    return tuple(name for name, asked in QUANTITIES.items() if hasattr(result, asked.source))
+
+
+def quantity_of(result: Pictured, name: str) -> Quantity:
+    """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
+    known = drawable(result)
+    if not known:
+        raise ValueError(f"{result!r} is no result that can be drawn")
+    if name not in known:
+        raise ValueError(f"quantity is {name!r}: one of {', '.join(known)} is needed")
+    asked = QUANTITIES[name]
+    units = {"slip": "slip_unit", "dissipation": "dissipation_unit"}
+    return replace(asked, unit=getattr(result, units[asked.unit])) if asked.unit in units else asked
+
+
+def unit_of(values: Array, unit: str) -> tuple[float, str]:
+    """The prefix that suits the largest value: 0.3 to 300 of it."""
+    largest = float(np.abs(values).max(initial=0.0))
+    for factor, name in _PREFIXES[unit]:
+        if largest >= 0.3 * factor:
+            return factor, name
+    return _PREFIXES[unit][-2 if largest == 0.0 else -1]
+
+
+@dataclass(frozen=True)
+@plain
+class Scale:
+    """Unit and colours of a picture: drawn is value / factor, in `unit`."""
+
+    factor: float
+    unit: str
+    colours: str
+    norm: Normalize
+    extend: str
+
+
+def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -> Scale:
+    """Unit and colours for `values` [SI], or for given `limits` [SI].
+
+    Values on both sides of zero get a scale that is white there. Peaks at sharp edges, singular in
+    theory, do not flatten the rest: the scale then ends below them, and says so by its open end, or where
+    a bar has none by :func:`bar_title`.
+    """
+    spanned = values if limits is None else np.array(limits)
+    factor, unit = unit_of(spanned, asked.unit)
+    spanned = spanned / factor
+    low, high = (float(spanned.min()), float(spanned.max())) if spanned.size else (0.0, 1.0)
+    if limits is not None:
+        below = bool(values.size and values.min() < limits[0])
+        above = bool(values.size and values.max() > limits[1])
+        extend = "both" if below and above else "min" if below else "max" if above else "neither"
+        mixed, falling = low < 0.0 < high, low < 0.0
+        colours = "RdBu_r" if mixed else asked.colours or ("viridis_r" if falling else "viridis")
+        return Scale(factor, unit, colours, Normalize(low, high), extend)
+    if min(-low, high) > 0.02 * max(-low, high):
+        bound = max(-low, high)
+        return Scale(factor, unit, "RdBu_r", Normalize(-bound, bound), "neither")
+    if low < 0.0:
+        return Scale(factor, unit, asked.colours or "viridis_r", Normalize(low, high), "neither")
+    robust = float(np.percentile(spanned, 97.0)) if spanned.size else high
+    peaked = high > 1.4 * robust > 0.0
+    norm = Normalize(0.0, robust if peaked else high or 1.0)
+    return Scale(factor, unit, asked.colours or "viridis", norm, "max" if peaked else "neither")
+
+
+def bar_title(label: str, values: Array, scale: Scale) -> str:
+    """What stands over the bar of a picture in space: what, in which unit, and what the scale leaves out."""
+    title = f"{label}\n[{scale.unit}]"
+    if scale.extend in ("max", "both"):
+        title += f"\n(largest {values.max() / scale.factor:.3g})"
+    if scale.extend in ("min", "both"):
+        title += f"\n(smallest {values.min() / scale.factor:.3g})"
+    return title

@@ -1,0 +1,524 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The three-dimensional view of a result (pyvista): bodies, the quantity on the contact patch, deformation.
+
+VTK ends the process when it finds no GL driver, so a first picture is tried in another process, once.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.check import number
+from ..base.errors import ViewError
+from ..base.files import check_target, write_bytes
+from ..geometry.triangles import Surface
+from ..results.grids import corners, flat, patches, quads
+from ..results.result import Pictured, Result
+
+if TYPE_CHECKING:
+    import pyvista
+
+Array = NDArray[np.float64]
+
+
+#: What Debian and Ubuntu need for pictures without a display.
+GL_PACKAGES = "libegl1 libgl1-mesa-dri"
+_WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
+_PROBE = (
+    "from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow;"
+    "import vtkmodules.vtkRenderingOpenGL2;"
+    "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.AddRenderer(vtkRenderer()); w.Render()"
+)
+
+_BODY_COLOUR, _EDGE_COLOUR, _INK = "#CDD2DA", "#4A5560", "#333333"
+
+
+@cache
+def missing_for_view() -> str | None:
+    """Why no 3-D picture can be made here, with what to install; None when one can.
+
+    Renders an empty picture in another process the first time, and remembers the answer. Without a
+    display, the kind of window that worked is left in the environment for VTK to find.
+    """
+    try:
+        import pyvista  # noqa: F401
+    except ImportError:
+        return "the 3-D view needs pyvista: pip install 'mtb-rs[viz]'"
+    headless = sys.platform == "linux" and not os.environ.get("DISPLAY")
+    windows = [os.environ.get(_WINDOW)]
+    if headless and windows == [None]:
+        windows = ["vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"]
+    for window in windows:
+        environment = os.environ | ({_WINDOW: window} if window else {})
+        try:
+            probe = subprocess.run(
+                [sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=180, check=False
+            )
+        except subprocess.TimeoutExpired:
+            continue
+        if probe.returncode == 0:
+            if window:
+                os.environ[_WINDOW] = window
+            return None
+    return (
+        f"the 3-D view needs a GL driver, and none works here: apt-get install {GL_PACKAGES} "
+        "(Debian, Ubuntu), or the driver of this machine's graphics"
+    )
+
+
+def view(
+    result: Pictured,
+    quantity: str = "pressure",
+    *,
+    body: Literal["upper", "lower"] = "lower",
+    limits: tuple[float, float] | None = None,
+    scale: float | None = None,
+    off_screen: bool | None = None,
+    size: tuple[int, int] = (1400, 950),
+) -> pyvista.Plotter:
+    """The bodies in space, with the quantity on the contact patch of the lower one.
+
+    Of a result that has no bodies (a height field, a step) it is the patch alone.
+
+    Parameters
+    ----------
+    quantity : str
+        As in :func:`mtb_rs.plot.plot`.
+    body : "lower" or "upper"
+        Whose displacement is drawn.
+    limits : (low, high) [SI unit of the quantity]
+        Ends of the colour scale. By default those of the values, or less where single peaks would
+        flatten the rest: the largest value then stands over the bar.
+    scale : float
+        Factor on all displacements. By default 0 where the bodies carry none (half-spaces), otherwise
+        such that the largest one is seen as a twentieth of the patch.
+    off_screen : bool
+        By default True where there is no display.
+    size : (int, int)
+        Pixels.
+
+    Returns
+    -------
+    pyvista.Plotter
+        ``.show()`` opens a window or a notebook cell, ``.screenshot(path)`` writes a picture.
+
+    Raises
+    ------
+    ViewError
+        Without pyvista or a GL driver; names what to install.
+    ValueError
+        If the scale is no finite number.
+    """
+    if scale is not None:
+        scale = number("scale", scale)
+    plotter = _plotter(off_screen, size)
+    from .quantities import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
+
+    asked = quantity_of(result, quantity)
+    surfaces = bodies(result) if isinstance(result, Result) else ()
+    if scale is None:
+        scale = _default_scale(surfaces, result)
+
+    span = float(np.ptp(_places(result), axis=1).max())
+    for surface in surfaces:
+        _add_body(plotter, surface, _places(result), scale)
+
+    values = flat(result, asked.values(result, body)).astype(float)
+    closed = flat(result, result.status) > 0
+    shown = closed if asked.contact_only else np.ones_like(closed)
+    style: dict[str, Any]
+    if quantity == "status":
+        factor = 1.0
+        style = {
+            "cmap": list(STATUS_COLOURS),
+            "clim": (-0.5, 2.5),
+            "n_colors": 3,
+            "annotations": {float(code): name for code, name in enumerate(STATUS_NAMES)},
+            "scalar_bar_args": _bar("status") | {"n_labels": 0},
+        }
+    else:
+        shades = colour_scale(values[shown], asked, limits)
+        factor = shades.factor
+        style = {
+            "cmap": shades.colours,
+            "clim": (shades.norm.vmin, shades.norm.vmax),
+            "scalar_bar_args": _bar(
+                bar_title(asked.label.replace(" displacement", "\ndisplacement"), values[shown], shades)
+            ),
+        }
+    # on a half-space, whose surface is drawn as it was, the patch would sink out of sight
+    sinks = any(s.displacement is None and not _is_upper(s, _places(result)) for s in surfaces)
+    patch = contact_mesh(result, scale=0.0 if sinks else scale, lift=2e-3 * span)
+    patch.cell_data["drawn"] = np.where(shown, values / factor, np.nan)
+    if not patches(result):
+        style |= {"point_size": 12.0}  # scattered points
+    plotter.add_mesh(patch, scalars="drawn", nan_color="#EDEDED", lighting=False, copy_mesh=True, **style)
+    border = patch.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+    if border.n_points:
+        plotter.add_mesh(border, color="#333333", line_width=2, lighting=False)
+    direction = np.array([1.3, -1.5, 1.25])
+    return _framed(plotter, result, scale, direction)
+
+
+def view_von_mises(
+    result: Result,
+    *,
+    limits: tuple[float, float] | None = None,
+    scale: float | None = None,
+    off_screen: bool | None = None,
+    size: tuple[int, int] = (1400, 950),
+) -> pyvista.Plotter:
+    """The deformed elastic bodies in the colours of von Mises' equivalent stress.
+
+    Where the lower body has no elements it is looked through, from below onto the face that presses.
+    Arguments and errors are those of :func:`view`.
+
+    Raises
+    ------
+    ValueError
+        If no body has finite elements.
+    """
+    if not result.parts:
+        raise ValueError(
+            f"quantity is 'von_mises', but in the model {result.model!r} no body has finite elements: "
+            "solve with model='elastic-upper' or 'elastic-both'"
+        )
+    if scale is not None:
+        scale = number("scale", scale)
+    plotter = _plotter(off_screen, size)
+    from .quantities import Quantity, bar_title, colour_scale
+
+    surfaces = bodies(result)
+    if scale is None:
+        scale = _default_scale(surfaces, result)
+    stress = {id(s): s.von_mises for s in surfaces if s.von_mises is not None}
+    label = "von Mises stress"
+    asked = Quantity(label, "Pa", "von_mises", lambda r, _: r.pressure)
+    everything = np.concatenate(list(stress.values()))
+    shades = colour_scale(everything, asked, limits)
+    for surface in surfaces:
+        if id(surface) not in stress:
+            _add_outline(plotter, _around(body_mesh(surface), _places(result)))
+            continue
+        mesh = body_mesh(surface, scale)
+        mesh.point_data["drawn"] = stress[id(surface)] / shades.factor
+        plotter.add_mesh(
+            mesh,
+            scalars="drawn",
+            cmap=shades.colours,
+            clim=(shades.norm.vmin, shades.norm.vmax),
+            # colours are those of the bar; edges tell the shape
+            lighting=False,
+            scalar_bar_args=_bar(bar_title(label, everything, shades)),
+            copy_mesh=True,
+        )
+        _add_outline(plotter, mesh)
+    below = all(part.upper for part in result.parts)
+    return _framed(plotter, result, scale, np.array([1.3, -1.5, -1.1 if below else 1.25]))
+
+
+def _plotter(off_screen: bool | None, size: tuple[int, int]) -> pyvista.Plotter:
+    missing = missing_for_view()
+    if missing:
+        raise ViewError(missing)
+    import pyvista
+
+    if off_screen is None:
+        off_screen = sys.platform == "linux" and not os.environ.get("DISPLAY")
+    plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(size), border=False)
+    plotter.set_background("white")
+    return plotter
+
+
+def _framed(plotter: pyvista.Plotter, result: Pictured, scale: float, direction: Array) -> pyvista.Plotter:
+    """The picture seen from a direction, with axes and the factor on the displacement."""
+    points = _places(result)
+    centre, span = points.mean(axis=1), float(np.ptp(points, axis=1).max())
+    if scale:
+        plotter.add_text(f"displacement x {scale:g}", position="lower_right", font_size=9, color="#333333")
+    plotter.add_axes(color="#333333", line_width=3)
+    plotter.enable_depth_peeling()
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.camera_position = [tuple(centre + span * direction), tuple(centre), (0, 0, 1)]
+    plotter.reset_camera()
+    plotter.camera.zoom(1.1)
+    # the bodies to the left, the colour bar beside them
+    plotter.camera.SetWindowCenter(0.14, 0.0)
+    return plotter
+
+
+def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyvista.PolyData:
+    """The contact patches as cells of the lower surface: quadrilaterals, or vertices where scattered.
+
+    Cells are in the order of the result's points. `scale` times the lower body's displacement and
+    `lift` [m] along the normal move them. Results on a height field are drawn in the plane z = 0.
+    """
+    import pyvista
+
+    points = _places(result)
+    if isinstance(result, Result):
+        points = points + scale * flat(result, result.displacement.lower) + lift * flat(result, result.normal)
+    grids = patches(result)
+    if not grids:
+        return pyvista.PolyData(points.T)
+    nodes, cells = [], []
+    first = 0
+    for patch in grids:
+        corner = corners(result, patch, points)
+        nodes.append(corner.reshape(3, -1).T)
+        cells.append(quads(patch.nx, patch.ny) + first)
+        first += nodes[-1].shape[0]
+    return pyvista.PolyData.from_regular_faces(np.concatenate(nodes), np.concatenate(cells))
+
+
+def _places(result: Pictured) -> Array:
+    """The contact points (3, n) [m]; those of a height field in the plane z = 0."""
+    points = flat(result, result.points)
+    return points if len(points) == 3 else np.concatenate([points, np.zeros((1, points.shape[1]))])
+
+
+def bodies(result: Result) -> tuple[Surface, ...]:
+    """The bodies for pictures: finite elements with their displacement, half-spaces without.
+
+    Costs one back-substitution for each elastic body. A body known by its half is shown whole.
+    """
+    elastic: dict[str, list[Surface]] = {"upper": [], "lower": []}
+    for part, state in zip(result.parts, result.states().values(), strict=True):
+        side = elastic["upper" if part.upper else "lower"]
+        side.append(state.surface)
+        if part.is_half:
+            side.append(_mirrored(state.surface))
+    rest = [s for s in result.surfaces if not any(elastic[k] and s.name.startswith(k) for k in elastic)]
+    return (*rest, *elastic["lower"], *elastic["upper"])
+
+
+def _mirrored(surface: Surface) -> Surface:
+    flip = np.array([[1.0], [-1.0], [1.0]])
+    moved = None if surface.displacement is None else flip * surface.displacement
+    name, vertices = f"{surface.name} mirrored", flip * surface.vertices
+    return Surface(name, vertices, surface.triangles[:, ::-1], moved, surface.von_mises)
+
+
+def solid_meshes(result: Result) -> dict[str, pyvista.UnstructuredGrid]:
+    """The elastic bodies by name, with displacement [m], stress and von Mises' stress [Pa] at their nodes.
+
+    Stress in VTK's order: xx, yy, zz, xy, yz, xz. A body known by its half comes as two halves.
+    """
+    import pyvista
+
+    solids = {}
+    for part, state in zip(result.parts, result.states().values(), strict=True):
+        mesh, u, stress = state.body.mesh, state.displacement, state.stress[[0, 1, 2, 5, 3, 4]]
+        halves = [(state.body.name, mesh, u, stress)]
+        if part.is_half:
+            flip = np.array([[1.0], [-1.0], [1.0]])
+            # the mirror turns round the shear stresses on planes normal to y
+            turned = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, None]
+            halves.append((f"{state.body.name} mirrored", mesh.mirrored(), flip * u, turned * stress))
+        kind = pyvista.CellType.QUADRATIC_TETRA if mesh.is_quadratic else pyvista.CellType.TETRA
+        for name, half, moved, stressed in halves:
+            solids[name] = pyvista.UnstructuredGrid({kind: half.cells}, half.nodes)
+            for field, values in (("displacement", moved), ("stress", stressed)):
+                solids[name].point_data[field] = np.ascontiguousarray(values.T)
+            solids[name].point_data["von_mises"] = state.von_mises
+    return solids
+
+
+def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
+    """A body's surface as triangles, moved by `scale` times its displacement where it has one."""
+    import pyvista
+
+    vertices = surface.vertices
+    if surface.displacement is not None:
+        vertices = vertices + scale * surface.displacement
+    return pyvista.PolyData.from_regular_faces(vertices.T, surface.triangles)
+
+
+def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
+    """A mesh as VTK's XML files hold it, made in memory: VTK itself ends the process on a full disk."""
+    import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+    is_surface = isinstance(mesh, pyvista.PolyData)
+    writer = vtkXMLPolyDataWriter() if is_surface else vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()
+    writer.WriteToOutputStringOn()
+    if not writer.Write():
+        raise MemoryError(f"VTK cannot make a file of {mesh.n_points} points in memory")
+    text: str = writer.GetOutputString()
+    return text.encode()
+
+
+def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
+    """The 3-D view as one page with everything in it: it opens in a browser, without a server.
+
+    Parameters
+    ----------
+    result, quantity, **options
+        As of :func:`view`.
+    path : str or Path
+        Of the page.
+
+    Raises
+    ------
+    ViewError
+        Without the packages trame-pyvista and nest-asyncio2, pyvista or a GL driver; names what to install.
+    OSError
+        If nothing can be written there.
+    """
+    target = check_target(path)
+    plotter = view(result, quantity, off_screen=True, **options)
+    try:
+        with _signals_as_they_were(), _without_download():
+            page = plotter.trame.export_html(None).getvalue()
+    except (ImportError, AttributeError) as error:
+        raise ViewError(
+            "the HTML page needs trame-pyvista and nest-asyncio2: pip install 'mtb-rs[html]'"
+        ) from error
+    finally:
+        plotter.close()
+    write_bytes(target, page.encode())
+    return target
+
+
+@contextmanager
+def _without_download() -> Iterator[None]:
+    """Hides the viewer that the server fetches from the network when it begins: a page has no use for it."""
+    hidden = "trame.widgets.vtklocal"
+    if hidden in sys.modules:
+        yield
+        return
+    sys.modules[hidden] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[hidden]
+
+
+@contextmanager
+def _signals_as_they_were() -> Iterator[None]:
+    """The server that writes a page takes Ctrl-C for itself and keeps it: give it back."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # handlers can be set in the main thread only
+        return
+    kept = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    wakes = signal.set_wakeup_fd(-1)
+    try:
+        yield
+    finally:
+        for which, handler in kept.items():
+            if handler is not None:
+                signal.signal(which, handler)
+        signal.set_wakeup_fd(wakes)
+
+
+def _bar(title: str) -> dict[str, Any]:
+    return {
+        "title": title + "\n",
+        "color": "#333333",
+        "vertical": True,
+        "position_x": 0.89,
+        "position_y": 0.25,
+        "width": 0.05,
+        "height": 0.5,
+        "title_font_size": 21,
+        "label_font_size": 20,
+        "fmt": "%.3g",
+    }
+
+
+def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale: float) -> None:
+    """Lower bodies solid, upper ones as their edges: nothing lies over the colours of the patch between."""
+    mesh = body_mesh(surface, scale)
+    upper = _is_upper(surface, contact)
+    if not upper:
+        mesh = _around(mesh, contact)
+        plotter.add_mesh(
+            mesh,
+            color=_BODY_COLOUR,
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=35.0,
+            specular=0.2,
+        )
+    _add_outline(plotter, mesh)
+    _add_label(plotter, surface, mesh, upper=upper)
+
+
+def _is_upper(surface: Surface, contact: Array) -> bool:
+    for side in ("upper", "lower"):
+        if surface.name.startswith(side):
+            return side == "upper"
+    z = surface.vertices[2]
+    return bool(z.max() - contact[2].max() > contact[2].min() - z.min())
+
+
+def _add_outline(plotter: pyvista.Plotter, mesh: pyvista.PolyData) -> None:
+    """The edges of a body; of a smooth one a few of its lines."""
+    edges = mesh.extract_feature_edges(feature_angle=35.0, manifold_edges=False, non_manifold_edges=False)
+    if edges.n_points:
+        plotter.add_mesh(edges, color=_EDGE_COLOUR, line_width=1.5, lighting=False)
+    else:
+        plotter.add_mesh(mesh, style="wireframe", color=_EDGE_COLOUR, opacity=0.15, lighting=False)
+
+
+def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyData, *, upper: bool) -> None:
+    """The name of a body: at the back of its top, or under the front of a lower one."""
+    if surface.name.endswith(" mirrored"):
+        return
+    (back, front), (near, far), (bottom, top) = np.array(mesh.bounds).reshape(3, 2)
+    place = (back, far, top) if upper else (front, near, bottom)
+    plotter.add_point_labels(
+        np.array([place]),
+        [{"upper": "upper body", "lower": "lower body"}.get(surface.name, surface.name)],
+        show_points=False,
+        shape=None,
+        always_visible=True,
+        justification_horizontal="center",
+        font_size=26,
+        text_color=_INK,
+        bold=False,
+    )
+
+
+def _around(mesh: pyvista.PolyData, contact: Array) -> pyvista.PolyData:
+    """What of a long or deep body lies around the contact: the rest would only take room."""
+    low, high = contact.min(axis=1), contact.max(axis=1)
+    room = 0.35 * float((high - low).max())
+    for axis, (first, last) in enumerate(zip(low - room, high + room, strict=True)):
+        for value, sign in ((first, 1.0), (last, -1.0)):
+            if not mesh.bounds[2 * axis] < value < mesh.bounds[2 * axis + 1]:
+                continue
+            origin, normal = np.zeros(3), np.zeros(3)
+            origin[axis], normal[axis] = value, sign
+            # a closed body stays closed
+            closed = mesh.is_manifold
+            cut = mesh.clip_closed_surface if closed else partial(mesh.clip, invert=False)
+            mesh = cut(normal=normal, origin=origin)
+            mesh = mesh.extract_surface(algorithm=None).triangulate() if not closed else mesh
+    return mesh
+
+
+def _default_scale(surfaces: tuple[Surface, ...], result: Pictured) -> float:
+    largest = max(
+        (float(np.abs(s.displacement).max()) for s in surfaces if s.displacement is not None), default=0.0
+    )
+    if largest <= 0.0:
+        return 0.0
+    span = float(np.ptp(_places(result), axis=1).max())
+    wanted = 0.05 * span / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-12)))

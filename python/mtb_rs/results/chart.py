@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Speed against accuracy: every model and method, timed and judged at several resolutions."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from ..base.files import check_folder, drafted, read_bytes
+from ..base.owning import owning
+from ..base.plain import plain
+from .report import QUANTITIES
+
+#: Errors below this are none.
+ROUNDING = 1e-12
+
+
+#: Files of a chart, and what its table begins with.
+KINDS = ("png", "html", "csv")
+HEADING = b"series,spacing_m,unknowns,"
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class ChartPoint:
+    """One way to solve the scene.
+
+    Attributes
+    ----------
+    series : str
+        Model and method.
+    spacing : float [m]
+    unknowns : int
+    times : tuple of float [s]
+        Processor time of each repeat, all threads together; on a busy machine it is steadier than the clock.
+    clock : tuple of float [s]
+        Elapsed time of each repeat.
+    errors : Mapping of a quantity to its relative error [-]
+        Against the reference; empty for a solve that failed.
+    failure : str
+        Why it failed, "" if it did not.
+    is_reference : bool
+    note : str
+        What was asked for, where not a spacing.
+    """
+
+    series: str
+    spacing: float
+    unknowns: int
+    times: tuple[float, ...]
+    clock: tuple[float, ...]
+    errors: Mapping[str, float] = field(default_factory=dict)
+    iterations: int = 0
+    convolutions: float = 0.0
+    solver: str = ""
+    failure: str = ""
+    is_reference: bool = False
+    note: str = ""
+
+    @property
+    def time(self) -> float:
+        """Median processor time [s]."""
+        return float(np.median(self.times))
+
+    def again(self, seconds: float, elapsed: float) -> ChartPoint:
+        """The same point with one more repeat."""
+        return replace(self, times=(*self.times, seconds), clock=(*self.clock, elapsed))
+
+
+@dataclass(frozen=True)
+@plain
+class Figure:
+    """A time known from elsewhere: a line, or a mark where its error is known too.
+
+    Attributes
+    ----------
+    label : str
+    time : float [s]
+    error : float or None [-]
+    """
+
+    label: str
+    time: float
+    error: float | None = None
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class Chart:
+    """Points of time against error, and what the error is measured against.
+
+    Attributes
+    ----------
+    title : str
+    points : tuple of ChartPoint
+    reference : str
+        In words.
+    reference_error : float or None [-]
+        Of the reference itself, estimated; 0 for a closed form. Smaller errors are not resolved.
+    quantity : "pressure", "force" or "displacement"
+        Which error is drawn; the CSV holds all.
+    figures : tuple of Figure
+        Known from elsewhere.
+    """
+
+    title: str
+    points: tuple[ChartPoint, ...]
+    reference: str
+    reference_error: float | None = None
+    quantity: str = "pressure"
+    figures: tuple[Figure, ...] = ()
+
+    @property
+    def series(self) -> tuple[str, ...]:
+        """Names of the series, in the order of the points."""
+        return tuple(dict.fromkeys(p.series for p in self.points))
+
+    def drawn(self, series: str | None = None) -> list[ChartPoint]:
+        """Points with an error that a logarithmic axis can show, those of one series if it is given."""
+        return [
+            p
+            for p in self.points
+            if (series is None or p.series == series)
+            and not p.is_reference
+            and p.errors.get(self.quantity, 0.0) > ROUNDING
+        ]
+
+    def efficient(self) -> list[ChartPoint]:
+        """Points that no other one beats in both time and error, fastest first."""
+        best, kept = np.inf, []
+        for point in sorted(self.drawn(), key=lambda p: (p.time, p.errors[self.quantity])):
+            if point.errors[self.quantity] < best:
+                best = point.errors[self.quantity]
+                kept.append(point)
+        return kept
+
+    def growth(self, series: str) -> float | None:
+        """Exponent of the processor time over the unknowns, from the four finest points of a series.
+
+        None where there are too few, or where the time falls: the solver then changed on the way.
+        """
+        points = sorted((p for p in self.points if p.series == series), key=lambda p: p.unknowns)
+        points = [p for p in points if not p.failure and not p.is_reference and p.time > 2e-3][-4:]
+        rising = all(a.time < b.time for a, b in pairwise(points))
+        if len(points) < 3 or not rising or points[-1].unknowns < 3 * points[0].unknowns:
+            return None
+        logs = np.log([[p.unknowns, p.time] for p in points])
+        return float(np.polyfit(logs[:, 0], logs[:, 1], 1)[0])
+
+    def table(self) -> list[dict[str, str | int | float]]:
+        """One row a point, as the CSV has them."""
+        efficient = {id(p) for p in self.efficient()}
+        return [
+            {
+                "series": p.series,
+                "spacing_m": float(f"{p.spacing:.6g}"),
+                "unknowns": p.unknowns,
+                "processor_s": float(f"{p.time:.4g}"),
+                "clock_s": float(f"{np.median(p.clock):.4g}"),
+                "repeats": len(p.times),
+                **{
+                    f"{name}_error": float(f"{p.errors[name]:.4g}") if name in p.errors else ""
+                    for name in QUANTITIES
+                },
+                "iterations": p.iterations,
+                "convolutions": round(p.convolutions, 1),
+                "efficient": int(id(p) in efficient),
+                "solver": p.solver,
+                "note": "reference" if p.is_reference else p.failure or p.note,
+            }
+            for p in self.points
+        ]
+
+    def csv(self) -> str:
+        """The points as CSV, sources' figures last."""
+        rows = self.table()
+        out = io.StringIO()
+        writer = csv.DictWriter(out, fieldnames=list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        for known in self.figures:
+            error = "" if known.error is None else known.error
+            writer.writerow(
+                {
+                    "series": known.label,
+                    "clock_s": known.time,
+                    f"{self.quantity}_error": error,
+                    "note": "source",
+                }
+            )
+        return out.getvalue()
+
+    def save(self, directory: str | Path, name: str = "chart") -> list[Path]:
+        """Writes the chart as PNG, as a page to hover over (HTML), and as CSV.
+
+        Raises
+        ------
+        ValueError
+            If no point has an error to show, or there are files of these names that are no chart's.
+        OSError
+            If nothing can be written there.
+        """
+        from ..pictures.chart_page import page
+        from ..pictures.chart_plot import draw
+
+        directory = check_saveable(directory, name)
+        files = [directory / f"{name}.{kind}" for kind in KINDS]
+        picture = io.BytesIO()
+        draw(self).savefig(picture, dpi=150, format="png")
+        contents = [picture.getvalue(), page(self).encode(), self.csv().encode()]
+        with drafted(directory) as draft:
+            for path, content in zip(files, contents, strict=True):
+                draft.write(path.name, content)
+            for path in files:
+                draft.move(path.name)
+        return files
+
+
+def check_saveable(directory: str | Path, name: str = "chart") -> Path:
+    """The directory that a chart is to be saved into; nothing is left there.
+
+    Raises
+    ------
+    ValueError, OSError
+        As :meth:`Chart.save`.
+    """
+    folder = check_folder(directory)
+    present = [folder / f"{name}.{kind}" for kind in KINDS if os.path.lexists(folder / f"{name}.{kind}")]
+    if present and not _is_of_chart(folder / f"{name}.csv"):
+        raise ValueError(
+            f"{present[0]} is there, and {name}.csv is no table of an earlier chart: it would be lost; move "
+            "it, or save into another directory"
+        )
+    return folder
+
+
+def _is_of_chart(path: Path) -> bool:
+    try:
+        return read_bytes(path).startswith(HEADING)
+    except ValueError:
+        return False

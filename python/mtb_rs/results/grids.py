@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The regular grids inside a result, as pictures and files need them: cells and their corners."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.contact_points import Patch
+from .result import Pictured
+
+Array = NDArray[np.float64]
+
+
+def flat(result: Pictured, values: NDArray[Any]) -> NDArray[Any]:
+    """A field of `result`, (..., ny, nx) or (..., n), with its points in one row: (..., n)."""
+    lead = values.ndim - result.pressure.ndim
+    return values.reshape(*values.shape[:lead], -1)
+
+
+def patches(result: Pictured) -> tuple[Patch, ...]:
+    """The regular grids of a result, for use with :func:`flat`; none where the points are scattered."""
+    own: tuple[Patch, ...] = tuple(getattr(result, "patches", ()))
+    if result.pressure.ndim == 1 or len(own) == 1:
+        return own
+    ny, nx = result.pressure.shape
+    side = float(np.sqrt(result.area.max()))
+    steps = [np.linalg.norm(np.diff(result.points, axis=k), axis=0) for k in (2, 1)]
+    dx, dy = (float(step.mean()) if step.size else side for step in steps)
+    return (Patch("contact", 0, nx, ny, (dx, dy)),)
+
+
+def borders(centres: Array, halved: tuple[bool, bool] = (False, False)) -> Array:
+    """Cell borders (..., n + 1) along the last axis, from the points (..., n) of the cells.
+
+    Inside, a border is the mean of its two points. The ends are extrapolated linearly, so that a uniform
+    grid gives back its own cells; where the first or last cell is `halved`, its point is the end itself.
+    """
+    first, last = (0.0 if half else 0.5 for half in halved)
+    start = centres[..., :1] - first * (centres[..., 1:2] - centres[..., :1])
+    end = centres[..., -1:] + last * (centres[..., -1:] - centres[..., -2:-1])
+    return np.concatenate([start, 0.5 * (centres[..., 1:] + centres[..., :-1]), end], axis=-1)
+
+
+def corners(result: Pictured, patch: Patch, points: Array) -> Array:
+    """Corners (..., ny + 1, nx + 1) of the cells of `patch`, from the `points` (2 or 3, n) of all cells.
+
+    Points may be the centres of cells, or nodes whose border cells are halved by the edge of the body:
+    their areas tell.
+    """
+    area = patch.view(flat(result, result.area))
+    columns, rows = area.mean(axis=0), area.mean(axis=1)
+    along, across = _single_steps(result, patch)
+    inside = _spread(patch.view(points), _halved(columns), along)
+    return np.swapaxes(_spread(np.swapaxes(inside, -1, -2), _halved(rows), across), -1, -2)
+
+
+def row_borders(result: Pictured, patch: Patch) -> Array:
+    """Borders along x (ny, nx + 1) [m] of the cells in each row of `patch`."""
+    columns = patch.view(flat(result, result.area)).mean(axis=0)
+    points = patch.view(flat(result, result.points))
+    step = _single_steps(result, patch)[0]
+    return np.asarray(_spread(points, _halved(columns), step)[0])
+
+
+def _spread(points: Array, halved: tuple[bool, bool], step: Array) -> Array:
+    """Borders (k, m, n + 1) along the last axis of `points` (k, m, n); a single one has its `step` (3,)."""
+    if points.shape[-1] > 1:
+        return borders(points, halved)
+    half = 0.5 * step[: len(points), None, None]
+    return np.concatenate([points - half, points + half], axis=-1)
+
+
+def _single_steps(result: Pictured, patch: Patch) -> tuple[Array, Array]:
+    """Steps (3,) [m] along and across a patch, from one cell to the next were there any."""
+    points = np.zeros((3, patch.ny, patch.nx))
+    points[: len(result.points)] = patch.view(flat(result, result.points))
+    normal = np.array([0.0, 0.0, 1.0])
+    if hasattr(result, "normal"):
+        normal = patch.view(flat(result, result.normal)).reshape(3, -1).mean(axis=1)
+    if patch.nx > 1:
+        along = points[:, 0, 1] - points[:, 0, 0]
+    elif patch.ny > 1:
+        along = np.cross(points[:, 1, 0] - points[:, 0, 0], normal)
+    else:
+        along = np.array([1.0, 0.0, 0.0])
+    across = np.cross(normal, along)
+    dx, dy = patch.spacing
+    return dx * along / np.linalg.norm(along), dy * across / np.linalg.norm(across)
+
+
+def _halved(area: Array) -> tuple[bool, bool]:
+    if area.size == 1:
+        return False, False
+    return bool(area[0] < 0.75 * area[1]), bool(area[-1] < 0.75 * area[-2])
+
+
+def quads(nx: int, ny: int) -> NDArray[np.int64]:
+    """Corner numbers (ny * nx, 4) of the cells of one grid, counter-clockwise, x fastest."""
+    corner = np.arange((ny + 1) * (nx + 1)).reshape(ny + 1, nx + 1)
+    cells = [corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]]
+    return np.stack(cells, axis=-1).reshape(-1, 4)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""How a solve went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from ..base.owning import solved
+from ..base.plain import plain
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class Report:
+    """How a solve went, in counts, residuals and seconds.
+
+    Attributes
+    ----------
+    converged : bool
+        Whether the conditions of contact hold to the tolerance asked for.
+    status : str
+        Why the solver stopped, in words.
+    model : str
+        What was modelled: "half-space", "elastic-upper", "elastic-both", ...
+    method : str
+        The algorithm: "direct", "incremental", "staggered", ...
+    solver : str
+        What solved the equations, for example "active set, dense LU" or "conjugate gradients, FFT".
+    iterations : int
+    convolutions, preconditionings : float
+        Products with the influence matrix and applications of the preconditioner, in equivalents of
+        one on the finest grid.
+    residual : float [-]
+        Relative complementarity residual.
+    contact_area : float [m2]
+    peak_pressure : float [Pa]
+    force_balance : Mapping[str, Any]
+        Forces (3,) [N] that must cancel: "contact" (on the lower body), "magnetic" (on the upper one), "pull"
+        (a prescribed force), "supports of the upper body", "supports of the lower body". Reactions of elastic
+        bodies are those of their finite elements, stiffness times displacement less load.
+        "relative_error": the largest relative sum of all forces and moments on a body or along a free
+        motion.
+    reactions : Mapping[str, (3,) array] [N]
+        Force of each support on its elastic body, under "body: support".
+    omitted : Mapping[str, Any]
+        What the model leaves out, with the estimated size of each omission where it was measured.
+    error_estimates : Mapping of "pressure", "force", "displacement" to numbers [-]
+        Estimated relative errors, of the discretisation and by what is left out; of the displacement: the
+        normal one of the lower body (of a rigid one: as the pressure). Empty where they are not known.
+    aim : (quantity, tolerance) or None
+        What was aimed at.
+    missed : str
+        What was reached and what would do, where the estimate exceeds the aim; otherwise nothing.
+    spacing : (dx, dy) [m] or None
+        Of the contact points, where they lie on grids.
+    operations : Mapping[str, float]
+        Floating-point operations by stage, counted whether done now or found in the cache: "condensation"
+        and "solution" of what is returned, "choice and estimate" of all that was solved besides.
+    wedging_margin : float [-] or None
+        The larger of mu / mu_sym and of `tipping_margin`. mu_sym is the friction coefficient below which,
+        with all tilts held, exactly one sliding equilibrium exists for every load [Cottle2009, ch. 3]. With
+        free tilts, on whose balance friction acts, nothing is proved: a body can tip over. Above 1 an
+        equilibrium may exist or not.
+    tipping_margin : float [-] or None
+        Distance of the resultant of the loads (friction on a tall body shifts it) from the middle of the
+        contact points, over that at which a body tips over. 0: in the middle; above 1 no pressure balances
+        the load. None where no load determines the force.
+    time_s : Mapping[str, float] [s]
+        Wall time by stage.
+    history : tuple of float
+        Residual by iteration, where the solver keeps it.
+    """
+
+    # of states that are no solution, and where any friction at all wedges
+    _unbounded = ("residual", "wedging_margin")
+
+    converged: bool
+    status: str
+    model: str
+    method: str
+    solver: str
+    iterations: int
+    residual: float
+    contact_area: float
+    peak_pressure: float
+    convolutions: float = 0.0
+    preconditionings: float = 0.0
+    force_balance: Mapping[str, Any] = field(default_factory=dict)
+    reactions: Mapping[str, Any] = field(default_factory=dict)
+    omitted: Mapping[str, Any] = field(default_factory=dict)
+    error_estimates: Mapping[str, float] = field(default_factory=dict)
+    aim: tuple[str, float] | None = None
+    missed: str = ""
+    spacing: tuple[float, float] | None = None
+    operations: Mapping[str, float] = field(default_factory=dict)
+    wedging_margin: float | None = None
+    tipping_margin: float | None = None
+    time_s: Mapping[str, float] = field(default_factory=dict, compare=False)
+    history: tuple[float, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain Python data, ready for JSON."""
+        return asdict(self)
+
+
+#: What an error can be measured in.
+QUANTITIES = ("pressure", "force", "displacement")

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a sweep returns: one labelled table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.files import write_bytes
+from ..base.owning import owning
+
+#: Units of the quantities a sweep measures by itself.
+UNITS = {
+    "force_x": "N",
+    "force_y": "N",
+    "force_z": "N",
+    "moment_x": "N m",
+    "moment_y": "N m",
+    "moment_z": "N m",
+    "normal_force": "N",
+    "peak_pressure": "Pa",
+    "contact_area": "m2",
+    "approach": "m",
+    "wedging_margin": "1",
+    "error_estimate": "1",
+    "residual": "1",
+    "iterations": "1",
+    "time": "s",
+}
+#: Units of the arguments of scenes that are numbers, where they have one.
+ARGUMENT_UNITS = {
+    **dict.fromkeys(
+        (
+            "approach",
+            "conforming_to",
+            "element_size",
+            "flange_back",
+            "gauge",
+            "gauge_depth",
+            "height",
+            "inner_edge",
+            "lateral",
+            "length",
+            "outer_edge",
+            "radius",
+            "rail_length",
+            "spacing",
+            "tape_circle",
+            "wheel_radius",
+            "width",
+        ),
+        "m",
+    ),
+    **dict.fromkeys(("friction", "points", "poles", "relief_slope"), "1"),
+    **dict.fromkeys(("rail_inclination", "yaw"), "rad"),
+    "force": "N",
+    "magnetic_pressure": "Pa",
+    "velocity": "m/s",
+}
+
+
+def argument_units(grid: Mapping[str, Mapping[Any, Any]]) -> dict[str, str]:
+    """Units of arguments that have one, of a grid from names to labels to values: where labels are values."""
+    return {
+        name: ARGUMENT_UNITS[name]
+        for name, values in grid.items()
+        if name in ARGUMENT_UNITS
+        and all(
+            isinstance(value, (int, float)) and not isinstance(value, bool) and value == label
+            for label, value in values.items()
+        )
+    }
+
+
+def check_column(name: Any) -> str:
+    """`name` as that of a column: printable text without a slash, which netCDF does not take."""
+    text = name if isinstance(name, str) else ""
+    if not text or not text.isprintable() or "/" in text or text.strip(" .") != text:
+        raise ValueError(f"{name!r} is no name of a column: printable text without slashes is needed")
+    return text
+
+
+@owning
+@dataclass(frozen=True)
+class SweepTable:
+    """Quantities over the grid of the parameters of a sweep.
+
+    ``table["force_x"]`` is an array with one axis for each parameter, in their order; NaN where a case has
+    no solution, whose reason stands in `status`.
+
+    Attributes
+    ----------
+    parameters : Mapping of names to tuples
+        The values of each parameter; labels where they are no numbers.
+    columns : Mapping of names to arrays
+    status : array of str
+        "solved", or why not.
+    attributes : Mapping
+        The model and the scene.
+    units : Mapping of names to units
+        Of the parameters that are numbers in one; labels have none.
+    """
+
+    parameters: Mapping[str, tuple[Any, ...]]
+    columns: Mapping[str, NDArray[np.float64]]
+    status: NDArray[np.object_]
+    attributes: Mapping[str, str]
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self.columns:
+            raise KeyError(f"{name!r}: the sweep has {', '.join(self.columns)}")
+        return self.columns[name]
+
+    def __len__(self) -> int:
+        return int(self.status.size)
+
+    def __repr__(self) -> str:
+        grid = " x ".join(f"{len(v)} {k}" for k, v in self.parameters.items())
+        return f"<SweepTable: {grid}, {len(self) - len(self.failures)} of {len(self)} solved>"
+
+    @property
+    def failures(self) -> list[tuple[dict[str, Any], str]]:
+        """The cases without a solution, each with its reason."""
+        return [(case, str(self.status[at])) for at, case in self._cases() if self.status[at] != "solved"]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a case: parameters, status, quantities."""
+        return [
+            {**case, "status": str(self.status[at])} | {k: float(v[at]) for k, v in self.columns.items()}
+            for at, case in self._cases()
+        ]
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes the rows; the heading names the columns, with units. OSError if nothing can be written."""
+        rows = self.rows()
+        stream = io.StringIO(newline="")
+        writer = csv.writer(stream)
+        writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
+        writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
+        write_bytes(path, stream.getvalue().encode())
+
+    def plot(self, quantity: str = "peak_pressure", *, ax: Any = None) -> Any:
+        """Draws one quantity over the first parameter, a line for each value of the others.
+
+        Parameters
+        ----------
+        quantity : str
+            One of the columns. Cases without a solution leave a gap.
+        ax : matplotlib.axes.Axes
+            Draw there, not into a figure of its own.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..pictures.plot import draw_sweep
+
+        return draw_sweep(self, quantity, ax)
+
+    def to_xarray(self) -> Any:
+        """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise ImportError("xarray is missing: pip install 'mtb-rs[sweep]'") from error
+        names = list(self.parameters)
+        data = {
+            k: xarray.Variable(names, v, {"units": UNITS[k]} if k in UNITS else {})
+            for k, v in self.columns.items()
+        }
+        data["status"] = xarray.Variable(names, self.status.astype(str))
+        coordinates = {}
+        for name, values in self.parameters.items():
+            unit = self.units.get(name)
+            coordinates[name] = xarray.Variable(name, _coordinate(values), {"units": unit} if unit else {})
+        return xarray.Dataset(data, coordinates, dict(self.attributes))
+
+    def to_netcdf(self, path: str | os.PathLike[str]) -> None:
+        """Writes the table as netCDF-4 (extra ``sweep``). OSError if nothing can be written."""
+        table = self.to_xarray()
+        try:
+            import h5netcdf  # noqa: F401
+        except ImportError as error:
+            raise ImportError("h5netcdf is missing: pip install 'mtb-rs[sweep]'") from error
+        # made in memory: HDF5 itself ends the process on a full disk
+        stream = io.BytesIO()
+        table.to_netcdf(stream, engine="h5netcdf")
+        write_bytes(path, stream.getbuffer())
+
+    def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
+        for at in np.ndindex(self.status.shape):
+            yield at, {k: v[i] for (k, v), i in zip(self.parameters.items(), at, strict=True)}
+
+
+def _coordinate(values: tuple[Any, ...]) -> NDArray[Any]:
+    """Numbers, or all as text: files know no mixture, and no number beyond 64 bits."""
+    array = np.array(values)
+    return array if array.dtype.kind in "biufU" else np.array([str(v) for v in values])

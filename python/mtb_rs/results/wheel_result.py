@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a step of a wheel on a rail gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.owning import owning, solved
+from ..base.plain import plain
+from .result import Pictured
+
+Array = NDArray[np.float64]
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class WheelState:
+    """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
+
+    Attributes
+    ----------
+    depth : tuple of float
+        Overlap [m] of the undeformed bodies that carries the force, one entry per unknown height.
+    ratio : tuple of (side, first (x, y) cell, (2, ny, nx)) per patch
+        Traction over pressure [-], in the frame of the patch.
+    """
+
+    depth: tuple[float, ...]
+    ratio: tuple[tuple[str, tuple[int, int], Array], ...]
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class WheelPatch:
+    """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
+
+    Attributes
+    ----------
+    side : "left" or "right"
+    position : (3,) [m]
+        Origin of the frame, in the track.
+    rotation : (3, 3)
+        Columns: x, y and normal of the frame in the track; the normal points from the rail to the wheel.
+    contact_angle : float [rad]
+        Slope of the contact plane, > 0 where it rises to the field side (flange contact).
+    rail_position, wheel_position : float [m]
+        y of the origin in the profiles' own frames.
+    x, y : (nx,), (ny,) [m]
+        Grid lines.
+    pressure : (ny, nx) [Pa]
+    traction : (2, ny, nx) [Pa]
+        On the rail.
+    slip_velocity : (2, ny, nx) [m/s]
+        Of the wheel over the rail; zero where they stick.
+    dissipation : (ny, nx) [W/m2]
+        Work of friction that turns into heat, as of :class:`mtb_rs.TangentialResult` times the rolling speed:
+        the mean traction of a particle over a step works on the slip, also at a column behind the trailing
+        edge. Its sum is `friction_power`, but for spin, by an error of the first order in the cells.
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    approach : float [m]
+        Largest overlap of the undeformed bodies along the normal.
+    creepage : (xi, eta, phi) [-], [-], [1/m]
+        Rigid slip of the wheel over the rail at the origin, over the rolling speed. The velocity of the wheel
+        is taken on its own undeformed surface, which there lies deeper than the rail's by `approach`.
+    rolling_speed : float [m/s]
+        Mean of the speeds at which the patch runs over rail and wheel; > 0 along x.
+    normal_force : float [N]
+    neglected : float [-]
+        Share of the estimated contact area inclined too much against the plane to be represented by it.
+    friction_power : float [W]
+        Heat of sliding, >= 0: what the tractions work on the rigid slip and, between unlike bodies, on the
+        slip that the pressure causes. In steady rolling the elastic energy stays, so all of it turns into
+        heat; between like bodies it is what an energy balance of the wheelset asks for. Where it arises is in
+        `dissipation`; traction times `slip_velocity` is less, by an error of the first order in the cells.
+    """
+
+    side: str
+    position: Array
+    rotation: Array
+    contact_angle: float
+    rail_position: float
+    wheel_position: float
+    x: Array
+    y: Array
+    pressure: Array
+    traction: Array
+    slip_velocity: Array
+    dissipation: Array
+    status: NDArray[np.int8]
+    approach: float
+    creepage: Array
+    rolling_speed: float
+    normal_force: float
+    neglected: float
+    friction_power: float
+
+    @property
+    def points(self) -> Array:
+        """Cell centres (3, ny, nx) [m] in the track."""
+        x, y = np.meshgrid(self.x, self.y)
+        flat = np.stack([x, y, np.zeros_like(x)])
+        return np.asarray(self.position[:, None, None] + np.einsum("ij,jkl->ikl", self.rotation, flat))
+
+    @property
+    def area(self) -> float:
+        """Of each cell [m2]."""
+        return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
+
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
+        return self._picture().plot(quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures, in the frame of the patch; see
+        :func:`mtb_rs.export.save`."""
+        return self._picture().save(directory)
+
+    def _picture(self) -> PatchPicture:
+        x, y = np.meshgrid(self.x, self.y)
+        return PatchPicture(
+            points=np.stack([x, y]),
+            area=np.full(x.shape, self.area),
+            pressure=self.pressure,
+            traction=self.traction,
+            slip=self.slip_velocity,
+            dissipation=self.dissipation,
+            status=self.status,
+            normal_force=self.normal_force,
+            creepage=self.creepage,
+        )
+
+    def load(self) -> Array:
+        """Force on the rail at each cell (3, ny, nx) [N], in the track."""
+        local = np.concatenate([self.traction, -self.pressure[None]])
+        return np.asarray(self.area * np.einsum("ij,jkl->ikl", self.rotation, local))
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class PatchPicture(Pictured):
+    """A patch as pictures and files take it."""
+
+    points: Array
+    area: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    dissipation: Array
+    status: NDArray[np.int8]
+    normal_force: float
+    creepage: Array
+
+    @property
+    def slip_unit(self) -> str:
+        return "m/s"
+
+    @property
+    def dissipation_unit(self) -> str:
+        return "W/m2"
+
+
+@dataclass(frozen=True)
+@plain
+class WheelReport:
+    """How a step went.
+
+    Attributes
+    ----------
+    normal_solves : int
+        Normal problems, of all patches and trials of the height.
+    iterations : int
+        Newton steps of the tangential problems.
+    """
+
+    normal_solves: int
+    iterations: int
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class WheelStep:
+    """Contact load of a step.
+
+    Attributes
+    ----------
+    force, moment : (3,) [N], [N m]
+        Of all patches on the rails, in the track, the moment about `reference_point`; the wheelset feels the
+        opposite. For the moment forces act on the undeformed surface of the wheel, where its velocity is
+        taken, so that their work on the wheelset is the heat.
+    vertical_force : dict of side to float [N]
+        What each wheel presses its rail down with, friction included.
+    balance_error : float or None [-]
+        Departure of the vertical force from the one that the height was found for, over that, the largest
+        one of each wheel where roll was found too; None where the height was given. The height is found so
+        that the pressures carry the force, and friction has a vertical part where the contact plane is
+        inclined.
+    reference_point : (3,) [m]
+        Of the wheelset, where the pose has put it.
+    pose : (6,)
+        With what was found from balance.
+    patches : tuple of WheelPatch
+        None where a wheel is lifted.
+    friction_power : float [W]
+        Heat of sliding of all patches, >= 0.
+    friction_work : float or None [J]
+        `friction_power` times `dt`.
+    state : WheelState
+        For the next step.
+    """
+
+    force: Array
+    moment: Array
+    vertical_force: dict[str, float]
+    balance_error: float | None
+    reference_point: Array
+    pose: Array
+    patches: tuple[WheelPatch, ...]
+    friction_power: float
+    friction_work: float | None
+    state: WheelState
+    report: WheelReport
+
+    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+        """All patches on one scale of colours and of length, each in its own frame: x along the rail; see
+        :func:`mtb_rs.plot.plot`."""
+        from ..pictures.plot import plot_side_by_side
+
+        if not self.patches:
+            raise ValueError("the wheels are lifted: there is no patch to draw")
+        names = [
+            f"{p.side} wheel, plane at {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
+            for p in self.patches
+        ]
+        return plot_side_by_side([p._picture() for p in self.patches], names, quantity, kind, **options)
+
+    def _repr_png_(self) -> bytes | None:
+        """The pressure maps, for notebooks; none of lifted wheels."""
+        from ..pictures.plot import own_figures
+
+        with own_figures():
+            picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
+        return picture

@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""``model="auto"``: no more model than the scene needs, judged on a coarse copy of the very scene.
+
+The ladder is half-space, elastic upper body, elastic bodies on both sides; large grids of unlike half-spaces
+have a lower rung, without the coupling of friction and pressure. Each rung is solved on cells about twice as
+wide; what a rung leaves out is the difference of its coarse solution to that of the fullest rung. The
+cheapest rung that leaves out less than the tolerance is taken. The coarse solution of that rung then also
+tells the discretisation error of the fine one, and where the spacing is free, that error chooses the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.plain import plain
+from ..contact.elastic import can_be_elastic
+from ..contact.estimate import ORDER, GridField, difference, extrapolated
+from ..contact.problem import ContactProblem, Solution, mean_tractions, to_global
+from ..contact.solve import displaced
+from ..geometry.geometries import Layout
+from ..results.report import QUANTITIES
+
+Array = NDArray[np.float64]
+Spacing = tuple[float, float]
+
+LADDER = ("half-space", "elastic-upper", "elastic-both")
+
+#: What a rung adds to the one below it.
+EFFECTS = {
+    "elastic-upper": "elasticity of the upper bodies beyond the half-space",
+    "elastic-both": "elasticity of the rail beyond the half-space",
+}
+COUPLING = "opening of the gap by friction between unlike bodies"
+
+#: Share of the tolerance that the model may use up: where the spacing is given, and where it has to make up
+#: for the rest.
+MODEL_SHARE, SHARE_OF_FREE_SPACING = 0.9, 0.5
+
+#: Share of the tolerance aimed at by the next spacing; its least and largest ratio to the one before.
+AIM, FINEST_STEP, WIDEST_STEP = 0.8, 0.4, 0.7
+
+#: What is aimed at where nothing is asked for, and how many times that an estimate may be without a word.
+TOLERANCE, LEEWAY = 0.05, 1.5
+
+#: Ratio of the areas of cells from which an error is estimated: at least, and if there is a choice.
+LEAST_COARSENING, COARSENING = 1.2, 2.5
+
+#: Points by which the error estimated from n of them is raised, (1 + k / n): few may agree by chance.
+FEW_POINTS = 8.0
+
+#: Operations of the finest solve that is tried where the spacing is free: some minutes.
+MOST_OPERATIONS = 2e12
+
+
+@dataclass(frozen=True)
+@plain
+class Level:
+    """A model solved at a spacing."""
+
+    problem: ContactProblem
+    solution: Solution
+    spacing: Spacing
+
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of bodies and solution."""
+        return self.problem.operations + self.solution.operations
+
+    @property
+    def cell(self) -> Spacing:
+        """Size [m] of the cells, which fill the contact exactly where they may."""
+        _, x, y = self.problem.axes()[0]
+        sizes = [
+            np.ptp(a) / (a.size - 1) if a.size > 1 else s for a, s in zip((x, y), self.spacing, strict=True)
+        ]
+        return float(sizes[0]), float(sizes[1])
+
+    @property
+    def is_solved(self) -> bool:
+        return self.solution.status == "solved"
+
+    def field(self, quantity: str) -> GridField:
+        """The pressure, or the normal displacement of the lower body, to be compared with others."""
+        coefficients = self.solution.coefficients(self.problem)
+        hats = self.problem.averages is not None
+        if quantity == "displacement" and self.problem.lower.compliance is not None:
+            # all that is reported, what the pull does included
+            motion = self.solution.motion[self.problem.upper.work.size :]
+            points, lower = self.problem.points, self.problem.lower
+            u = displaced(lower, coefficients[:2], coefficients[2], motion, points, -1.0)
+            moved = self.problem.on_grid(-np.einsum("in,in->n", u, points.normal))
+            return GridField(self.problem.axes(), moved, moved if hats else None)
+        means = self.problem.on_grid(mean_tractions(self.problem, coefficients)[2])
+        pressure = self.problem.on_grid(coefficients[2])
+        return GridField(self.problem.axes(), means, pressure if hats else None)
+
+    def force(self) -> Array:
+        """Load (3,) [N] on the lower body."""
+        local = self.solution.coefficients(self.problem) * np.array([[1.0], [1.0], [-1.0]])
+        return np.asarray((self.problem.area * to_global(local, self.problem.points)).sum(axis=1))
+
+
+@dataclass(frozen=True)
+@plain
+class Choice:
+    """The rung taken and why.
+
+    Attributes
+    ----------
+    model : str
+    omitted : Mapping of effect to its estimated relative size, or to words where it was not measured
+    errors : Mapping of quantity to the estimated relative error by what is left out
+        Empty where that was not measured.
+    coupled : bool
+        Whether friction opens the gap between half-spaces.
+    coarse : Level or None
+        The rung on wide cells, where it was solved.
+    operations : float
+        Of all that was solved to choose.
+    time_s : float
+    fuller : callable or None
+        The choice of the next rung; None for the fullest one.
+    """
+
+    model: str
+    omitted: Mapping[str, float | str] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0))
+    coupled: bool = True
+    coarse: Level | None = None
+    operations: float = 0.0
+    time_s: float = 0.0
+    fuller: Callable[[], Choice] | None = None
+
+
+@dataclass(frozen=True)
+@plain
+class Ladder:
+    """The models a scene has the geometry for, cheapest first, each solved on wide cells.
+
+    Attributes
+    ----------
+    rungs : list of (model, coupled)
+    solved : list of Level
+    quantity : str
+        What sizes are measured in.
+    skip_border : bool
+    is_coarse : bool
+        Whether the cells are wider than those of the scene.
+    time_s : float
+    """
+
+    rungs: list[tuple[str, bool]]
+    solved: list[Level]
+    quantity: str
+    skip_border: bool
+    is_coarse: bool
+    time_s: float
+
+    def cheapest(self, allowed: float) -> Choice:
+        """The first rung that leaves out at most `allowed`."""
+        last = len(self.solved) - 1
+        return self.rung(next((k for k in range(last) if self._apart(k, last) <= allowed), last))
+
+    def rung(self, k: int) -> Choice:
+        """A rung, what it leaves out, and how much by step and altogether."""
+        model, coupled = self.rungs[k]
+        last = len(self.solved) - 1
+        return Choice(
+            model=model,
+            omitted={_effect(self.rungs[j + 1]): self._apart(j, j + 1) for j in range(k, last)},
+            errors={q: self._apart(k, last, q) if k < last else 0.0 for q in QUANTITIES},
+            coupled=coupled,
+            coarse=self.solved[k] if self.is_coarse else None,
+            operations=sum(level.operations for level in self.solved),
+            time_s=self.time_s,
+            fuller=(lambda: self.rung(k + 1)) if k < last else None,
+        )
+
+    def _apart(self, one: int, other: int, quantity: str | None = None) -> float:
+        quantity = quantity or self.quantity
+        rough, fine = self.solved[one], self.solved[other]
+        inside = apart(rough, fine, quantity, skip_border=self.skip_border)
+        if not self.skip_border or (rough.problem.averages is None) == (fine.problem.averages is None):
+            return inside
+        # a border point of these cells holds inner points of the cells of the scene, on which a half-space
+        # differs most from a body that ends there
+        whole = apart(rough, fine, quantity, skip_border=False)
+        return max(inside, float(np.hypot(inside, whole) / np.sqrt(2.0)))
+
+
+def _effect(rung: tuple[str, bool]) -> str:
+    """What a rung adds to the one below it."""
+    return EFFECTS.get(rung[0], COUPLING)
+
+
+def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[str]:
+    """The models a scene has the geometry for, cheapest first."""
+    found = ["half-space"]
+    if upper_is_elastic and can_be_elastic(layout, "elastic-upper"):
+        found.append("elastic-upper")
+        if lower_is_elastic and can_be_elastic(layout, "elastic-both"):
+            found.append("elastic-both")
+    return found
+
+
+def apart(rough: Level, fine: Level, quantity: str, *, skip_border: bool) -> float:
+    """Relative difference of two solutions in a quantity, infinite if one of them is none."""
+    if not (rough.is_solved and fine.is_solved):
+        return float("inf")
+    if quantity == "force":
+        size = float(np.linalg.norm(fine.force()))
+        return float(np.linalg.norm(rough.force() - fine.force())) / size if size > 0.0 else float("inf")
+    found = difference(fine.field(quantity), rough.field(quantity), skip_border=skip_border)
+    return float("inf") if found is None else found
+
+
+@dataclass(frozen=True)
+@plain
+class Errors:
+    """Estimated relative errors by quantity.
+
+    Attributes
+    ----------
+    cells : Mapping
+        Of the discretisation, by the same model on wider cells.
+    model : Mapping
+        By what the model leaves out; nothing where that was not measured.
+    mesh : Mapping
+        Of the meshes of bodies of one's own; nothing for others, whose elements vary with the cells.
+    """
+
+    cells: Mapping[str, float]
+    model: Mapping[str, float]
+    mesh: Mapping[str, float] = field(default_factory=dict)
+
+    def total(self, quantity: str) -> float:
+        """All together: cells and elements both make a body too stiff, the model knows nothing of them."""
+        discrete = self.cells[quantity] + self.mesh.get(quantity, 0.0)
+        return float(np.hypot(discrete, self.model.get(quantity, 0.0)))
+
+    def with_mesh(self, whole: float, at_contact: float) -> Errors:
+        """With shares of the elastic energy that a mesh leaves out: pressure errs by their root.
+
+        Averages at nodes see half of what singular edges leave out.
+        """
+        by = {"pressure": float(np.sqrt(at_contact)), "force": 2.0 * whole, "displacement": 2.0 * whole}
+        return Errors(self.cells, self.model, by)
+
+    def totals(self) -> dict[str, float]:
+        return {quantity: self.total(quantity) for quantity in self.cells}
+
+
+def estimated(
+    fine: Level,
+    wider: Sequence[Level],
+    choice: Choice,
+    layers: tuple[Level, Level] | None = None,
+    *,
+    skip_border: bool,
+) -> Errors | None:
+    """Errors of a solution from those on wider cells, the least wide first; None without any.
+
+    The difference to the next wider one tells the error; the one after it guards against two solutions that
+    agree by chance, since no error falls faster than with the square of the spacing. Two copies of an elastic
+    body that differ by its `layers` of elements alone tell what these add.
+    """
+    if not wider or not all(level.is_solved for level in (fine, *wider)):
+        return None
+    # differences between near spacings are mostly noise
+    wider = [w for w in wider if np.prod(w.cell) >= COARSENING * np.prod(fine.cell)] or wider[-1:]
+    if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
+        return None
+    cells = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
+    if len(wider) > 1 and np.prod(wider[1].cell) > LEAST_COARSENING * np.prod(wider[0].cell):
+        gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
+        for q in QUANTITIES:
+            cells[q] = max(cells[q], gain * _cell_error(wider[0], wider[1], q, skip_border))
+    if layers is not None:
+        # their thickness goes with the root of the cells' size, their error with the square of the thickness
+        apart_by = {q: _cell_error(fine, layers[0], q, skip_border, layers[1]) for q in QUANTITIES}
+        cells = {q: float(np.hypot(cells[q], apart_by[q])) for q in QUANTITIES}
+    return Errors(cells, choice.errors)
+
+
+def _cell_error(
+    fine: Level, rough: Level, quantity: str, skip_border: bool, other: Level | None = None
+) -> float:
+    """Error of `fine` by its difference to `rough`, or by that of an `other` one to `rough`."""
+    different = apart(other or rough, fine if other is None else rough, quantity, skip_border=skip_border)
+    found = extrapolated(different, fine.cell, rough.cell)
+    return found * (1.0 + FEW_POINTS / max(_compared(rough, skip_border), 1))
+
+
+def _compared(level: Level, skip_border: bool) -> int:
+    """Points in contact of a level at which it is compared."""
+    margin = 1 if skip_border else 0
+    pressure = level.problem.on_grid(level.solution.pressure)
+    loaded = [patch.view(pressure) > 0.0 for patch in level.problem.patches]
+    return int(sum(p[margin : p.shape[0] - margin, margin : p.shape[1] - margin].sum() for p in loaded))
+
+
+def finer_by(errors: Errors, tolerance: float, quantity: str) -> float:
+    """Ratio of the cells that meet a tolerance to those of which the errors are, at the least order."""
+    left_out = min(errors.model.get(quantity, 0.0) / tolerance, 0.9)
+    aim = AIM * tolerance * float(np.sqrt(1.0 - left_out**2))
+    return float((aim / max(errors.cells[quantity], 1e-300)) ** (1.0 / ORDER))
+
+
+def resolved(
+    solve: Callable[[Spacing, Sequence[Level]], tuple[Level, Errors | None]],
+    start: Spacing,
+    tolerance: float,
+    quantity: str,
+) -> tuple[Level, Errors | None, float]:
+    """Solves at finer and finer spacings until the estimated error is within the tolerance.
+
+    Parameters
+    ----------
+    solve : callable
+        Of a spacing and the levels before it, the last one first; returns the level and its estimated errors.
+    start : (dx, dy) [m]
+
+    Returns
+    -------
+    level, its errors, operations of all levels before it.
+    """
+    before: list[Level] = []
+    spacing, spent = start, 0.0
+    while True:
+        level, errors = solve(spacing, before)
+        if errors is None or errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
+            return level, errors, spent
+        factor = float(np.clip(finer_by(errors, tolerance, quantity), FINEST_STEP, WIDEST_STEP))
+        growth = 6.0
+        if before and before[0].operations < level.operations:
+            growth = float(np.log(level.operations / before[0].operations))
+            growth /= float(np.log(before[0].spacing[0] / level.spacing[0]))
+        # as fine as the operations allow, if they do not allow what is needed
+        factor = max(factor, (level.operations / MOST_OPERATIONS) ** (1.0 / growth))
+        if factor > WIDEST_STEP:
+            return level, errors, spent
+        spent += level.operations
+        before = [level, *before]
+        spacing = (spacing[0] * factor, spacing[1] * factor)

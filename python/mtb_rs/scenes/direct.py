@@ -1,0 +1,495 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""``method="direct"``: which model, which spacing, the solution, and how good it is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import memory
+from ..bodies.recovery import left_out
+from ..bodies.simple import HalfSpace, Rigid
+from ..contact.estimate import coarsened
+from ..contact.problem import ContactProblem, Solution
+from ..contact.solve import solve_direct
+from ..geometry.geometries import Layout, WheelLayout
+from ..half_space.normal import solve_normal
+from ..results.result import percent
+from .auto import (
+    AIM,
+    EFFECTS,
+    FINEST_STEP,
+    LEEWAY,
+    MODEL_SHARE,
+    MOST_OPERATIONS,
+    SHARE_OF_FREE_SPACING,
+    TOLERANCE,
+    Choice,
+    Errors,
+    Ladder,
+    Level,
+    estimated,
+    finer_by,
+    resolved,
+    rungs,
+)
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+    from .scene import Scene
+
+Array = NDArray[np.float64]
+Spacing = tuple[float, float]
+
+#: Points up to which a dense factorisation is faster than convolutions.
+DENSE_POINTS = 2000
+#: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
+CONVOLUTION_TOLERANCE = 1e-9
+#: Rounds of pressure and friction in turn, and the share of the last change to which each is solved.
+COUPLED_ROUNDS, ROUND_SHARE = 300, 0.1
+#: Relative change by the last round of a solution of which only an estimate is made.
+ROUGH_ROUND = 1e-4
+#: Floating-point operations of a Fourier transform of n points over n log2 n; transforms of a convolution,
+#: on twice as many points each way.
+TRANSFORM, TRANSFORMS = 5.0, 2
+
+
+def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> Result:
+    """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
+    assert scene.layout is not None
+    started = time.perf_counter()
+    allowed = LEEWAY * TOLERANCE if tolerance is None else tolerance
+    tolerance = TOLERANCE if tolerance is None else tolerance
+    layout = scene.layout
+    free = scene.spacing is None
+    start = layout.start if scene.spacing is None else scene._pair
+    assert start is not None
+    fixed = scene.with_(spacing=start) if free else scene
+    chosen = choose(fixed, tolerance, quantity, free=free) if model == "auto" else given(fixed, model)
+    besides = chosen.operations
+    # the same on wider cells, the least wide first
+    copies = [] if chosen.coarse is None else [chosen.coarse]
+
+    def at(spacing: Spacing, before: Sequence[Level]) -> tuple[Level, Errors | None]:
+        nonlocal besides
+        level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
+        wider, layers = [*before, *copies], None
+        if level.is_solved and (free or chosen.errors):
+            if chosen.model != "half-space" and scene.own_model is None:
+                layers = layered(fixed, chosen.model, level, copies)
+                wider = [] if layers is None else [layers[0], *before]
+                new = [found for found in layers or () if all(found is not copy for copy in copies)]
+                # their rails are one and the same, condensed once
+                twice = layers[0].problem.lower.operations if layers is not None else 0.0
+                besides += sum(found.operations for found in new) - twice
+            # to end the choice of a spacing at once takes two of them
+            while len(wider) < (2 if free else 1):
+                last = wider[-1] if wider else level
+                # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
+                by = level.solution.convolutions > 0.0
+                width = coarsened(last.spacing, layout.sheet(last.spacing).patches, 3 if by else 2)
+                if width is None:
+                    break
+                copy = with_wider_elements(fixed, spacing, width)
+                try:
+                    copies.append(
+                        level_at(
+                            copy, chosen.model, width, coupled=chosen.coupled, is_rough=True, convolved=by
+                        )
+                    )
+                except ValueError:
+                    # such cells do not fit the scene: the contact reaches the edge of their grid
+                    break
+                wider.append(copies[-1])
+                besides += copies[-1].operations
+        errors = estimated(level, wider, chosen, layers, skip_border=layout.is_body_edge)
+        if errors is not None and scene.own_model is not None:
+            errors = errors.with_mesh(*mesh_errors(level))
+        return level, errors
+
+    spent = 0.0
+    if free:
+        level, errors, spent = resolved(at, start, tolerance, quantity)
+        fixed = scene.with_(spacing=level.spacing)
+    else:
+        level, errors = at(start, [])
+        # a fuller model helps where the tolerance is missed by what is left out, not by the cells
+        while errors is not None and chosen.fuller is not None and errors.total(quantity) > tolerance:
+            if errors.cells[quantity] > AIM * tolerance:
+                break
+            besides += level.operations
+            chosen = chosen.fuller()
+            copies = [] if chosen.coarse is None else [chosen.coarse]
+            level, errors = at(start, [])
+    clock = time.perf_counter()
+    problem = level.problem
+    if chosen.time_s:
+        problem.time_s["choice of the model"] = chosen.time_s
+    result = fixed._finish(
+        problem,
+        level.solution,
+        "direct",
+        omitted={**chosen.omitted, **_of_flange(layout)},
+        errors=errors.totals() if errors is not None and chosen.errors else None,
+        aim=(quantity, tolerance),
+        choosing=besides + spent,
+        spacing=level.cell,
+    )
+    fixed._check_reach(problem, result)
+    stages = sum(problem.time_s.values()) + time.perf_counter() - clock
+    problem.time_s["fields"] = time.perf_counter() - clock
+    problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)
+    report = replace(result.report, time_s=dict(problem.time_s))
+    if errors is not None and chosen.errors and not errors.total(quantity) <= allowed:
+        missed = _missed(scene, errors, level, tolerance, quantity)
+        report = replace(report, missed=missed, status=f"{report.status}, above the tolerance")
+    return replace(result, report=report)
+
+
+def _missed(scene: Scene, errors: Errors, level: Level, tolerance: float, quantity: str) -> str:
+    """What an estimate above the tolerance has reached, and what would meet it.
+
+    The model is then as full as helps: what it leaves out is within the tolerance.
+    """
+    assert scene.layout is not None
+    remedies, hint = [], ""
+    of_mesh = errors.mesh.get(quantity, 0.0)
+    rest = max(tolerance - of_mesh, 0.5 * tolerance)
+    if errors.cells[quantity] > AIM * rest:
+        factor = finer_by(errors, rest, quantity)
+        # the order at which an error falls is not known far ahead
+        finest = max(factor, FINEST_STEP)
+        name, size = _finer(scene, level, finest)
+        remedies.append(f"about {size}" if factor > FINEST_STEP else f"{size} or finer")
+        if scene.element_size is not None:
+            remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
+        elif scene.spacing is None:
+            hint = f", which {name}=None does not take: more than {MOST_OPERATIONS:.0e} operations"
+        elif scene.layout.start is not None:
+            hint = f"; {name}=None finds what is needed"
+    if of_mesh > 0.5 * tolerance:
+        remedies.append("a finer mesh of the elastic body")
+    reached, aimed = percent(errors.total(quantity)), percent(tolerance)
+    return (
+        f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs "
+        f"{' and '.join(remedies)}{hint}."
+    )
+
+
+def _finer(scene: Scene, level: Level, ratio: float) -> tuple[str, str]:
+    """The argument that sets the cells of a scene, and cells finer by a ratio in words."""
+    if "points" in scene.inputs:
+        count = max(max(patch.nx, patch.ny) for patch in level.problem.patches)
+        return "points", f"{int(np.ceil((count - 1) / ratio)) + 1} points a side"
+    x, y = (ratio * size for size in level.spacing)
+    unit, scale = ("mm", 1e3) if min(x, y) >= 1e-4 else ("\N{MICRO SIGN}m", 1e6)
+    both = f"{scale * x:.3g}" if x == y else f"{scale * x:.3g} x {scale * y:.3g}"
+    return "spacing", f"cells of {both} {unit}"
+
+
+def _of_flange(layout: Layout) -> dict[str, str]:
+    said = layout.on_flange if isinstance(layout, WheelLayout) else None
+    return {} if said is None else {"friction in the vertical balance": said}
+
+
+def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False) -> Choice:
+    """The cheapest model that leaves out less than the tolerance, by coarse copies of the scene.
+
+    With a `free` spacing a larger share of the tolerance is left to the cells.
+    """
+    assert scene.layout is not None
+    if scene.own_model is not None:
+        return given(scene, scene.own_model)
+    clock = time.perf_counter()
+    models = ["half-space"]
+    if scene.magnetic_pressure is not None:
+        models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+    spacing = scene._pair
+    sheet = scene.layout.sheet(spacing)
+    large = len(models) == 1 and sheet.area.size > DENSE_POINTS
+    ladder = [(model, True) for model in models]
+    if large and is_coupled(scene, scene.problem(models[0])):
+        ladder.insert(0, (models[0], False))
+    if len(ladder) == 1:
+        return Choice(models[0])
+    wider = coarsened(spacing, sheet.patches) or spacing
+    try:
+        copy = with_wider_elements(scene, spacing, wider)
+        solved = [
+            # what is cheap on fine grids, by convolutions, is dear on coarse ones by factorisation
+            level_at(copy, m, wider, coupled=coupled, is_rough=True, convolved=large)
+            for m, coupled in ladder
+        ]
+    except ValueError:
+        # bad input is for the fine problem to name
+        return Choice(models[-1], time_s=time.perf_counter() - clock)
+    skip, used = scene.layout.is_body_edge, time.perf_counter() - clock
+    found = Ladder(ladder, solved, quantity, skip, wider != spacing, used)
+    return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
+
+
+def given(scene: Scene, model: str) -> Choice:
+    """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
+    assert scene.layout is not None
+    if scene.own_model is not None:
+        return Choice(scene.own_model)
+    if scene.magnetic_pressure is None:
+        return Choice(model)
+    models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+    omitted = {EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]}
+    return Choice(model, omitted, {}) if omitted else Choice(model)
+
+
+def level_at(
+    scene: Scene,
+    model: str,
+    spacing: Spacing,
+    *,
+    coupled: bool = True,
+    is_rough: bool = False,
+    convolved: bool | None = None,
+    thinner: float = 1.0,
+) -> Level:
+    """A model solved at a spacing.
+
+    Parameters
+    ----------
+    coupled : bool
+        Whether friction opens the gap between half-spaces.
+    is_rough : bool
+        Only an estimate is made of it.
+    convolved : bool or None
+        Whether by convolutions where they can be used; None: as the size asks.
+    thinner : float
+        Layers of the elements of upper bodies are those of cells finer by this factor.
+    """
+    clock = time.perf_counter()
+    problem = scene.problem(model, spacing, thinner=thinner)
+    problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
+    opens = coupled and is_coupled(scene, problem)
+    if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(problem):
+        memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
+        # a rough one need not be better than its cells
+        tolerance = None if is_rough else CONVOLUTION_TOLERANCE
+        by = _in_turn if opens else _by_convolution
+        return Level(problem, by(scene, problem, tolerance), spacing)
+    if not coupled:
+        smooth = replace(problem, direction=np.zeros_like(problem.direction))
+        solution = solve_direct(smooth, with_margin=False)
+        return Level(problem, replace(solution, friction=problem.friction_at(solution.pressure)), spacing)
+    return Level(problem, solve_direct(problem, with_margin=not is_rough), spacing)
+
+
+def mesh_errors(level: Level) -> tuple[float, float]:
+    """Shares (whole, at the contact) of its energy that the worse mesh of two bodies leaves out.
+
+    Bodies of one's own cannot be meshed anew; what their meshes leave out shows in their stress.
+    """
+    coefficients, first = level.solution.coefficients(level.problem), 0
+    shares = []
+    for side in (level.problem.upper, level.problem.lower):
+        for part in side.state or ():
+            motion = level.solution.motion[first : first + len(part.modes)]
+            first += len(part.modes)
+            shares.append(left_out(part.state(coefficients, motion)))
+    return max(s[0] for s in shares), max(s[1] for s in shares)
+
+
+def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:
+    """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
+    thicker ones.
+
+    The first differs from the level by its cells alone, the two from each other by their layers alone, so
+    that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
+    again.
+    """
+    assert scene.layout is not None
+    width = coarsened(level.spacing, scene.layout.sheet(level.spacing).patches)
+    if width is None:
+        return None
+    ratio = float(np.sqrt(np.prod(width) / np.prod(level.spacing)))
+    try:
+        copy = with_wider_elements(scene, level.spacing, width)
+        own = level_at(copy, model, width, is_rough=True, thinner=ratio)
+        wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
+        return own, wide or level_at(copy, model, width, is_rough=True)
+    except ValueError:  # the contact is too narrow for such cells or elements
+        return None
+
+
+def with_wider_elements(scene: Scene, spacing: Spacing, wider: Spacing) -> Scene:
+    """The scene for cells of `wider` instead of `spacing`, its elements wider by the same ratio.
+
+    Raises
+    ------
+    ValueError
+        If the contact is too narrow for such elements.
+    """
+    if scene.element_size is None:
+        return scene
+    return scene.with_(element_size=scene.element_size * max(np.divide(wider, spacing)))
+
+
+def is_coupled(scene: Scene, problem: ContactProblem) -> bool:
+    """Whether friction changes the gap between two half-spaces: something rubs, and materials are unlike."""
+    if not problem.direction.any() or (
+        isinstance(problem.friction, np.ndarray) and not problem.friction.any()
+    ):
+        return False
+    mixed = _mixed(scene)
+    return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
+
+
+def _mixed(scene: Scene) -> list[float]:
+    """(1 - 2 nu) / G [1/Pa] of the upper and of the lower body: twice what couples normal and tangential."""
+    return [
+        (1.0 - 2.0 * body.material.poisson_ratio) / body.material.shear_modulus
+        if isinstance(body, HalfSpace)
+        else 0.0
+        for body in (scene.upper, scene.lower)
+    ]
+
+
+def _is_plain(problem: ContactProblem) -> bool:
+    """Whether this is one flat grid of cells between half-spaces."""
+    flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
+    return problem.model == "half-space" and flat
+
+
+def _in_turn(scene: Scene, problem: ContactProblem, tolerance: float | None) -> Solution:
+    """Unlike half-spaces that slide: pressure, and the opening of the gap by its friction, in turn.
+
+    Waves of the opening that a round sends back are those it was given times `i mu beta cos`, with Dundurs'
+    constant `beta` and the angle between wave and sliding: turned by a right angle, so that taking the share
+    `1 / (1 + (mu beta)^2)` of each change leaves `mu beta / sqrt(1 + (mu beta)^2)` of the error, whatever
+    the friction.
+    """
+    mixed = _mixed(scene)
+    bodies = [body for body in (scene.upper, scene.lower) if isinstance(body, HalfSpace)]
+    plain = sum((1.0 - body.material.poisson_ratio) / body.material.shear_modulus for body in bodies)
+    beta = abs(mixed[0] - mixed[1]) / (2.0 * plain)
+    aim = ROUGH_ROUND if tolerance is None else tolerance
+    opening = np.zeros(problem.n)
+    products = preconditionings = operations = apart = 0.0
+    iterations = 0
+    for _ in range(COUPLED_ROUNDS):
+        # the first round starts from no friction at all
+        inner = max(aim, min(ROUND_SHARE * apart, ROUGH_ROUND)) if iterations else ROUGH_ROUND
+        solution = _by_convolution(scene, problem, inner, opening)
+        iterations += solution.iterations
+        products += solution.convolutions
+        preconditionings += solution.preconditionings
+        operations += solution.operations
+        if solution.status != "solved":
+            return solution
+        wanted = _opening_by_friction(problem, solution)
+        contact = solution.pressure > 0.0
+        change = wanted - opening
+        # a change of the approach alone changes no pressure under a force
+        alone = 0.0 if scene.approach is not None or not contact.any() else change[contact].mean()
+        approach = -solution.motion[0] if scene.approach is None else scene.approach
+        moved = approach + solution.gap - opening - problem.points.gap
+        size = float(np.linalg.norm(moved[contact]))
+        apart = float(np.linalg.norm((change - alone)[contact])) / size if size > 0.0 else 0.0
+        if apart <= aim and solution.residual <= 10.0 * aim:
+            break
+        steep = beta * float(np.abs(solution.friction[contact]).max(initial=0.0))
+        opening += change / (1.0 + steep**2)
+    is_uniform = isinstance(problem.friction, np.ndarray) and bool(np.ptp(problem.friction) == 0.0)
+    return replace(
+        solution,
+        solver=f"{solution.solver}, friction in turn",
+        status="solved" if apart <= aim else "iteration limit",
+        # uniform friction adds a skew part to a positive definite operator: there is no limit
+        wedging_margin=0.0 if is_uniform else None,
+        iterations=iterations,
+        residual=max(solution.residual, apart),
+        convolutions=products,
+        preconditionings=preconditionings,
+        operations=operations,
+    )
+
+
+def _opening_by_friction(problem: ContactProblem, solution: Solution) -> Array:
+    """What friction adds to the gap (n,) [m]."""
+    coefficients = solution.coefficients(problem)
+    coefficients[2] = 0.0
+    opening = np.zeros(problem.n)
+    # both surfaces sink where they do: the upper body feels the opposite traction
+    for side, sign in ((problem.lower, 1.0), (problem.upper, -1.0)):
+        if side.compliance is not None:
+            opening += side.compliance.displacement(sign * coefficients)[2]
+    return opening
+
+
+def _by_convolution(
+    scene: Scene, problem: ContactProblem, tolerance: float | None, opening: Array | None = None
+) -> Solution:
+    """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
+    clock = time.perf_counter()
+    assert scene.layout is not None
+    assert isinstance(scene.lower, (HalfSpace, Rigid))
+    assert isinstance(scene.upper, (HalfSpace, Rigid))
+    grid, x, y = problem.axes()[0]
+    # the approach is the solver's own; what is pulled up is nearer from the start
+    gap = problem.points.gap + (problem.opening() - problem.gap)
+    if opening is not None:
+        gap = gap + opening
+    # contact turns the upper body by these about x and y: its pressure has the opposite moments
+    about_x, about_y = scene.moments or (None, None)
+    force = None if scene.approach is not None else -float(problem.upper.work[0])
+    if force is not None and not (
+        abs(about_y or 0.0) < 0.5 * force * float(np.ptp(x))
+        and abs(about_x or 0.0) < 0.5 * force * float(np.ptp(y))
+    ):
+        return _unreachable(problem)
+    normal = solve_normal(
+        gap.reshape(grid.ny, grid.nx),
+        (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
+        lower=scene.lower,
+        upper=scene.upper,
+        force=force,
+        approach=scene.approach,
+        moments=(about_y, None if about_x is None else -about_x),
+        tolerance=tolerance,
+        edge="sharp" if scene.layout.is_body_edge else "error",
+    )
+    problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
+    pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
+    products = normal.report.convolutions + normal.report.preconditionings
+    padded = 4.0 * problem.n
+    return Solution(
+        pressure=pressure,
+        gap=np.ascontiguousarray(normal.gap.reshape(-1)),
+        motion=np.array([-normal.approach, -normal.tilts[1], normal.tilts[0]])[: problem.upper.work.size],
+        friction=problem.friction_at(pressure),
+        status="solved",
+        solver=normal.report.solver,
+        iterations=normal.report.iterations,
+        residual=normal.report.residual,
+        wedging_margin=0.0 if problem.direction.any() else None,
+        convolutions=normal.report.convolutions,
+        preconditionings=normal.report.preconditionings,
+        operations=products * TRANSFORMS * TRANSFORM * padded * float(np.log2(padded)),
+    )
+
+
+def _unreachable(problem: ContactProblem) -> Solution:
+    """No solution: the resultant of the load lies outside the grid."""
+    zero = np.zeros(problem.n)
+    return Solution(
+        pressure=zero,
+        gap=problem.points.gap,
+        motion=np.zeros(problem.upper.work.size),
+        friction=problem.friction_at(zero),
+        status="unreachable",
+        solver="conjugate gradients, FFT",
+        iterations=0,
+        residual=1.0,
+        wedging_margin=None,
+    )

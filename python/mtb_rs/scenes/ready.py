@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Ready scenes: what an engineer starts from. Every argument has a default.
+
+Arguments that are not described are those of :class:`mtb_rs.Scene`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..base.check import positive
+from ..base.owning import owned
+from ..base.questions import ask
+from ..bodies.material import Material, steel
+from ..bodies.simple import HalfSpace, Simple
+from ..bodies.supports import Support
+from ..friction.laws import InterfaceLayer
+from ..geometry.contact_points import spacing_pair
+from ..geometry.geometries import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
+from ..geometry.pole_shoe import PoleShoe
+from ..geometry.profiles import Profile, as_profile
+from ..geometry.wheel_rail import of_wheel
+from .scene import Scene
+
+#: Thesis Table 3.1: contact radius of its paraboloid [m], for which its grids span 1 m.
+_THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
+
+F = TypeVar("F", bound=Callable[..., Scene])
+
+
+def _scene(build: F) -> F:
+    """Keeps the arguments of a ready scene, for its summary and for scenes that differ in one of them."""
+    signature = inspect.signature(build)
+
+    def wrapped(*args: Any, **kwargs: Any) -> Scene:
+        bound = signature.bind(*args, **kwargs)
+        bound.apply_defaults()
+        scene = build(*args, **kwargs)
+        arguments = owned(dict(bound.arguments))
+        object.__setattr__(scene, "recipe", (build.__name__, arguments))
+        scene.inputs.update({k: v for k, v in arguments.items() if v is not None})
+        return scene
+
+    wrapped.__name__, wrapped.__doc__, wrapped.__module__ = build.__name__, build.__doc__, build.__module__
+    wrapped.__signature__ = signature  # type: ignore[attr-defined]
+    wrapped.__annotations__ = build.__annotations__
+    return wrapped  # type: ignore[return-value]
+
+
+@_scene
+def paraboloid_on_plane(
+    radius: float = 1000.0,
+    force: float = 5e6,
+    friction: Any = 0.5,
+    points: int | None = 34,
+    *,
+    width: float | None = None,
+    sliding_direction: tuple[float, float] | None = (1.0, 0.0),
+    upper: Material | Simple = steel,
+    lower: Material | Simple = steel,
+) -> Scene:
+    """A paraboloid pressed on a plane, sliding over it: thesis 3.1.1, Hertz' problem.
+
+    Parameters
+    ----------
+    radius : float [m]
+        Radius of curvature at the tip.
+    force : float [N]
+    friction : float [-]
+    points : int or None
+        Points along each side of the grid; None: :meth:`Scene.solve` chooses them by the tolerance.
+    width : float [m]
+        Distance between the outermost points; by default 3.12 contact radii, for the default
+        arguments the thesis' 1 m.
+    """
+    radius, force = positive("radius", radius, "m"), positive("force", force, "N")
+    whole = isinstance(points, (int, np.integer)) and not isinstance(points, bool)
+    if points is not None and (not whole or points < 4):
+        raise ValueError(f"points is {points!r}: a whole number from 4 on, or None, is needed")
+    if width is None:
+        compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
+        width = float(np.cbrt(0.75 * force * radius * compliance)) / _THESIS_RADIUS
+    width = positive("width", width, "m")
+    return Scene(
+        upper=upper,
+        lower=lower,
+        spacing=None if points is None else width / (points - 1),
+        friction=friction,
+        sliding_direction=sliding_direction,
+        force=force,
+        layout=ParaboloidLayout(radius, width),
+        name="paraboloid_on_plane",
+    )
+
+
+@_scene
+def block_on_plane(
+    width: float = 0.1,
+    height: float = 0.1,
+    friction: Any = 0.5,
+    magnetic_pressure: Any = 3e6,
+    spacing: float | Sequence[float] | None = 5e-3,
+    *,
+    length: float | None = None,
+    supports: str | Sequence[Support] = "clamped-top",
+    attraction: str = "upper",
+    sliding_direction: tuple[float, float] | None = (1.0, 0.0),
+    velocity: float | None = None,
+    upper: Material | Simple = steel,
+    lower: Material | Simple = steel,
+) -> Scene:
+    """A block sliding over a plane, its top held in y and z: thesis 3.2.1.
+
+    Parameters
+    ----------
+    width, height, length : float [m]
+        Along x, along z, and along y (by default the width).
+    magnetic_pressure : float [Pa]
+        Pulls the foot of the block down.
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
+    supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
+        How the top of an elastic block is held; a half-space has no top.
+    """
+    width, height = positive("width", width, "m"), positive("height", height, "m")
+    length = width if length is None else positive("length", length, "m")
+    return Scene(
+        upper=upper,
+        lower=lower,
+        spacing=spacing,
+        friction=friction,
+        sliding_direction=sliding_direction,
+        magnetic_pressure=magnetic_pressure,
+        attraction=attraction,
+        velocity=velocity,
+        supports=supports,
+        layout=BlockLayout(width, length, height),
+        name="block_on_plane",
+    )
+
+
+@_scene
+def pole_shoe_on_rail(
+    height: float = 28.2e-3,
+    length: float = 90e-3,
+    inner_edge: float = 6e-3,
+    outer_edge: float = 36e-3,
+    conforming_to: float = 21.6e-3,
+    relief_slope: float = 0.02,
+    poles: int = 2,
+    friction: Any = 0.5,
+    magnetic_pressure: Any = 3e6,
+    velocity: float | None = None,
+    spacing: float | Sequence[float] | None = 3e-3,
+    supports: str | Sequence[Support] = "driven-top",
+    attraction: str = "upper",
+    sliding_direction: tuple[float, float] | None = (1.0, 0.0),
+    lateral: float = 0.0,
+    yaw: float = 0.0,
+    upper: Material | Simple = steel,
+    lower: Material | Simple = steel,
+    rail: str | Profile = "60E1",
+    rail_length: float = 0.18,
+    layer: InterfaceLayer | None = None,
+) -> Scene:
+    """The pole shoe of a magnetic track brake on its rail: thesis 3.1.2, 3.2.2, 4.
+
+    Parameters
+    ----------
+    height : float [m]
+        Flat top above the crown of the rail.
+    length : float [m]
+        Along the rail.
+    inner_edge, outer_edge : float [m]
+        ``|y|`` of the edges of each pole.
+    conforming_to : float [m]
+        The sole follows the rail up to this ``|y|`` ...
+    relief_slope : float [-]
+        ... and rises from there with this slope.
+    poles : int
+        1 (left, y > 0) or 2. Poles are not joined: each has its own approach and tilts.
+    friction : float, array, callable, table [-]
+    magnetic_pressure : float [Pa], (left, right), array, callable, table
+        Acts on the conforming strip, along the local normal.
+    velocity : float [m/s]
+        For tables over the velocity.
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
+    supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
+        How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
+        thesis' five points on top, which share one free u_z or are fixed, and four at the back: single
+        nodes that give way more the finer the elements are. A half-space has no top.
+    attraction : "upper" or "both"
+        Whether the rail is pulled up as well.
+    lateral, yaw : float [m], [rad]
+        Offset along y and rotation about z of the shoe.
+    rail : str or Profile
+        "60E1", or a profile from points or a file.
+    rail_length : float [m]
+        About the middle of the shoe, at least as long as the contact.
+    layer : InterfaceLayer
+        Third body between shoe and rail: without influence in gross sliding, softens its start.
+    """
+    rail_length = positive("rail_length", rail_length, "m")
+    shoe = PoleShoe(
+        height=height,
+        length=length,
+        inner_edge=inner_edge,
+        outer_edge=outer_edge,
+        conforming_to=conforming_to,
+        relief_slope=relief_slope,
+        poles=poles,
+        lateral=lateral,
+        yaw=yaw,
+        rail=rail,
+    )
+    return Scene(
+        upper=upper,
+        lower=lower,
+        spacing=spacing,
+        friction=friction,
+        sliding_direction=sliding_direction,
+        magnetic_pressure=magnetic_pressure,
+        attraction=attraction,
+        velocity=velocity,
+        supports=supports,
+        layer=layer,
+        layout=ShoeLayout(shoe, rail_length),
+        name="pole_shoe_on_rail",
+    )
+
+
+@_scene
+def wheel_on_rail(
+    wheel: str | Profile = "S1002",
+    rail: str | Profile = "60E1",
+    wheel_radius: float = 0.46,
+    gauge: float = 1.435,
+    rail_inclination: float = 1 / 40,
+    lateral: float = 6.2e-3,
+    force: float = 36e3,
+    spacing: float | Sequence[float] | None = 1e-4,
+    *,
+    gauge_depth: float = 14e-3,
+    flange_back: float = 1.360,
+    tape_circle: float = 70e-3,
+    upper: Material | Simple = steel,
+    lower: Material | Simple = steel,
+) -> Scene:
+    """A wheel on a rail, without yaw: paper Table 1.
+
+    Solved in the frame of the contact plane: x along the rail, y across towards the field side, z normal
+    to the plane; its position and rotation in the track are in ``scene.layout.placement``. The force
+    normal to the plane is the vertical force over the cosine of the contact angle.
+
+    Parameters
+    ----------
+    wheel, rail : str or Profile
+        "S1002" and "60E1", or profiles from points or files.
+    wheel_radius : float [m]
+        Radius of the tape circle.
+    gauge, gauge_depth : float [m]
+        Track gauge, and the depth below the top of the rail down to which it is measured.
+    rail_inclination : float [rad]
+        Rotation of the rail towards the middle of the track; 0 for profiles that have it in.
+    lateral : float [m]
+        Shift of the wheelset towards flange contact.
+    force : float [N]
+        Vertical.
+    spacing : float or (dx, dy) [m], or None
+        None: :meth:`Scene.solve` chooses it by the tolerance.
+    flange_back, tape_circle : float [m]
+        Distance between the backs of the flanges, and of the tape circle from them.
+
+    Lengths that no railway has are warned of, not refused.
+    """
+    force = positive("force", force, "N")
+    compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
+    first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
+    layout = WheelLayout.placed(
+        wheel=wheel,
+        rail=rail,
+        wheel_radius=wheel_radius,
+        gauge=gauge,
+        rail_inclination=rail_inclination,
+        lateral=lateral,
+        gauge_depth=gauge_depth,
+        flange_back=flange_back,
+        tape_circle=tape_circle,
+        force=force,
+        contact_modulus=1.0 / compliance,
+        spacing=spacing_pair(first),
+    )
+    profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
+    ask(of_wheel({**dict(layout.arguments), **profiles}))
+    return Scene(
+        upper=upper,
+        lower=lower,
+        spacing=spacing,
+        friction=0.0,
+        sliding_direction=None,
+        force=force / float(np.cos(layout.placement.contact_angle)),
+        layout=layout,
+        name="wheel_on_rail",
+    )
+
+
+def _semi_axis(force: float, wheel_radius: float, compliance: float) -> float:
+    """Radius of contact [m] of a sphere as large as the wheel, after Hertz."""
+    return float(np.cbrt(0.75 * force * wheel_radius * compliance))
+
+
+def _elastic(upper: Material | Simple, lower: Material | Simple) -> list[Material]:
+    """Materials of the bodies that deform."""
+    bodies = [body.material if isinstance(body, HalfSpace) else body for body in (upper, lower)]
+    materials = [body for body in bodies if isinstance(body, Material)]
+    if not materials:
+        raise ValueError("upper and lower are both Rigid: one of them must deform")
+    return materials
+
+
+__all__ = ["block_on_plane", "paraboloid_on_plane", "pole_shoe_on_rail", "wheel_on_rail"]

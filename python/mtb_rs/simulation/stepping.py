@@ -1,0 +1,638 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A sliding contact in a simulation: condensed once, solved once a step."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import number, positive, warn
+from ..base.errors import ConvergenceError, ResultantError
+from ..base.files import check_target, read_bytes, write_bytes
+from ..base.owning import own, owning, solved
+from ..base.plain import plain
+from ..bodies.sides import Side
+from ..contact.problem import ContactProblem, to_global, to_local
+from ..contact.solve import JAMMED
+from ..friction.fields import PressureDependentFriction, VelocityTable
+from ..geometry.contact_points import Patch
+from ..results.result import Pictured
+from . import fmu
+
+if TYPE_CHECKING:
+    from ..scenes.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Components of a pose, in order.
+POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class StepState:
+    """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
+
+    Attributes
+    ----------
+    pressure : (n,) [Pa]
+        Unknowns of the contact points.
+    motion : (m,)
+        Amplitudes of the motions found from balance.
+    """
+
+    pressure: Array
+    motion: Array
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class StepReport:
+    """How a step went.
+
+    Attributes
+    ----------
+    status : str
+    iterations : int
+        Active sets.
+    refactored : bool
+        Whether the influence matrix of the points in contact was factorised anew.
+    products : int
+        Products with the influence matrix, and solves with its factors.
+    fell_back : bool
+        Whether the general solver, which knows no last step, had to take over.
+    residual : float [-]
+        Relative complementarity residual.
+    unstable : bool
+        Whether more load gives less contact here.
+    """
+
+    status: str
+    iterations: int
+    refactored: bool
+    products: int
+    fell_back: bool
+    residual: float
+    unstable: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain Python data, ready for JSON."""
+        return asdict(self)
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class StepGrid:
+    """Where the contact points (3, n) [m] of a step lie, their areas (n,) [m2] and regular grids."""
+
+    points: Array
+    area: Array
+    patches: tuple[Patch, ...]
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class StepResult(Pictured):
+    """Contact load of a step, which draws pressure, gap and status.
+
+    Attributes
+    ----------
+    force, moment : (3,) [N], [N m]
+        Of the contact on the lower body, the moment about `reference_point`; the upper body feels the
+        opposite.
+    reference_point : (3,) [m]
+    friction_power : float [W]
+        Heat of sliding, >= 0: friction times the velocity, without what the pressures work.
+    friction_work : float or None [J]
+        `friction_power` times `dt`.
+    gap : (n,) [m]
+    state : StepState
+        For the next step.
+    report : StepReport
+    """
+
+    force: Array
+    moment: Array
+    reference_point: Array
+    friction_power: float
+    friction_work: float | None
+    gap: Array
+    state: StepState
+    report: StepReport
+    _grid: StepGrid = field(repr=False)
+    _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
+    _pressure: Array | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def points(self) -> Array:  # type: ignore[override]
+        """Contact points (3, n) [m]."""
+        return self._grid.points
+
+    @property
+    def area(self) -> Array:  # type: ignore[override]
+        """Area (n,) [m2] of each contact point."""
+        return self._grid.area
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """Regular grids of the points; none for a contact from a file."""
+        return self._grid.patches
+
+    @property
+    def status(self) -> NDArray[np.int8]:  # type: ignore[override]
+        """0 open, 2 slip (n,)."""
+        return np.where(self.state.pressure > 0.0, 2, 0).astype(np.int8)
+
+    @property
+    def pressure(self) -> Array:  # type: ignore[override]
+        """Mean pressure (n,) [Pa] over each contact point."""
+        if self._core is None:
+            return np.asarray(self._pressure)
+        return self._core.mean_pressure(self.state.pressure)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without the matrices
+        return self.__dict__ | {"_core": None, "_pressure": self.pressure}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        own(self)
+
+
+class PreparedContact:
+    """A sliding contact that is ready for a simulation.
+
+    Made by :meth:`mtb_rs.Scene.prepare` or read by :meth:`load`. Each `step` starts from the memory of the
+    last one (active points, factors), which changes how long it takes, not what comes out: steps equal
+    ``scene.solve`` to 1e-9 wherever the sliding state is unique. One object is for one contact in one
+    simulation; :meth:`copy` makes another one that shares the matrices. Calls from several threads
+    wait for each other.
+    """
+
+    def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
+        self._core = core
+        self._source = source
+        self._grid = StepGrid(core.points, core.area, () if source is None else source.problem.patches)
+
+    def __repr__(self) -> str:
+        free = ", ".join(self.motions) or "nothing"
+        return f"<PreparedContact: {self.area.size} points, free: {free}>"
+
+    @property
+    def points(self) -> Array:
+        """Contact points (3, n) [m]."""
+        return self._core.points
+
+    @property
+    def normal(self) -> Array:
+        """Unit normals (3, n) of the lower body, pointing to the upper one."""
+        return self._core.normal
+
+    @property
+    def area(self) -> Array:
+        """Area (n,) [m2] of each contact point."""
+        return self._core.area
+
+    @property
+    def motions(self) -> list[str]:
+        """Motions of the upper body found from balance, for example "left z"."""
+        return self._core.motions
+
+    @property
+    def reference_point(self) -> Array:
+        """The point that moments and rotations are about [m]."""
+        return np.array(self._core.reference_point)
+
+    def step(
+        self,
+        pose: Sequence[float] | Array | None = None,
+        velocity: float | Sequence[float] | None = None,
+        dt: float | None = None,
+        magnetic_pressure: Any = None,
+        state: StepState | None = None,
+    ) -> StepResult:
+        """Solves the contact at one instant.
+
+        Parameters
+        ----------
+        pose : (x, y, z, roll, pitch, yaw) [m], [rad]
+            Rigid displacement of the upper body from where the scene has it: rotations about fixed x, then
+            y, then z axis through `reference_point`, then the translation. NaN, or None for all: found from
+            balance if the scene leaves the motion free, else zero. Gaps change by the displacement along
+            the normals: it must be small against the radii of the surfaces.
+        velocity : float or (vx, vy) [m/s]
+            Of the upper body over the lower one; a number is meant along the scene's sliding direction,
+            negative backwards. Friction follows it; tables are read at its size. None: the scene's own
+            velocity, or forwards where nothing depends on it. At rest friction has no direction: that
+            is an error unless the contact was prepared with a `standstill_speed`.
+        dt : float [s]
+            Length of the step, for `friction_work`.
+        magnetic_pressure : float [Pa], or as for scenes
+            In place of the scene's. A number costs nothing; a field costs a product with the compliance.
+        state : StepState
+            Starts from this one in place of the memory.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given.
+        ConvergenceError
+            If the body wedges: no sliding state exists. The last state is its `result`.
+        """
+        place = np.full(6, np.nan) if pose is None else pose_of(pose)
+        if dt is not None:
+            positive("dt", dt, "s")
+        sliding = self._velocity(velocity)
+        uniform, given = None, None
+        if magnetic_pressure is not None:
+            if isinstance(magnetic_pressure, (int, float, np.integer, np.floating)):
+                uniform = number("magnetic_pressure", magnetic_pressure, "Pa")
+            elif self._source is None:
+                raise ValueError("magnetic_pressure is a field: a contact from a file takes a number [Pa]")
+            else:
+                given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
+        if state is not None:
+            self._check_state(state)
+            self._core.resume(state.pressure, state.motion)
+        out = self._core.step(place.tolist(), sliding, uniform, given)
+        power = out["friction_power"]
+        status, pull = out["status"], self._pull(magnetic_pressure, uniform)
+        if status == "solved" and np.isnan(place).all() and -out["force"][2] > JAMMED * pull > 0.0:
+            status = (
+                f"solved, but the body has jammed: the contact force is {-out['force'][2]:.3g} N, "
+                f"{-out['force'][2] / pull:.3g} times the pull"
+            )
+            warn(f"The step is {status}.")
+        result = StepResult(
+            force=out["force"],
+            moment=out["moment"],
+            reference_point=self.reference_point,
+            friction_power=power,
+            friction_work=None if dt is None else power * dt,
+            gap=out["gap"],
+            state=StepState(out["pressure"], out["motion"]),
+            report=StepReport(
+                status=status,
+                iterations=out["sets"],
+                refactored=out["factorisations"] > 0,
+                products=out["products"],
+                fell_back=out["fell_back"],
+                residual=out["residual"],
+                unstable=out["unstable"],
+            ),
+            _grid=self._grid,
+            _core=self._core,
+        )
+        if out["status"] != "solved":
+            raise _failure(out, result)
+        return result
+
+    def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
+        """What presses the bodies together [N]; 0 where it is not known."""
+        if uniform is not None:
+            return uniform * float(self.area.sum())
+        if magnetic_pressure is not None or self._source is None:
+            return 0.0
+        loads = self._source.problem.loads
+        return abs(float(np.asarray(loads.get("magnetic", loads.get("pull", np.zeros(3))))[2]))
+
+    def copy(self) -> PreparedContact:
+        """The same contact without memory; the matrices are shared."""
+        return PreparedContact(self._core.copy(), self._source)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the contact for :meth:`load` and for the C interface: all matrices, with a checksum.
+
+        Raises
+        ------
+        ValueError
+            If the path is a directory.
+        OSError
+            If nothing can be written there.
+        """
+        write_bytes(path, self._core.to_bytes())
+
+    def save_fmu(
+        self,
+        path: str | os.PathLike[str],
+        library: str | os.PathLike[str],
+        pose: Mapping[str, float] | None = None,
+        velocity: float | Sequence[float] | None = None,
+        magnetic_pressure: float | None = None,
+    ) -> None:
+        """Writes the contact as a functional mock-up unit: FMI 2.0, co-simulation, without Python.
+
+        Inputs are `velocity.x` and `velocity.y`, `pose.x` to `pose.yaw` as far as `pose` names them, and
+        `magnetic_pressure` if given; what is no input is found from balance, or as the scene has it. Outputs
+        are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
+        `peak_pressure` (of the mean over a point).
+
+        Parameters
+        ----------
+        path : str or path object
+            For example "shoe.fmu".
+        library : str or path object
+            The compiled `mtb_fmu` of this version: ``cargo build --release -p mtb-fmu``. The unit runs on
+            systems as the one it was built for.
+        pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
+            First values of the components of the pose that are inputs.
+        velocity, magnetic_pressure
+            First values, as in :meth:`step`.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given, or the library is another one.
+        ConvergenceError
+            If there is no sliding state at the first values.
+        OSError
+            If nothing can be written there.
+        """
+        sliding = self._velocity(velocity)
+        starts = {"velocity.x": sliding[0], "velocity.y": sliding[1]}
+        place = np.full(6, np.nan)
+        for component, value in ({} if pose is None else pose).items():
+            if component not in POSE:
+                raise ValueError(f"pose has {component!r}: components are {', '.join(POSE)}")
+            starts[f"pose.{component}"] = number(f"pose[{component!r}]", value)
+            place[POSE.index(component)] = value
+        if magnetic_pressure is not None:
+            starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
+        target = check_target(path)
+        # what cannot be solved shows here, not in the importing program
+        self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
+        write_bytes(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PreparedContact:
+        """Reads what :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or holds no prepared contact, or not all of one.
+        """
+        data = read_bytes(path, "prepared contact")
+        try:
+            return cls(_mtb_rs.PreparedContact.from_bytes(data))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # finite elements stay behind: the copy is as one read from a file
+        return _from_bytes, (self._core.to_bytes(),)
+
+    def _check_state(self, state: Any) -> None:
+        if not isinstance(state, StepState):
+            raise ValueError(f"state is {state!r}: a StepState, the `state` of a step, is needed")
+        n = self.area.size
+        for name, values, shape in (("pressure", state.pressure, (n,)), ("motion", state.motion, None)):
+            array = values if isinstance(values, np.ndarray) else np.zeros(())
+            if array.dtype != np.float64 or array.ndim != 1 or (shape and array.shape != shape):
+                found = getattr(values, "dtype", type(values).__name__)
+                raise ValueError(
+                    f"state.{name} is {found} of shape {np.shape(values)}: an array of float64, "
+                    f"{shape or '(m,)'}, is needed"
+                )
+
+    def _velocity(self, velocity: float | Sequence[float] | None) -> tuple[float, float]:
+        forwards = self._core.sliding_direction
+        if velocity is None:
+            known = None if self._source is None else self._source.velocity
+            if known is None and self._core.is_tabulated:
+                raise ValueError("velocity is missing: friction or magnetic pressure is a table over it")
+            velocity = 1.0 if known is None else known
+        if np.ndim(velocity) == 0:
+            size = number("velocity", velocity, "m/s")
+            return size * forwards[0], size * forwards[1]
+        if np.shape(velocity) != (2,):
+            raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
+        vx, vy = velocity  # type: ignore[misc]
+        return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
+
+
+def pose_of(pose: Any) -> Array:
+    """A pose (6,) as numbers that are finite or NaN, each at most as large as any input may be."""
+    try:
+        given = np.asarray(pose)
+        is_real = given.dtype.kind in "iuf"
+    except ValueError:
+        is_real = False
+    if not is_real or given.shape != (6,):
+        raise ValueError(f"pose is {pose!r}: six real numbers (x, y, z, roll, pitch, yaw) are needed")
+    place = given.astype(float)
+    for name, value in zip(POSE, place, strict=True):
+        if not np.isnan(value):
+            number(f"pose, {name},", float(value), "rad" if name in POSE[3:] else "m")
+    return place
+
+
+def _from_bytes(data: bytes) -> PreparedContact:
+    return PreparedContact(_mtb_rs.PreparedContact.from_bytes(data))
+
+
+def _failure(out: dict[str, Any], result: StepResult) -> ConvergenceError:
+    mu = float(out["friction"].max(initial=0.0))
+    if out["status"] == "unreachable":
+        return ResultantError(
+            "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
+            f"{out['friction'].size} contact points balances it",
+            result,
+        )
+    if out["status"] == "no solution":
+        return ConvergenceError(
+            f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}; the report of "
+            "Scene.solve says up to which one sliding is certain",
+            result,
+        )
+    return ConvergenceError(f"not converged (residual {out['residual']:.1e})", result)
+
+
+@dataclass(frozen=True)
+@plain
+class Source:
+    """Where a prepared contact came from: what new loads are made with.
+
+    Attributes
+    ----------
+    base : (n + m,)
+        Gap before contact [m] and work on each motion [J] without a magnetic pressure.
+    """
+
+    scene: Scene
+    problem: ContactProblem
+    base: Array
+
+    @property
+    def velocity(self) -> float | None:
+        """The scene's own velocity [m/s]."""
+        return self.scene.velocity
+
+    def loads(self, magnetic_pressure: Any, speed: float) -> tuple[Array, Array]:
+        """Gap before contact (n,) [m] and work on each motion (m,) [J] under a magnetic pressure."""
+        problem = self.problem
+        pull = self.scene.pull_at(
+            problem.points, problem.patches, problem.kept, magnetic_pressure=magnetic_pressure, velocity=speed
+        )
+        row = self.base + pull_response(self.problem, pull, self.scene.attraction)
+        n = self.problem.n
+        return np.ascontiguousarray(row[:n]), np.ascontiguousarray(row[n:])
+
+
+def prepare(
+    scene: Scene, model: str, reference_point: ArrayLike, standstill_speed: float | None
+) -> PreparedContact:
+    """The contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
+    if isinstance(scene.friction, PressureDependentFriction):
+        raise ValueError("friction depends on the pressure: a step takes numbers, fields and tables")
+    if standstill_speed is not None:
+        positive("standstill_speed", standstill_speed, "m/s")
+    origin = np.asarray(reference_point, dtype=float)
+    if origin.shape != (3,) or not np.isfinite(origin).all():
+        raise ValueError(f"reference_point is {reference_point!r}: three finite numbers [m] are needed")
+    # what depends on the speed is taken off again
+    moving = at_some_speed(scene)
+    problem = moving.problem(model)
+    points, patches, kept = problem.points, problem.patches, problem.kept
+    motions, work = problem.relative_motions()
+    names, components = _named(problem)
+
+    base = np.concatenate([problem.opening(), work])
+    magnetic = None
+    load_speed, loads = [0.0], base[None]
+    if scene.magnetic_pressure is not None:
+
+        def response(spec: Any, speed: float | None) -> Array:
+            pull = scene.pull_at(points, patches, kept, magnetic_pressure=spec, velocity=speed)
+            return pull_response(problem, pull, scene.attraction)
+
+        base = base - response(scene.magnetic_pressure, moving.velocity)
+        magnetic = np.stack([base, response(1.0, None)])
+        load_speed = _speeds(scene.magnetic_pressure) or [0.0]
+        loads = base + np.array([response(scene.magnetic_pressure, v) for v in load_speed])
+    friction_speed = _speeds(scene.friction) or [0.0]
+    friction = np.array([scene.friction_at(points, patches, kept, v) for v in friction_speed])
+    direction = np.zeros(2)
+    if scene.sliding_direction is None:
+        friction[:] = 0.0
+    else:
+        direction = np.array(scene.sliding_direction) / np.hypot(*scene.sliding_direction)
+    unit = [points.tangent_x, points.tangent_y, points.normal]
+    mean, means = unit, None
+    if problem.averages is not None:
+        mean = list(problem.averages.frames)
+        start, row, column, share = problem.averages.rows
+        means = [*start.tolist(), row.size], column.tolist(), np.ascontiguousarray(share)
+    core = _mtb_rs.PreparedContact(
+        problem.lower.compliance,
+        problem.upper.compliance,
+        problem.places,
+        problem.area,
+        [np.ascontiguousarray(field) for field in [*unit, *mean]],
+        means,
+        motions,
+        names,
+        components,
+        friction_speed,
+        np.ascontiguousarray(friction),
+        load_speed,
+        np.ascontiguousarray(loads),
+        magnetic,
+        (float(direction[0]), float(direction[1])),
+        (float(origin[0]), float(origin[1]), float(origin[2])),
+        standstill_speed,
+    )
+    return PreparedContact(core, Source(scene, problem, base))
+
+
+def at_some_speed(scene: Scene) -> Scene:
+    """The scene at a velocity that its tables cover, if it has tables and no velocity."""
+    if scene.velocity is not None:
+        return scene
+    return scene.with_(velocity=next(iter(_speeds([scene.friction, scene.magnetic_pressure])), None))
+
+
+def pull_response(problem: ContactProblem, pull: Array, attraction: str) -> Array:
+    """Opening (n,) [m] and work on each motion (m,) [J] that a magnetic pressure `pull` (n,) [Pa] adds."""
+    points, n = problem.points, problem.n
+    apart = np.zeros((3, n))
+    work = []
+    # a half-space above is pressed by the resultant, one below is moved by what pulls it
+    sides = [
+        (problem.upper, 1.0, True, problem.upper.includes_motion),
+        (problem.lower, -1.0, attraction == "both", True),
+    ]
+    for side, into, is_pulled, is_moved in sides:
+        if is_pulled and is_moved and side.compliance is not None:
+            zero = np.zeros(n)
+            moved = side.compliance.displacement(np.stack([zero, zero, -pull]))
+            moved[2] *= into
+            apart += into * to_global(moved, points)
+        for motion in side.motions:
+            if not is_pulled:
+                work.append(0.0)
+            elif side.includes_motion:
+                normal = to_local(motion, points)[2] * into
+                work.append(float((-pull * problem.area) @ normal))
+            else:
+                # half-spaces: the resultant presses, tilts have moments of their own
+                shift = motion[2] if np.ptp(motion[2][motion[2] != 0.0], axis=0) == 0.0 else np.zeros(n)
+                work.append(float((-pull * problem.area * points.normal[2]) @ shift))
+    opening = np.einsum("in,in->n", apart, points.normal)
+    return np.concatenate([opening, work])
+
+
+def _named(problem: ContactProblem) -> tuple[list[str], list[int | None]]:
+    """Names of the free motions, and the component of the pose that each of them is."""
+    names: list[str] = []
+    components: list[int | None] = []
+    for side in (problem.upper, problem.lower):
+        for motion in side.motions:
+            component = _component(side, motion, problem.points.points)
+            here = np.flatnonzero(np.any(problem.on_grid(motion) != 0.0, axis=0))
+            at = [p.name for p in problem.patches if p.start <= here[0] < p.start + p.nx * p.ny]
+            of = "" if side is problem.upper else " of the lower body"
+            names.append(f"{at[0]} {'motion' if component is None else POSE[component]}{of}")
+            components.append(component if side is problem.upper else None)
+    return names, components
+
+
+def _component(side: Side, motion: Array, points: Array) -> int | None:
+    """The component of a pose that a rigid motion (3, n) is; rotations about any point count as rotations."""
+    here = np.any(motion != 0.0, axis=0)
+    arm = points[:, here] - points[:, here].mean(axis=1, keepdims=True)
+    size = float(np.abs(arm).max(initial=0.0))
+    columns = [np.repeat(np.eye(3)[:, k : k + 1], arm.shape[1], axis=1) for k in range(3)]
+    columns += [np.cross(np.eye(3)[k], arm, axis=0) / size if size else 0.0 * arm for k in range(3)]
+    found = np.linalg.lstsq(np.stack([c.ravel() for c in columns], axis=1), motion[:, here].ravel())[0]
+    shift, turn = np.abs(found[:3]), np.abs(found[3:])
+    part, first = (turn, 3) if turn.max() > 1e-2 * shift.max() else (shift, 0)
+    main = int(part.argmax())
+    return first + main if np.delete(part, main).max() < 1e-2 * part[main] else None
+
+
+def _speeds(spec: Any) -> list[float]:
+    """Velocities [m/s] of all tables in `spec`, inside the range they have in common."""
+    tables = [part for part in _parts(spec) if isinstance(part, VelocityTable)]
+    if not tables:
+        return []
+    first, last = max(t.velocity[0] for t in tables), min(t.velocity[-1] for t in tables)
+    return sorted({v for t in tables for v in t.velocity if first <= v <= last})
+
+
+def _parts(spec: Any) -> list[Any]:
+    if isinstance(spec, (list, tuple)):
+        return [inner for part in spec for inner in _parts(part)]
+    if isinstance(spec, VelocityTable):
+        return [spec, *(inner for part in spec.value for inner in _parts(part))]
+    return [spec]

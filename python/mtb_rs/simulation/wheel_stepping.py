@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Wheels on rails in a simulation: pose and velocity of the wheelset in, forces and tractions out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import choice, number, numbers, positive, warn
+from ..base.errors import ConvergenceError
+from ..base.files import read_bytes, write_bytes
+from ..bodies.simple import HalfSpace
+from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
+from ..geometry.contact_points import spacing_pair
+from ..geometry.profiles import as_profile
+from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
+from .stepping import pose_of
+
+if TYPE_CHECKING:
+    from ..geometry.geometries import WheelLayout
+    from ..scenes.scene import Scene
+
+Array = NDArray[np.float64]
+
+SIDES = ("left", "right", "both")
+#: Farthest grid line of a state, in spacings.
+FARTHEST = 10**15
+#: Share of the vertical force from which on a warning says that friction adds to it or takes from it.
+MOST_UNBALANCED = 0.02
+#: A state as the core has it: overlaps, and side, first cell and field of each patch.
+CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
+
+
+class PreparedWheels:
+    """One or both wheels of a wheelset on the rails, ready for a simulation.
+
+    Made by :meth:`mtb_rs.Scene.prepare` from a wheel on a rail, or read by :meth:`load`; the scene's
+    wheelset stands shifted by its `lateral` to the left. The track frame: x along the rails, the
+    direction of travel, y to the left, z up; its origin lies on the top of the rails in the middle of the
+    track. Patches of one wheel are solved apart from each other if their planes differ by more than 20
+    degrees.
+
+    Rolling is taken as steady: right where a patch rolls over its own length in less time than forces take
+    to change. Each `step` starts from the memory of the last one, which changes how long it takes, not what
+    comes out. Calls from several threads wait for each other.
+    """
+
+    def __init__(self, core: _mtb_rs.PreparedWheels) -> None:
+        self._core = core
+        self.sides: tuple[str, ...] = tuple(core.sides)
+
+    def __repr__(self) -> str:
+        return f"<PreparedWheels: {' and '.join(self.sides)}, {self._core.force:g} N each>"
+
+    @property
+    def reference_point(self) -> Array:
+        """The point of the wheelset that poses, velocities and moments are about, at the zero pose [m]."""
+        return np.array(self._core.reference_point)
+
+    def step(
+        self,
+        pose: Sequence[float] | Array | None = None,
+        velocity: float | Sequence[float] | Array | None = None,
+        dt: float | None = None,
+        state: WheelState | None = None,
+    ) -> WheelStep:
+        """Solves the contacts at one instant.
+
+        Parameters
+        ----------
+        pose : (x, y, z, roll, pitch, yaw) [m], [rad]
+            Rigid displacement of the wheelset from where the scene has it, just touching the rail: rotations
+            about fixed x, then y, then z axis through `reference_point`, then the translation. z NaN: found
+            so that the pressures carry the scene's vertical force (on both wheels twice that); z and roll
+            NaN, both wheels: so that each carries it. None: z NaN, all else zero. Friction is no part of that
+            balance: `WheelStep.balance_error` says by how much of the force, and a warning comes above 2 %.
+        velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
+            Of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy > 0
+            rolls forwards; a yawed or rolled axle has parts of it along x and z). A number v: v along x,
+            v / wheel_radius about the axle as posed.
+        dt : float [s]
+            Length of the step, for `friction_work`.
+        state : WheelState
+            Starts from this one in place of the memory.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given; if a contact reaches the end of a profile.
+        ConvergenceError
+            If a problem was not solved.
+        """
+        place = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
+        motion = _velocity(velocity)
+        start = None if state is None else _core_state(state)
+        if dt is not None:
+            positive("dt", dt, "s")
+        out = self._core.step(place.tolist(), motion, start)
+        if "failure" in out:
+            raise ConvergenceError(out["failure"])
+        warn_of_balance(out["balance_error"], out["vertical_force"])
+        report = WheelReport(out.pop("normal_solves"), out.pop("iterations"))
+        return WheelStep(
+            patches=tuple(WheelPatch(**patch) for patch in out.pop("patches")),
+            friction_work=None if dt is None else out["friction_power"] * dt,
+            state=_state_of(out.pop("state")),
+            report=report,
+            **out,
+        )
+
+    def copy(self) -> PreparedWheels:
+        """The same wheels without memory."""
+        return PreparedWheels(self._core.copy())
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the wheels for :meth:`load` and for the C interface, with a checksum; without memory.
+
+        Raises
+        ------
+        ValueError
+            If the path is a directory.
+        OSError
+            If nothing can be written there.
+        """
+        write_bytes(path, self._core.to_bytes())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PreparedWheels:
+        """Reads what :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or holds no prepared wheels, or not all of them.
+        """
+        data = read_bytes(path, "file of prepared wheels")
+        try:
+            return cls(_mtb_rs.PreparedWheels.from_bytes(data))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _from_bytes, (self._core.to_bytes(), self._core.state)
+
+
+def prepare_wheels(
+    scene: Scene,
+    layout: WheelLayout,
+    side: str,
+    friction: Friction | RailFriction,
+    layer: InterfaceLayer | None,
+    reference_point: ArrayLike | None,
+    standstill_speed: float | None,
+) -> PreparedWheels:
+    """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
+    choice("side", side, SIDES)
+    given = dict(layout.arguments)
+    point: tuple[float, ...] | None = None
+    if reference_point is not None:
+        centre = np.asarray(reference_point, dtype=float)
+        if centre.shape != (3,) or not np.isfinite(centre).all():
+            raise ValueError(f"reference_point is {reference_point!r}: three finite numbers [m] are needed")
+        point = tuple(centre.tolist())
+    if scene.force is None:
+        raise ValueError("nothing presses the wheel: a scene with a force [N] is needed")
+    if isinstance(friction, Coulomb) and np.ndim(friction.coefficient):
+        raise ValueError(
+            "friction varies over the patch: patches move, one coefficient is needed, or a RailFriction, "
+            "which varies over the rail"
+        )
+    if layer is not None and not isinstance(layer, InterfaceLayer):
+        raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
+    if layout.on_flange is not None:
+        warn(layout.on_flange)
+    law = _native_law(friction)
+    place = layout.placement
+    materials = [
+        body.material if isinstance(body, HalfSpace) else None for body in (scene.lower, scene.upper)
+    ]
+    lower, upper = [None if m is None else (m.shear_modulus, m.poisson_ratio) for m in materials]
+    cos = float(np.cos(place.contact_angle))
+    lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")
+    return PreparedWheels(
+        _mtb_rs.PreparedWheels(
+            as_profile(given["wheel"])._core,
+            as_profile(given["rail"])._core,
+            **{name: float(given[name]) for name in (*lengths, "rail_inclination")},
+            first_height=place.undeformed_height,
+            side=side,
+            # the scene's acts along the normal of its own contact plane
+            force=scene.force * cos,
+            approach=place.approach / cos,
+            spacing=place.spacing if scene.spacing is None else spacing_pair(scene.spacing),
+            lower=lower,
+            upper=upper,
+            friction=law,
+            layer=0.0 if layer is None else layer.flexibility,
+            reference_point=point,
+            standstill_speed=None
+            if standstill_speed is None
+            else positive("standstill_speed", standstill_speed, "m/s"),
+        )
+    )
+
+
+def _native_law(
+    friction: Friction | RailFriction,
+) -> _mtb_rs.Friction | tuple[list[float], list[float], list[float]]:
+    """The law as wheels take it; of a map places along the track and across the rail, flat coefficients."""
+    if not isinstance(friction, RailFriction):
+        return native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
+    along = [0.0] if friction.x is None else friction.x.tolist()
+    return along, friction.rail_position.tolist(), friction.coefficient.ravel().tolist()
+
+
+def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
+    """Warns where wheels carry another vertical force, friction included, than the height was found for."""
+    if error is None or abs(error) <= MOST_UNBALANCED:
+        return
+    forces = " and ".join(f"the {side} wheel carries {force / 1e3:.4g} kN" for side, force in carried.items())
+    warn(
+        f"with friction {forces} of vertical force: {abs(error):.1%} "
+        f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures "
+        "alone carry the force; give z for another force (step.vertical_force says what is carried)"
+    )
+
+
+def _from_bytes(data: bytes, state: CoreState) -> PreparedWheels:
+    core = _mtb_rs.PreparedWheels.from_bytes(data)
+    core.resume(state)
+    return PreparedWheels(core)
+
+
+def _state_of(state: CoreState) -> WheelState:
+    depth, ratio = state
+    return WheelState(tuple(depth), tuple(ratio))
+
+
+def _velocity(velocity: Any) -> Array:
+    if velocity is None:
+        raise ValueError("velocity is missing: a number [m/s] or (vx, vy, vz, wx, wy, wz) is needed")
+    if np.ndim(velocity) == 0:
+        return np.array([number("velocity", velocity, "m/s")])
+    if np.shape(velocity) != (6,):
+        raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy, vz, wx, wy, wz) is needed")
+    return np.array(numbers("velocity", velocity, 6))
+
+
+def _core_state(state: Any) -> CoreState:
+    if not isinstance(state, WheelState):
+        raise ValueError(f"state is {state!r}: a WheelState, the `state` of a step, is needed")
+    if not isinstance(state.depth, (tuple, list)) or not all(
+        isinstance(depth, Real) and np.isfinite(depth) and depth > 0.0 for depth in state.depth
+    ):
+        raise ValueError(f"state.depth is {state.depth!r}: a tuple of overlaps > 0 [m] is needed")
+    if not isinstance(state.ratio, (tuple, list)):
+        raise ValueError(f"state.ratio is {state.ratio!r}: a tuple with an entry per patch is needed")
+    for k, entry in enumerate(state.ratio):
+        side, first, ratio = entry if isinstance(entry, (tuple, list)) and len(entry) == 3 else (None,) * 3
+        if (
+            side not in ("left", "right")
+            or not isinstance(first, (tuple, list))
+            or len(first) != 2
+            or not all(isinstance(line, Integral) and abs(line) <= FARTHEST for line in first)
+            or not isinstance(ratio, np.ndarray)
+            or ratio.dtype != np.float64
+            or ratio.ndim != 3
+            or ratio.shape[0] != 2
+            or not np.isfinite(ratio).all()
+        ):
+            raise ValueError(
+                f"state.ratio[{k}] is not (side, first (x, y) cell, finite array (2, ny, nx) of float64)"
+            )
+    return list(state.depth), [(side, (int(i), int(j)), ratio) for side, (i, j), ratio in state.ratio]

@@ -1,0 +1,461 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The chart of a scene: which models and methods apply to it, and what they are judged by."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import cache
+from ..base.check import positive
+from ..base.errors import ConvergenceError
+from ..base.plain import plain
+from ..bodies.simple import HalfSpace, as_body
+from ..contact.elastic import can_be_elastic
+from ..contact.estimate import GridField, difference, extrapolated
+from ..contact.solids import BodyLayout
+from ..geometry.contact_points import Patch, spacing_pair
+from ..geometry.geometries import FieldLayout, ParaboloidLayout, centred
+from ..results.chart import Chart, ChartPoint
+from ..results.report import Report
+from ..results.result import Result
+from .measuring import Candidate, Run, halvings, measure
+
+if TYPE_CHECKING:
+    from ..scenes.scene import Scene
+
+Array = NDArray[np.float64]
+Spacing = tuple[float, float]
+
+#: Contact points above which a dense solve is not tried.
+LARGEST = 7000
+LARGEST_BY_CONVOLUTION = 300_000
+#: Least growth of the time expected from one spacing to the next, twice as many points [-].
+GROWTH = 5.0
+#: What "auto" is asked for [-].
+TOLERANCES = (0.3, 0.1, 0.05, 0.02, 0.01)
+#: Cells along each side of the grid on which closed forms are averaged.
+CLOSED_FORM_CELLS = 1024
+
+
+Solve = Callable[[Spacing], tuple["Fields", Report]]
+
+
+@dataclass(frozen=True)
+@plain
+class Fields:
+    """A solution as a chart compares it: fields on grids, and the force.
+
+    Attributes
+    ----------
+    axes : list of (patch, x, y)
+    pressure, displacement : (n,) [Pa], [m]
+        The latter of the lower body along z; empty if unknown.
+    force : (3,) [N]
+    spacing : (dx, dy) [m]
+    hats : (n,) [Pa] or None
+        Coefficients of the pressure, where it is made of hats.
+    """
+
+    axes: list[tuple[Patch, Array, Array]]
+    pressure: Array
+    displacement: Array
+    force: Array
+    spacing: Spacing
+    hats: Array | None = None
+
+    def _comparable(self, name: str) -> GridField:
+        means = getattr(self, name)
+        hats = None if self.hats is None else self.hats if name == "pressure" else means
+        return GridField(self.axes, means, hats)
+
+    def errors(self, reference: Fields, skip_border: bool) -> dict[str, float]:
+        """Relative errors against a finer solution."""
+        found: dict[str, float] = {}
+        for name in ("pressure", "displacement"):
+            fine, own = reference._comparable(name), self._comparable(name)
+            if own.means.size and fine.means.size:
+                apart = difference(fine, own, skip_border=skip_border)
+                if apart is not None:
+                    found[name] = apart
+        size = float(np.linalg.norm(reference.force))
+        found["force"] = float(np.linalg.norm(self.force - reference.force)) / size
+        return found
+
+
+def chart(
+    scene: Scene,
+    *,
+    quantity: str,
+    budget: float,
+    repeats: int,
+    progress: Callable[[float, str], None],
+) -> Chart:
+    """See :meth:`mtb_rs.Scene.chart`."""
+    positive("budget", budget, "s")
+    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
+        raise ValueError(f"repeats is {repeats!r}: a whole number from 1 on is needed")
+    assert scene.layout is not None
+    started = time.perf_counter()
+    spacings = _spacings(scene)
+    fullest = _models(scene)[-1]
+    exact = closed_form(scene)
+    convolved = None
+    if scene.own_model is None and _uncoupled(scene) and _one_grid(scene):
+        convolved = _by_convolution(scene)
+    points: list[ChartPoint] = []
+    if exact is None:
+        solve, name, ladder = _by_model(scene, fullest), f"{fullest}, direct", spacings
+        if fullest == "half-space" and convolved is not None:
+            solve, name, ladder = convolved, "half-space, FFT", _spacings(scene, LARGEST_BY_CONVOLUTION)
+        reference, error, tried = _fine(scene, name, solve, ladder, 0.4 * budget, progress)
+        words = f"{name}, {tried.unknowns} points"
+        if scene.own_model is not None:
+            words += ", on the meshes as they are"
+        points.append(tried)
+    else:
+        reference, error, words = exact, 0.0, "closed form"
+    skip = scene.layout.is_body_edge
+    finer = 1.001 * reference.spacing[0] * reference.spacing[1]
+    allowed = [s for s in spacings if s[0] * s[1] > finer]
+    candidates = _candidates(scene, convolved, finer)
+    left = budget - (time.perf_counter() - started)
+    shift = 1.0 - left / budget
+    measured = measure(
+        [_judged(c, reference, skip) for c in candidates],
+        allowed,
+        budget=left,
+        repeats=repeats,
+        progress=lambda share, doing: progress(shift + (1.0 - shift) * share, doing),
+    )
+    return Chart(
+        title=scene.name.replace("_", " "),
+        points=(*measured, *points),
+        reference=words,
+        reference_error=error,
+        quantity=quantity,
+    )
+
+
+def _models(scene: Scene) -> list[str]:
+    """The models that a scene has, the fullest last."""
+    if scene.own_model is not None:
+        return [scene.own_model]
+    return [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)]
+
+
+def _admits(scene: Scene, model: str) -> bool:
+    if model == "half-space":
+        return True
+    assert scene.layout is not None
+    elastic = (scene.upper,) if model == "elastic-upper" else (scene.upper, scene.lower)
+    return (
+        can_be_elastic(scene.layout, model)
+        and scene.magnetic_pressure is not None
+        and all(isinstance(body, HalfSpace) for body in elastic)
+    )
+
+
+def _spacings(scene: Scene, largest: int = LARGEST) -> list[Spacing]:
+    """Spacings from coarse to fine, each with a grid of its own of at least 4 points a side."""
+    assert scene.layout is not None
+    own = scene.layout.start if scene.spacing is None else spacing_pair(scene.spacing)
+    assert own is not None
+    wanted: list[Spacing]
+    if isinstance(scene.layout, FieldLayout):
+        # a given field can be thinned, not refined
+        wanted = [(own[0] * k, own[1] * k) for k in (16, 12, 8, 6, 4, 3, 2, 1)]
+    else:
+        wanted = list(islice(halvings(own), 17))
+    kept: list[Spacing] = []
+    seen: set[tuple[int, ...]] = set()
+    last = (0, 1.0)  # points, and the cell they were counted at
+    for spacing in wanted:
+        if last[0] * last[1] > 1.1 * largest * spacing[0] * spacing[1]:
+            break
+        try:
+            sheet = scene.layout.sheet(spacing)
+        except ValueError:
+            continue
+        patches = sheet.patches
+        if isinstance(scene.layout, BodyLayout) and scene.layout.is_coarser_than(sheet.spacing):
+            break
+        sizes = tuple(n for p in patches for n in (p.nx, p.ny))
+        count = sum(p.nx * p.ny for p in patches)
+        last = (count, spacing[0] * spacing[1])
+        if min(sizes) >= 4 and sizes not in seen and count <= largest:
+            seen.add(sizes)
+            kept.append(spacing)
+    if not kept:
+        raise ValueError(f"spacing is {own}: no grid of at least 4 points a side is left to chart")
+    return kept
+
+
+def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
+    """What a chart compares of a result of `scene` at a spacing."""
+    assert scene.layout is not None
+    sheet = scene.layout.sheet(spacing)
+    points = sheet.nodes if result.patches == sheet.node_patches else sheet.cells
+    axes = [(p, *p.axes()) for p in result.patches]
+    hats = None
+    if points is sheet.nodes and result.coefficients is not None:
+        hats = np.zeros(result.area.size)
+        # beside a body there are no unknowns
+        hats[result.area.ravel() > 0.0] = result.coefficients[2]
+    return Fields(
+        axes,
+        result.pressure.ravel(),
+        result.displacement.lower[2].ravel(),
+        result.force,
+        sheet.spacing,
+        hats,
+    )
+
+
+def closed_form(scene: Scene) -> Fields | None:
+    """Hertz' pressure under the ready paraboloid, where friction does not change it."""
+    from ..half_space.reference import SlidingParaboloid
+
+    layout = scene.layout
+    if not isinstance(layout, ParaboloidLayout) or scene.force is None or not _uncoupled(scene):
+        return None
+    lower, upper = scene.lower, scene.upper
+    if not (isinstance(lower, HalfSpace) and isinstance(upper, HalfSpace)) or scene.moments is not None:
+        return None
+    mu = scene.friction if isinstance(scene.friction, (int, float)) else None
+    if mu is None or scene.sliding_direction not in (None, (1.0, 0.0)):
+        return None
+    mu = 0.0 if scene.sliding_direction is None else float(mu)
+    exact = SlidingParaboloid(layout.radius, scene.force, mu, lower.material, upper.material)
+    n = CLOSED_FORM_CELLS
+    step = 1.06 * layout.width / n
+    x = centred(n, step)
+    axes = [(Patch("contact", 0, n, n, (step, step)), x, x)]
+    grid_x, grid_y = np.meshgrid(x, x)
+    return Fields(
+        axes,
+        exact.pressure(grid_x, grid_y).ravel(),
+        exact.displacement(grid_x, grid_y)[2].ravel(),
+        scene.force * np.array([mu, 0.0, -1.0]),
+        (step, step),
+    )
+
+
+def _fine(
+    scene: Scene,
+    name: str,
+    solve: Solve,
+    spacings: list[Spacing],
+    budget: float,
+    progress: Callable[[float, str], None],
+) -> tuple[Fields, float | None, ChartPoint]:
+    """The finest solve that the budget affords, its error by one twice as wide, and its point."""
+    assert scene.layout is not None
+    started = time.perf_counter()
+    solved: list[tuple[Fields, Report, float, float]] = []
+    failure: Exception | None = None
+    before = last = 0.0
+    for spacing in spacings:
+        spent = time.perf_counter() - started
+        ratio = max(GROWTH, 1.5 * last / before) if before > 0.0 else GROWTH
+        if last > 0.0 and spent + ratio * last > budget and (len(solved) > 1 or failure is not None):
+            break
+        progress(0.4 * min(spent / budget, 1.0), f"reference: {name}, {spacing[0]:.3g} m")
+        clock, used = time.perf_counter(), time.process_time()
+        try:
+            fields, report = solve(spacing)
+        except (ConvergenceError, ValueError) as raised:
+            failure = raised
+        else:
+            used, elapsed = time.process_time() - used, time.perf_counter() - clock
+            solved.append((fields, report, used, elapsed))
+        before, last = last, time.perf_counter() - clock
+    if not solved:
+        assert failure is not None
+        raise failure
+    fields, report, used, elapsed = solved[-1]
+    error: float | None = None
+    if len(solved) > 1:
+        # over about twice the spacing: differences between near spacings are mostly noise
+        rough = solved[max(len(solved) - 3, 0)][0]
+        apart = rough.errors(fields, scene.layout.is_body_edge).get("pressure")
+        error = None if apart is None else extrapolated(apart, fields.spacing, rough.spacing)
+    point = ChartPoint(
+        name,
+        float(np.sqrt(fields.spacing[0] * fields.spacing[1])),
+        fields.pressure.size,
+        (max(used, 1e-6),),
+        (elapsed,),
+        {} if error is None else {"pressure": error},
+        report.iterations,
+        report.convolutions,
+        report.solver,
+        is_reference=True,
+    )
+    return fields, error, point
+
+
+@dataclass(frozen=True)
+class _Way:
+    """One series before its errors are judged."""
+
+    name: str
+    solve: Solve
+    fresh: bool = False
+    warmed: bool = False
+    spacings: list[Spacing] | None = None
+    tolerances: tuple[float, ...] | None = None
+
+
+def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
+    rubs = _rubs(scene)
+    smooth = scene.with_(friction=0.0)
+    found: list[_Way] = []
+    if scene.own_model is None:
+        found += _half_spaces(scene, smooth, convolved, finer)
+    for model in _models(scene):
+        if model == "half-space":
+            continue
+        solve = _by_model(scene, model)
+        found.append(_Way(f"{model}, direct", solve, fresh=True))
+        found.append(_Way(f"{model}, further loads", solve, warmed=True))
+        if rubs and model != "elastic-both":
+            found.append(_Way(f"{model}, frictionless", _by_model(smooth, model), fresh=True))
+        if model == "elastic-upper" and scene.own_model is None:
+            loop = _by_model(scene, model, method="staggered", max_iterations=200)
+            found.append(_Way(f"{model}, staggered", loop, fresh=True))
+    if scene.layout is not None and scene.layout.start is not None:
+        found.append(
+            _Way("auto, spacing free (tolerance)", _by_tolerance(scene), fresh=True, tolerances=TOLERANCES)
+        )
+    return found
+
+
+def _half_spaces(scene: Scene, smooth: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
+    found = [_Way("half-space, direct", _by_model(scene, "half-space"))]
+    if _rubs(scene) and not _uncoupled(scene):
+        found.append(_Way("half-space, frictionless", _by_model(smooth, "half-space")))
+    if convolved is not None:
+        own = [s for s in _spacings(scene, LARGEST_BY_CONVOLUTION) if s[0] * s[1] > finer]
+        found.append(_Way("half-space, FFT", convolved, spacings=own))
+    if scene.approach is None and scene.moments is None:
+        found.append(_Way("half-space, incremental", _by_model(scene, "half-space", method="incremental")))
+    return found
+
+
+def _by_tolerance(scene: Scene) -> Solve:
+    """What model="auto" makes of a tolerance when it may choose the spacing as well."""
+
+    def solve(asked: Spacing) -> tuple[Fields, Report]:
+        result = scene.with_(spacing=None)._solved(tolerance=asked[0])
+        assert result.report.spacing is not None
+        return fields_of(scene, result, result.report.spacing), result.report
+
+    return solve
+
+
+def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
+    def solve(asked: Spacing) -> Callable[[], Run]:
+        with cache.memory_only():
+            fields, report = way.solve(asked)
+
+        def judge() -> Run:
+            # what is finer than the reference cannot be judged by it
+            is_finer = fields.spacing[0] * fields.spacing[1] < reference.spacing[0] * reference.spacing[1]
+            errors = {} if is_finer else fields.errors(reference, skip_border)
+            counts = report.iterations, report.convolutions, report.solver
+            if way.tolerances is None:
+                return Run(fields.pressure.size, errors, *counts)
+            spacing = float(np.sqrt(fields.spacing[0] * fields.spacing[1]))
+            note = f"tolerance {100.0 * asked[0]:g} %, {report.model}"
+            return Run(fields.pressure.size, errors, *counts, spacing, note)
+
+        return judge
+
+    def prepare(spacing: Spacing) -> None:
+        if way.fresh:
+            cache.forget()
+        else:
+            solve(spacing)
+
+    prepared = prepare if way.fresh or way.warmed else None
+    return Candidate(way.name, solve, prepared, way.spacings, way.tolerances)
+
+
+def _by_model(scene: Scene, model: str, **options: Any) -> Solve:
+    def solve(spacing: Spacing) -> tuple[Fields, Report]:
+        with warnings.catch_warnings():
+            # cells are too wide on purpose here, and what that makes of the result is what the chart shows
+            warnings.simplefilter("ignore", UserWarning)
+            result = scene.on_cells(spacing).solve(model, **options)
+        return fields_of(scene, result, spacing), result.report
+
+    return solve
+
+
+def _rubs(scene: Scene) -> bool:
+    """Whether friction acts at all."""
+    smooth = isinstance(scene.friction, (int, float)) and scene.friction == 0.0
+    return scene.sliding_direction is not None and not smooth
+
+
+def _uncoupled(scene: Scene) -> bool:
+    """Whether friction leaves the pressure of two half-spaces as it is: none, or like materials."""
+    bodies = (scene.lower, scene.upper)
+    if not _rubs(scene):
+        return True
+    if not all(isinstance(body, HalfSpace) for body in bodies):
+        return False
+    sides = [(1 - 2 * b.material.poisson_ratio) / b.material.shear_modulus for b in bodies]  # type: ignore[union-attr]
+    return bool(np.isclose(sides[0], sides[1], rtol=1e-12, atol=0.0))
+
+
+def _one_grid(scene: Scene) -> bool:
+    assert scene.layout is not None
+    number = isinstance(scene.magnetic_pressure, (int, float))
+    return scene.layout.is_grid and scene.moments is None and (scene.magnetic_pressure is None or number)
+
+
+def _by_convolution(scene: Scene) -> Solve:
+    """The same half-spaces by :func:`mtb_rs.solve_normal`: friction follows from the pressure."""
+    from ..half_space.normal import solve_normal
+
+    assert scene.layout is not None
+    layout = scene.layout
+    mu = float(np.mean(scene.friction)) if _rubs(scene) and np.ndim(scene.friction) == 0 else 0.0
+    along = np.zeros(2) if scene.sliding_direction is None else np.array(scene.sliding_direction)
+    along = along / max(float(np.linalg.norm(along)), 1e-300)
+
+    def solve(spacing: Spacing) -> tuple[Fields, Report]:
+        sheet = layout.sheet(spacing)
+        grid = sheet.patches[0]
+        force = scene.force
+        if scene.magnetic_pressure is not None:
+            force = float(scene.magnetic_pressure) * float(sheet.area.sum())
+        result = solve_normal(
+            np.ascontiguousarray(grid.view(sheet.cells.gap)),
+            sheet.spacing,
+            lower=as_body("lower", scene.lower),
+            upper=as_body("upper", scene.upper),
+            force=force,
+            approach=scene.approach,
+            edge="sharp" if layout.is_body_edge else "error",
+            method="fft",
+        )
+        fields = Fields(
+            [(grid, *grid.axes())],
+            result.pressure.ravel(),
+            np.zeros(0),
+            result.normal_force * np.array([mu * along[0], mu * along[1], -1.0]),
+            sheet.spacing,
+        )
+        return fields, result.report
+
+    return solve

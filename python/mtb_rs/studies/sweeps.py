@@ -1,0 +1,404 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Many scenes at once: a grid of parameters, any executor, nothing lost."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Mapping, Sequence, Set
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import closing
+from dataclasses import fields
+from itertools import product
+from multiprocessing import get_context, parent_process
+from threading import Thread
+from typing import Any, SupportsFloat
+
+import numpy as np
+
+from .._mtb_rs import __version__
+from ..base.check import shortened, warn
+from ..base.errors import ConvergenceError, ToleranceWarning
+from ..base.fingerprint import fingerprint
+from ..results.result import Result
+from ..results.sweep_table import SweepTable, argument_units, check_column
+from ..scenes.auto import TOLERANCE
+from ..scenes.direct import choose
+from ..scenes.scene import Scene, check_options
+from .sweep_checkpoint import Checkpoint, Record
+
+Values = Mapping[str, Any]
+Measure = Callable[[Result], Mapping[str, float]]
+
+#: Cases given to an executor whose number of workers is unknown, before the first one must come back.
+IN_FLIGHT = 32
+#: Cases of one sweep: all of them are held in memory.
+MOST_CASES = 1_000_000
+
+
+def sweep(
+    scene: Scene,
+    parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]],
+    *,
+    executor: Executor | int | None = None,
+    measure: Measure | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> SweepTable:
+    """Solves a scene for all combinations of some of its arguments.
+
+    Parameters
+    ----------
+    scene : Scene
+    parameters : Mapping
+        For each argument (of :class:`Scene`, or of the ready scene) its values, or a mapping from labels to
+        values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``. Labels
+        are numbers or text; values without one that are neither are known by their text, or by their kind
+        and place in the list.
+    executor : concurrent.futures.Executor, int or None
+        Who solves: threads, processes, Dask's ``client.get_executor()``; a number of processes of our own;
+        or nobody but this process. A process that dies is replaced and its cases are solved again; a case
+        that ends its process twice is recorded as such. Processes are spawned, because the threads of the
+        compiled core do not survive a fork: for a pool that forks, one of the same size stands in. A
+        script therefore calls sweeps under ``if __name__ == "__main__":``.
+    measure : callable
+        Numbers of a result, by name, that make further columns; for processes a function of a module.
+    checkpoint : path
+        Solved cases are kept there one by one; a sweep called again with the same file goes on from it. What
+        has no solution is not tried again, what failed in another way is. The same sweep is one of the same
+        scene, values, options, measure and version of this package: functions count by their code and what
+        they hold, objects by their attributes.
+    progress : callable
+        Called with the cases done and all cases.
+    **options
+        Of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other bodies,
+        which have no such model, decide by themselves.
+
+    Returns
+    -------
+    SweepTable
+        A case without a solution is a row with its reason and stops nobody else. One
+        :class:`mtb_rs.ToleranceWarning` says how many cases miss the tolerance.
+
+    Raises
+    ------
+    ValueError
+        If an argument or option is unknown, the executor is none, the checkpoint is of another sweep or
+        damaged, or an input hides what it holds, so that a checkpoint could not tell it from another.
+    """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene is {scene!r}: a Scene is needed")
+    if not isinstance(parameters, Mapping):
+        raise ValueError(f"parameters is {parameters!r}: a mapping from arguments to their values is needed")
+    _check_executor(executor)
+    for name, function in (("measure", measure), ("progress", progress)):
+        if function is not None and not callable(function):
+            raise ValueError(f"{name} is {function!r}: a function is needed")
+    check_options(**options)
+    grid = {name: _labelled(name, values) for name, values in parameters.items()}
+    if not grid:
+        raise ValueError("parameters is empty: at least one argument with its values is needed")
+    known = _known(scene)
+    for name in grid:
+        if name not in known:
+            raise ValueError(f"{name!r} is no argument of the scene: it has {', '.join(sorted(known))}")
+    count = math.prod(len(values) for values in grid.values())
+    if count > MOST_CASES:
+        raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
+    cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
+    key = "" if checkpoint is None else _key(scene, grid, options, measure)
+    with Checkpoint(checkpoint, key, count) as kept:
+        records = dict(kept.records)
+        waiting = deque(k for k in range(len(cases)) if k not in records)
+        done = len(records)
+        if progress is not None:
+            progress(done, len(cases))
+        work = _Work(scene, options, measure)
+        if waiting:
+            work.prepare(cases[0])
+        with closing(_solved(work, cases, waiting, executor)) as solved:
+            for index, record in solved:
+                kept.add(index, record)
+                records[index] = record
+                done += 1
+                if progress is not None:
+                    progress(done, len(cases))
+    missed = [records[k]["missed"] for k in sorted(records) if "missed" in records[k]]
+    if missed:
+        some = f"{len(missed)} of {len(cases)} cases miss the tolerance"
+        warn(f"{some}. The first of them: {missed[0]}", ToleranceWarning)
+    models = {r["model"] for r in records.values() if "model" in r}
+    return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
+
+
+class _Work:
+    """What is done to a case; goes to the workers."""
+
+    def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
+        self.scene, self.options, self.measure = scene, dict(options), measure
+        self.model: str | None = None
+
+    def prepare(self, case: Values) -> None:
+        """Decides on the model, and condenses the bodies once, so that workers find them in the cache.
+
+        Errors are left to the cases.
+        """
+        model = self.options.get("model", "auto")
+        tolerance, quantity = self.options.get("tolerance"), self.options.get("quantity", "pressure")
+        try:
+            scene = self.scene.with_(**case)
+            if model == "auto" and self.options.get("method", "direct") == "direct":
+                model = choose(scene, TOLERANCE if tolerance is None else tolerance, quantity).model
+                self.model = model
+            if model != "auto":
+                scene.problem(model)
+        except (ValueError, ConvergenceError):
+            return
+
+    def _chosen(self, scene: Scene) -> dict[str, str]:
+        """The model decided on, for scenes that have it: other bodies may make others."""
+        if self.model is None or not scene.has_model(self.model):
+            return {}
+        return {"model": self.model}
+
+    def __call__(self, case: Values) -> Record:
+        clock = time.perf_counter()
+        try:
+            scene = self.scene.with_(**case)
+            result = scene._solved(**self.options | self._chosen(scene))
+            # what is given need not be measured
+            numbers = {k: v for k, v in measured(result).items() if k not in case}
+            numbers["time"] = time.perf_counter() - clock
+            if self.measure is not None:
+                numbers |= _further(self.measure(result), {"status", *case, *numbers})
+            record = {"status": "solved", "model": result.model, "numbers": numbers}
+            return record | ({"missed": result.report.missed} if result.report.missed else {})
+        except ConvergenceError as error:
+            return {"status": f"no solution: {error}"}
+        except Exception as error:  # one case must not stop the others
+            return {"status": f"{type(error).__name__}: {error}"}
+
+
+def measured(result: Result) -> dict[str, float]:
+    """The numbers of a result that every sweep keeps; absent ones are NaN."""
+    report = result.report
+    optional = {"wedging_margin": report.wedging_margin, "error_estimate": result.error_estimate}
+    return {
+        **{f"force_{c}": float(v) for c, v in zip("xyz", result.force, strict=True)},
+        **{f"moment_{c}": float(v) for c, v in zip("xyz", result.moment, strict=True)},
+        "normal_force": result.normal_force,
+        "peak_pressure": report.peak_pressure,
+        "contact_area": report.contact_area,
+        "approach": float(np.mean(result.approach)),
+        **{k: float("nan") if v is None else v for k, v in optional.items()},
+        "residual": report.residual,
+        "iterations": float(report.iterations),
+    }
+
+
+def _further(given: Any, taken: set[str]) -> dict[str, float]:
+    """What a measure returned, as further columns."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f"measure returned {given!r}: a mapping from names to numbers is needed")
+    for name, value in given.items():
+        if check_column(name) in taken:
+            raise ValueError(f"measure returned {name!r}: the sweep has such a column already")
+        if np.ndim(value) != 0 or not isinstance(value, SupportsFloat):
+            raise ValueError(f"measure returned {name} = {value!r}: a number is needed")
+    return {name: float(value) for name, value in given.items()}
+
+
+def _solved(
+    work: _Work, cases: list[dict[str, Any]], waiting: deque[int], executor: Executor | int | None
+) -> Generator[tuple[int, Record]]:
+    """Records of the cases as they come back."""
+    if executor is None:
+        for index in waiting:
+            yield index, work(cases[index])
+        return
+    # not more than have something to do: all are started at once
+    pool, own = _pool(
+        executor if isinstance(executor, Executor) else min(int(executor), max(len(waiting), 1))
+    )
+    workers: int = getattr(pool, "_max_workers", IN_FLIGHT)
+    suspects: deque[int] = deque()
+    flying: dict[Future[Record], int] = {}
+    try:
+        while waiting or suspects or flying:
+            # a case that may have ended its process flies alone, so that the next time tells
+            alone = bool(suspects)
+            queue, room = (suspects, 1) if alone else (waiting, 2 * workers)
+            broken = False
+            while queue and len(flying) < room:
+                index = queue.popleft()
+                try:
+                    flying[pool.submit(work, cases[index])] = index
+                except BrokenExecutor:
+                    queue.appendleft(index)
+                    broken = True
+                    break
+            finished, _ = wait(flying, return_when=FIRST_COMPLETED) if flying else (set(), set())
+            for future in finished:
+                index = flying.pop(future)
+                try:
+                    yield index, future.result()
+                except BrokenExecutor:
+                    broken = True
+                    if alone:
+                        yield index, {"status": "lost: its process ended twice while solving it"}
+                    else:
+                        suspects.append(index)
+                except Exception as error:  # what the executor itself reports, a cancelled case included
+                    yield index, {"status": f"lost: {type(error).__name__}: {error}"}
+            if broken:
+                suspects.extend(flying.values())
+                flying.clear()
+                if not isinstance(pool, ProcessPoolExecutor):
+                    raise RuntimeError("the executor broke down; what is solved is in the checkpoint")
+                if own:
+                    pool.shutdown(wait=False, cancel_futures=True)
+                pool, own = _pool(workers)
+    except BaseException:
+        if own:
+            # not after what they are at, which may take long
+            _end_processes(pool)
+        raise
+    finally:
+        for future in flying:
+            future.cancel()
+        if own:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _pool(executor: Executor | int) -> tuple[Executor, bool]:
+    """The executor to work with, and whether it is our own."""
+    if isinstance(executor, ProcessPoolExecutor):
+        context = getattr(executor, "_mp_context", None)
+        if context is None or context.get_start_method() != "fork":
+            return executor, False
+        executor = int(getattr(executor, "_max_workers", 1))
+    if isinstance(executor, Executor):
+        return executor, False
+    return ProcessPoolExecutor(int(executor), get_context("spawn"), _begin_worker), True
+
+
+def _begin_worker() -> None:
+    """In a worker of our own, before the compiled core starts its threads."""
+    # processes share the machine already
+    os.environ.setdefault("RAYON_NUM_THREADS", "1")
+    # Ctrl-C goes to all processes of a terminal; the sweep ends its workers itself
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_sweep, daemon=True).start()
+
+
+def _end_with_sweep() -> None:
+    """Ends this worker when the sweep's process is no more; it would wait for work for ever."""
+    sweeping = parent_process()
+    if sweeping is not None:
+        sweeping.join()
+        os._exit(1)
+
+
+def _end_processes(pool: Executor) -> None:
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.terminate()
+
+
+def most_processes() -> int:
+    """Processes that a sweep starts at most: further ones take memory and no work off the others."""
+    return max(8, 4 * (os.cpu_count() or 1))
+
+
+def _check_executor(executor: Any) -> None:
+    if executor is None or isinstance(executor, Executor):
+        return
+    if isinstance(executor, bool) or not isinstance(executor, (int, np.integer)) or executor < 1:
+        raise ValueError(
+            f"executor is {executor!r}: a concurrent.futures.Executor, a number of processes from 1 on, "
+            "or None is needed"
+        )
+    if executor > most_processes():
+        raise ValueError(
+            f"executor is {shortened(executor)}: at most {most_processes()} processes, four for each "
+            "processor, are started; an Executor of your own may have more"
+        )
+
+
+def _key(scene: Scene, grid: Mapping[str, Values], options: Values, measure: Measure | None) -> str:
+    """What a checkpoint is known by."""
+    try:
+        return fingerprint([__version__, scene, scene.inputs, grid, options, measure])
+    except ValueError as error:
+        raise ValueError(f"no checkpoint is possible: {error}") from error
+
+
+def _table(
+    grid: Mapping[str, Values], records: Mapping[int, Record], attributes: dict[str, str]
+) -> SweepTable:
+    shape = tuple(len(v) for v in grid.values())
+    names: dict[str, None] = {}
+    for record in records.values():
+        names.update(dict.fromkeys(record.get("numbers", {})))
+    columns = {name: np.full(shape, np.nan) for name in names}
+    status = np.full(shape, "", dtype=object)
+    for index, record in records.items():
+        at = np.unravel_index(index, shape)
+        # any text may be in a message; not all of it can be written
+        status[at] = record["status"].encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+        for name, value in record.get("numbers", {}).items():
+            columns[name][at] = value
+    parameters = {name: tuple(values) for name, values in grid.items()}
+    return SweepTable(parameters, columns, status, attributes, argument_units(grid))
+
+
+def _labelled(name: str, values: Any) -> dict[Any, Any]:
+    """Values by their labels: numbers and text are their own."""
+    if isinstance(values, Mapping):
+        labelled = dict(values)
+        if not all(isinstance(label, (int, float, str, np.number)) for label in labelled):
+            raise ValueError(f"{name} has labels {list(labelled)!r}: numbers or text are needed")
+    else:
+        try:
+            listed = None if isinstance(values, (str, bytes, Set)) else list(values)
+        except TypeError:
+            listed = None
+        if listed is None:
+            raise ValueError(f"{name} is {values!r}: a list of values is needed")
+        labelled = {_label(value, place): value for place, value in enumerate(listed, 1)}
+        if len(labelled) != len(listed):
+            raise ValueError(f"{name} has a value twice: {values!r}")
+    if not labelled:
+        raise ValueError(f"{name} has no values")
+    for label in labelled:
+        if isinstance(label, str) and ("\0" in label or not _is_unicode(label)):
+            raise ValueError(f"{name} has the label {label!r}: text that can be written is needed")
+    return {k.item() if isinstance(k, np.number) else k: value for k, value in labelled.items()}
+
+
+def _label(value: Any, place: int) -> Any:
+    """What a value is known by; the same in any process."""
+    if isinstance(value, (int, float, str, np.number)):
+        return value
+    text = str(value)
+    # an address, or not all of it
+    if " at 0x" in text or "..." in text or "\n" in text:
+        return f"{getattr(value, '__name__', type(value).__name__)} {place}"
+    return text
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _known(scene: Scene) -> set[str]:
+    """Arguments that may be varied."""
+    known = {f.name for f in fields(Scene)} - {"layout", "inputs", "name", "recipe"}
+    return known if scene.recipe is None else known | set(scene.recipe[1])
