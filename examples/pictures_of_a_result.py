@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 
 import mtb_rs as mtb
-from mtb_rs.pictures.view import missing_for_view
+from mtb_rs.pictures.space import missing_for_view
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")

@@ -41,7 +41,7 @@ from hypothesis import strategies as st
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.case import SCENES, case_from_words, load_case
-from mtb_rs.pictures.export import check_saveable
+from mtb_rs.pictures.files import check_saveable
 from mtb_rs.studies.sweep_checkpoint import _line
 
 #: Seconds after which an input counts as hanging.

@@ -12,13 +12,14 @@ from atlas import draw_verdicts, panels, write
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
+from mtb_rs.half_space.reference import SlidingParaboloid
 
 names = ("within 1.5 of rectangles", "worse", "condition beyond 1e6")
 colours = ("#56B4E9", "#E69F00", "#BBBBBB")
 widths = [0.15, 0.25, 0.35, 0.4, 0.5, 0.7, 1.0]
 sides = [8, 12, 16]
 steel = mtb.Material.from_shear_modulus(80e9, 0.3)
-hertz = mtb.reference.SlidingParaboloid(1000.0, 5e6, 0.0, steel, steel)
+hertz = SlidingParaboloid(1000.0, 5e6, 0.0, steel, steel)
 
 
 def solved(matrix: np.ndarray, gap: np.ndarray, weight: np.ndarray, force: float) -> np.ndarray:

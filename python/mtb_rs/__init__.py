@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import scenes
+from . import moved, scenes
 from ._mtb_rs import __version__
 from .base import threads
 from .base.errors import (
@@ -68,13 +68,14 @@ from .studies.sweeps import sweep
 
 if TYPE_CHECKING:
     from .case import Case, load_case
-    from .pictures.plot import animate
-    from .pictures.view import write_html
+    from .pictures.plane import animate
+    from .pictures.space import write_html
 
 threads.limit()
+moved.keep()
 
 #: Names that bring heavy packages with them (pydantic, matplotlib): loaded when first used.
-_LATER = {"Case": "case", "animate": "plot", "load_case": "case", "write_html": "view"}
+_LATER = {"Case": "case", "animate": "pictures.plane", "load_case": "case", "write_html": "pictures.space"}
 
 
 def __getattr__(name: str) -> Any:

@@ -206,7 +206,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     from .case import load_case
-    from .pictures.export import check_saveable
+    from .pictures.files import check_saveable
 
     console = _console(sys.stdout)
     directory = check_saveable(_directory(options))

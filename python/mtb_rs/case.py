@@ -36,7 +36,6 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails
 
-from . import scenes
 from .base.check import choice, path_of, shortened
 from .base.errors import CaseError
 from .base.files import read_bytes
@@ -46,7 +45,9 @@ from .friction.fields import GaussianPressure, VelocityTable
 from .friction.laws import InterfaceLayer
 from .geometry.profiles import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
 from .results.result import Result
-from .scenes.scene import METHODS, Scene, check_options, method_options
+from .scenes import ready as scenes
+from .scenes.methods import METHODS, check_options, method_options
+from .scenes.scene import Scene
 
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.

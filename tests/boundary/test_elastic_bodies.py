@@ -284,14 +284,15 @@ def test_kept_condensations_are_found_and_judged(
 
 SCRIPT = """
 import sys, numpy as np, mtb_rs as mtb
-from mtb_rs.layout import BlockLayout
-from mtb_rs.mesh import block_mesh
+from mtb_rs.base import cache
+from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.bodies.mesh import block_mesh
 mesh = block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
 body = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", x=0, y=0, z=0)])
 sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
 sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
 for _ in range(20):
-    mtb.cache.forget()
+    cache.forget()
     print(body.condense(sampling, directory=sys.argv[1]).flexibility.sum())
 """
 

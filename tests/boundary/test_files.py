@@ -53,8 +53,8 @@ import resource, sys, warnings
 from pathlib import Path
 import numpy as np
 import mtb_rs as mtb
-from mtb_rs.chart import Chart, ChartPoint
-from mtb_rs.view import missing_for_view
+from mtb_rs.results.chart import Chart, ChartPoint
+from mtb_rs.pictures.space import missing_for_view
 warnings.simplefilter("ignore")
 place = Path(sys.argv[1])
 scene = mtb.scenes.block_on_plane(friction=0.1, spacing=2e-2)
@@ -121,14 +121,14 @@ def test_a_full_disk_ends_in_a_sentence_and_leaves_nothing(tmp_path: Path) -> No
 
 KILLED = """
 import os, signal, sys
-from mtb_rs.files import write_bytes
+from mtb_rs.base.files import write_bytes
 os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)
 write_bytes(sys.argv[1], b"x" * 1000)
 """
 WAITING = """
 import sys
 from pathlib import Path
-from mtb_rs.files import drafted
+from mtb_rs.base.files import drafted
 with drafted(Path(sys.argv[1])) as draft:
     draft.write("a", b"a")
     print("written", flush=True)

@@ -14,7 +14,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="limits and peaks of 
 PREAMBLE = """
 import resource, warnings
 import numpy as np, mtb_rs as mtb
-from mtb_rs import cache, memory
+from mtb_rs.base import cache, memory
 def status(name):
     line = next(line for line in open("/proc/self/status") if line.startswith(name))
     return int(line.split()[1]) * 1024

@@ -88,7 +88,7 @@ def test_many_changed_files_are_read_or_refused(tmp_path: Path) -> None:
 
 HANGING = """
 import sys
-from mtb_rs.mesher import gmsh_beside
+from mtb_rs.bodies.mesher import gmsh_beside
 with gmsh_beside() as gmsh:
     gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
     gmsh.model.occ.synchronize()

@@ -22,9 +22,9 @@ from PIL import Image
 
 import mtb_rs as mtb
 from mtb_rs import PictureWarning
-from mtb_rs.pictures import view
-from mtb_rs.pictures.export import plain, save
-from mtb_rs.pictures.plot import animate
+from mtb_rs.pictures import space as view
+from mtb_rs.pictures.files import plain, save
+from mtb_rs.pictures.plane import animate
 from mtb_rs.pictures.quantities import drawable
 from mtb_rs.results.grids import borders, corners, quads
 from mtb_rs.results.result import Pictured, Result

@@ -10,7 +10,7 @@ import pytest
 
 import mtb_rs as mtb
 from mtb_rs import PictureWarning
-from mtb_rs.pictures import view
+from mtb_rs.pictures import space as view
 
 pyvista = pytest.importorskip("pyvista")
 WRITTEN = ("lower.vtp", "left_pole.vtu", "right_pole.vtu")

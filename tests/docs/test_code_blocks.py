@@ -15,7 +15,7 @@ from types import ModuleType
 
 import pytest
 
-from mtb_rs.pictures.view import missing_for_view
+from mtb_rs.pictures.space import missing_for_view
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

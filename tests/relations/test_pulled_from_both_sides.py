@@ -46,7 +46,7 @@ def test_all_ways_to_solve_half_spaces_agree(way: str, monkeypatch: pytest.Monke
         )
         return
     if way == "convolutions":
-        monkeypatch.setattr("mtb_rs.direct.DENSE_POINTS", 10)
+        monkeypatch.setattr("mtb_rs.scenes.direct.DENSE_POINTS", 10)
         other = scene.solve("half-space")
         assert other.report.solver != plain.report.solver
     else:

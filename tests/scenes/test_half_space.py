@@ -301,7 +301,7 @@ ramp = np.tile(np.linspace(0.0, 0.6, N), (N, 1))
 )
 def test_large_grids_are_solved_by_convolutions_to_the_same_numbers(scene, monkeypatch):
     dense = scene.solve(model="half-space")
-    monkeypatch.setattr("mtb_rs.direct.DENSE_POINTS", 1)
+    monkeypatch.setattr("mtb_rs.scenes.direct.DENSE_POINTS", 1)
     found = scene.solve(model="half-space")
     assert "dense" in dense.report.solver
     assert "FFT" in found.report.solver
@@ -323,7 +323,7 @@ def test_a_large_scene_of_unlike_bodies_is_solved_and_estimated():
 
 
 def test_a_tilt_that_no_contact_carries_is_named_on_large_grids_too(monkeypatch):
-    monkeypatch.setattr("mtb_rs.direct.DENSE_POINTS", 1)
+    monkeypatch.setattr("mtb_rs.scenes.direct.DENSE_POINTS", 1)
     for friction in (0.0, 0.5):
         with pytest.raises(mtb.ResultantError, match="outside what the contact can carry"):
             UNLIKE.with_(friction=friction, moments=(30.0, 0.0)).solve(model="half-space")

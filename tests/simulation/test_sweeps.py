@@ -206,7 +206,7 @@ def test_a_checkpoint_knows_its_measure_and_the_globals_of_functions(tmp_path, m
 def test_a_key_is_the_same_in_another_process():
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "import test_sweeps as t; from mtb_rs.fingerprint import fingerprint\n"
+        "import test_sweeps as t; from mtb_rs.base.fingerprint import fingerprint\n"
         "print(fingerprint([t.paraboloid(), t.Mu(0.1), t.of_level, t.peak_place, {'b', 'a', 'c'}]))"
     )
     command = [sys.executable, "-c", code, str(Path(__file__).parent)]
@@ -298,7 +298,7 @@ def test_two_sweeps_with_one_checkpoint_lose_nothing(tmp_path):
 
 def test_a_checkpoint_is_of_one_version(tmp_path, monkeypatch):
     mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c")
-    monkeypatch.setattr("mtb_rs.sweeps.__version__", "0.0.1")
+    monkeypatch.setattr("mtb_rs.studies.sweeps.__version__", "0.0.1")
     with pytest.raises(ValueError, match=r"another sweep .* version of mtb_rs"):
         mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c")
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """A long flat sliding on a plane, plane strain: friction and pressure couple where the materials differ.
 
-Closed form in :class:`mtb_rs.reference.SlidingFlatPunch` [Johnson1985, ch. 2.8], itself tested against its
-integral equation in test_closed_forms.py.
+Closed form in :class:`mtb_rs.half_space.reference.SlidingFlatPunch` [Johnson1985, ch. 2.8], itself tested
+against its integral equation in test_closed_forms.py.
 """
 
 from __future__ import annotations

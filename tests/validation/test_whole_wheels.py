@@ -83,7 +83,7 @@ def solved(name):
         return at((TOUCHING - float(row["z_mm"])) * MM)
     with pytest.MonkeyPatch.context() as patch:
         # of the search for a first height only
-        patch.setattr("mtb_rs.wheel_stepping.MOST_UNBALANCED", np.inf)
+        patch.setattr("mtb_rs.simulation.wheel_stepping.MOST_UNBALANCED", np.inf)
         first = contact.step([0.0, -y * MM, np.nan, roll, 0.0, yaw], velocity).pose[2]
     missing = lambda z: at(z).vertical_force[row["side"]] - wanted  # noqa: E731
     return at(brentq(missing, first - 6e-5, first + 3e-4, xtol=1e-11))

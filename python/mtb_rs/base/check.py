@@ -135,7 +135,8 @@ def _in(unit: str) -> str:
 
 def warn(message: str, kind: type[Warning] = UserWarning) -> None:
     """Warns at the line that called this package, however deep in it the reason was found."""
+    own = __name__.partition(".")[0]
     frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == __package__:
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == own:
         frame, level = frame.f_back, level + 1
     warnings.warn(message, kind, stacklevel=level)

@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.profiles import Profile
-
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, range, slice, type(...), np.generic, Enum)
+#: This package.
+_OWN = __name__.partition(".")[0]
 #: Code in there is known by its name.
 _LIBRARIES = tuple(Path(sysconfig.get_path(k)) for k in ("stdlib", "platstdlib", "purelib", "platlib"))
 
@@ -87,9 +87,7 @@ class _Words:
             return "[" + ",".join(map(self.of, value)) + "]"
         if type(value) in (set, frozenset):
             return "{" + ",".join(sorted(map(self.of, value))) + "}"
-        if isinstance(value, Profile):
-            return self.of(value.__reduce__()[1])
-        if is_dataclass(value) and type(value).__module__.startswith(f"{__package__}."):
+        if is_dataclass(value) and type(value).__module__.startswith(f"{_OWN}."):
             named = ",".join(
                 f"{f.name}={self.of(getattr(value, f.name))}" for f in fields(value) if f.compare and f.init
             )
@@ -170,7 +168,7 @@ def _unwrapped(member: Any) -> Any:
 def _in_library(name: str) -> bool:
     """Whether a module is of Python, of an installed package, or of this one."""
     top = name.partition(".")[0]
-    if top in sys.builtin_module_names or top in sys.stdlib_module_names or top == __package__:
+    if top in sys.builtin_module_names or top in sys.stdlib_module_names or top == _OWN:
         return top != "__main__"
     path = getattr(sys.modules.get(name), "__file__", None)
     return path is not None and any(Path(path).is_relative_to(folder) for folder in _LIBRARIES)

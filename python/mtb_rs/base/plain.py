@@ -22,7 +22,7 @@ def plain(cls: type[Class]) -> type[Class]:
     Stands below ``@dataclass``, which keeps what a class already has; on a named tuple it stands alone.
     """
     is_tuple = issubclass(cls, tuple)
-    if is_tuple or cls.__dict__.get("__repr__", cls.__mro__[1].__repr__) is object.__repr__:
+    if is_tuple or cls.__dict__.get("__repr__", cls.__mro__[1].__repr__) in (object.__repr__, one_line):
         setattr(cls, "__repr__", one_line)  # noqa: B010
     setattr(cls, "__eq__", equal)  # noqa: B010
     if is_tuple:

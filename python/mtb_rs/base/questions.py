@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Questions about what is allowed but looks like a slip of the unit. They are warnings; nothing is refused."""
+"""Questions about what is allowed but looks like a slip of the unit: warnings, nothing is refused."""
 
 from __future__ import annotations
 

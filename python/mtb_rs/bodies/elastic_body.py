@@ -549,7 +549,7 @@ class ElasticBody:
         keep : bool
             False: neither look into the cache nor add to it.
         directory : path
-            Folder of the cache; see :func:`mtb_rs.cache.folder`.
+            Folder of the cache; see :func:`mtb_rs.base.cache.folder`.
 
         Raises
         ------

@@ -5,15 +5,13 @@ does not carry. They are warnings; nothing is refused."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ..bodies.material import Material
-    from ..results.result import Result
-    from ..scenes.scene import Scene
+from ..bodies.material import Material
+from ..results.result import Result
 
 Array = NDArray[np.float64]
 
@@ -34,17 +32,17 @@ SMALL = 0.05
 STEELS, DENT = (180e9, 230e9), 4.2e9
 
 
-def of_scene(scene: Scene) -> list[str]:
+def of_scene(upper: Any, lower: Any, magnetic_pressure: Any) -> list[str]:
     """Questions about materials and loads of a scene whose lengths are metres."""
     questions = []
     normalised = False
-    for side in ("upper", "lower"):
-        material = _material(getattr(scene, side))
+    for side, body in (("upper", upper), ("lower", lower)):
+        material = _material(body)
         if material is not None:
             questions += _of_material(side, material)
             normalised |= material.young_modulus <= NORMALISED
-    if scene.magnetic_pressure is not None and not normalised:
-        questions += _of_pull(scene.magnetic_pressure)
+    if magnetic_pressure is not None and not normalised:
+        questions += _of_pull(magnetic_pressure)
     return questions
 
 

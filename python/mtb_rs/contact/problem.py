@@ -242,7 +242,7 @@ class Averages:
         return start, row, column, self.overlap[row, column]
 
     def means(self, coefficients: Array, area: Array) -> Array:
-        """Mean tractions (3, n) [Pa] over the contact points; see :func:`mtb_rs.solve.mean_tractions`."""
+        """Mean tractions (3, n) [Pa] over the contact points; see :func:`mean_tractions`."""
         start, row, column, share = self.rows
         closed = coefficients[2] > 0.0
         # what the points in contact do not share out among themselves they keep

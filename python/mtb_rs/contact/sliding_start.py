@@ -194,7 +194,7 @@ def start_with_pressure(
     ----------
     contact : CoupledContact
     rest : CoupledState
-        See :func:`mtb_rs.coupled_start.at_rest`.
+        See :func:`mtb_rs.contact.coupled_start.at_rest`.
     frame : (3, 2, n)
         Of a unit displacement along x and along y: its parts along both tangents and the normal.
     displacements : (m, 2) [m]

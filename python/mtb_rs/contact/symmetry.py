@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +11,9 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
+from ..bodies.sides import Side
 from ..geometry.contact_points import ROUNDING, SheetPoints
-
-if TYPE_CHECKING:
-    from ..bodies.sides import Side
-    from .problem import ContactProblem
+from .problem import ContactProblem
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

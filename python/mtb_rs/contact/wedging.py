@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .problem import ContactProblem
+from .problem import ContactProblem
 
 Array = NDArray[np.float64]
 

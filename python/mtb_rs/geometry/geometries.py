@@ -296,7 +296,7 @@ class WheelLayout:
     placement : WheelRailGap
         Gap at the scene's own spacing, contact angle and position.
     arguments : tuple of (name, value)
-        All arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`, of which it is.
+        All arguments of :func:`mtb_rs.wheel_on_rail_gap`, of which it is.
     """
 
     placement: WheelRailGap
@@ -306,7 +306,7 @@ class WheelLayout:
 
     @classmethod
     def placed(cls, **arguments: Any) -> WheelLayout:
-        """The layout of the arguments of :func:`mtb_rs.geometry.wheel_on_rail_gap`."""
+        """The layout of the arguments of :func:`mtb_rs.wheel_on_rail_gap`."""
         bound = inspect.signature(wheel_on_rail_gap).bind(**arguments)
         bound.apply_defaults()
         return cls(place_wheel(bound.arguments), tuple(bound.arguments.items()))

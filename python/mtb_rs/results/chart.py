@@ -16,6 +16,7 @@ import numpy as np
 from ..base.files import check_folder, drafted, read_bytes
 from ..base.owning import owning
 from ..base.plain import plain
+from .doors import pictures
 from .report import QUANTITIES
 
 #: Errors below this are none.
@@ -209,14 +210,11 @@ class Chart:
         OSError
             If nothing can be written there.
         """
-        from ..pictures.chart_page import page
-        from ..pictures.chart_plot import draw
-
         directory = check_saveable(directory, name)
         files = [directory / f"{name}.{kind}" for kind in KINDS]
         picture = io.BytesIO()
-        draw(self).savefig(picture, dpi=150, format="png")
-        contents = [picture.getvalue(), page(self).encode(), self.csv().encode()]
+        pictures().drawing_of_chart(self).savefig(picture, dpi=150, format="png")
+        contents = [picture.getvalue(), pictures().page_of_chart(self).encode(), self.csv().encode()]
         with drafted(directory) as draft:
             for path, content in zip(files, contents, strict=True):
                 draft.write(path.name, content)

@@ -7,20 +7,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..bodies.elastic_body import BodyState
+from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..geometry.triangles import Surface
+from .doors import pictures
 from .report import Report
-
-if TYPE_CHECKING:
-    from ..bodies.elastic_body import BodyState
-    from ..bodies.sides import ElasticPart
 
 Array = NDArray[np.float64]
 
@@ -61,23 +60,18 @@ class Pictured:
 
     def _repr_png_(self) -> bytes:
         """The pressure map, for notebooks."""
-        from ..pictures.plot import own_figures
-
-        with own_figures():
+        with pictures().own_figures():
             picture: bytes = self.plot("pressure")._repr_png_()
         return picture
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
-        from ..pictures.plot import plot
-
-        return plot(self, quantity, kind, **options)
+        """Picture of one quantity; see :func:`mtb_rs.pictures.plot`."""
+        return pictures().plot(self, quantity, kind, **options)
 
     def save(self, directory: str | Path) -> list[Path]:
-        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
-        from ..pictures.export import save
-
-        return save(self, directory)
+        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.pictures.save`."""
+        files: list[Path] = pictures().save(self, directory)
+        return files
 
 
 class TangentialFields(Pictured):

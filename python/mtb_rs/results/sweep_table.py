@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.files import write_bytes
 from ..base.owning import owning
+from .doors import pictures
 
 #: Units of the quantities a sweep measures by itself.
 UNITS = {
@@ -161,9 +162,7 @@ class SweepTable:
         -------
         matplotlib.figure.Figure
         """
-        from ..pictures.plot import draw_sweep
-
-        return draw_sweep(self, quantity, ax)
+        return pictures().draw_sweep(self, quantity, ax)
 
     def to_xarray(self) -> Any:
         """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.owning import owning, solved
 from ..base.plain import plain
+from .doors import pictures
 from .result import Pictured
 
 Array = NDArray[np.float64]
@@ -115,12 +116,12 @@ class WheelPatch:
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
+        """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.pictures.plot`."""
         return self._picture().plot(quantity, kind, **options)
 
     def save(self, directory: str | Path) -> list[Path]:
         """Writes summary.json, NPZ, VTK and pictures, in the frame of the patch; see
-        :func:`mtb_rs.export.save`."""
+        :func:`mtb_rs.pictures.save`."""
         return self._picture().save(directory)
 
     def _picture(self) -> PatchPicture:
@@ -232,21 +233,19 @@ class WheelStep:
 
     def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
         """All patches on one scale of colours and of length, each in its own frame: x along the rail; see
-        :func:`mtb_rs.plot.plot`."""
-        from ..pictures.plot import plot_side_by_side
-
+        :func:`mtb_rs.pictures.plot`."""
         if not self.patches:
             raise ValueError("the wheels are lifted: there is no patch to draw")
         names = [
             f"{p.side} wheel, plane at {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
             for p in self.patches
         ]
-        return plot_side_by_side([p._picture() for p in self.patches], names, quantity, kind, **options)
+        return pictures().plot_side_by_side(
+            [p._picture() for p in self.patches], names, quantity, kind, **options
+        )
 
     def _repr_png_(self) -> bytes | None:
         """The pressure maps, for notebooks; none of lifted wheels."""
-        from ..pictures.plot import own_figures
-
-        with own_figures():
+        with pictures().own_figures():
             picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
         return picture

@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Layout, WheelLayout
 from ..half_space.normal import solve_normal
-from ..results.result import percent
+from ..results.result import Result, percent
 from .auto import (
     AIM,
     EFFECTS,
@@ -38,10 +37,7 @@ from .auto import (
     resolved,
     rungs,
 )
-
-if TYPE_CHECKING:
-    from ..results.result import Result
-    from .scene import Scene
+from .posed import PosedScene
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
@@ -59,7 +55,7 @@ ROUGH_ROUND = 1e-4
 TRANSFORM, TRANSFORMS = 5.0, 2
 
 
-def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> Result:
+def solve(scene: PosedScene, model: str, tolerance: float | None, quantity: str) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
     assert scene.layout is not None
     started = time.perf_counter()
@@ -67,7 +63,7 @@ def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> R
     tolerance = TOLERANCE if tolerance is None else tolerance
     layout = scene.layout
     free = scene.spacing is None
-    start = layout.start if scene.spacing is None else scene._pair
+    start = layout.start if scene.spacing is None else scene.known_spacing
     assert start is not None
     fixed = scene.with_(spacing=start) if free else scene
     chosen = choose(fixed, tolerance, quantity, free=free) if model == "auto" else given(fixed, model)
@@ -130,7 +126,7 @@ def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> R
     problem = level.problem
     if chosen.time_s:
         problem.time_s["choice of the model"] = chosen.time_s
-    result = fixed._finish(
+    result = fixed.finished(
         problem,
         level.solution,
         "direct",
@@ -140,7 +136,7 @@ def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> R
         choosing=besides + spent,
         spacing=level.cell,
     )
-    fixed._check_reach(problem, result)
+    fixed.check_reach(problem, result)
     stages = sum(problem.time_s.values()) + time.perf_counter() - clock
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)
@@ -151,7 +147,7 @@ def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> R
     return replace(result, report=report)
 
 
-def _missed(scene: Scene, errors: Errors, level: Level, tolerance: float, quantity: str) -> str:
+def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, quantity: str) -> str:
     """What an estimate above the tolerance has reached, and what would meet it.
 
     The model is then as full as helps: what it leaves out is within the tolerance.
@@ -181,7 +177,7 @@ def _missed(scene: Scene, errors: Errors, level: Level, tolerance: float, quanti
     )
 
 
-def _finer(scene: Scene, level: Level, ratio: float) -> tuple[str, str]:
+def _finer(scene: PosedScene, level: Level, ratio: float) -> tuple[str, str]:
     """The argument that sets the cells of a scene, and cells finer by a ratio in words."""
     if "points" in scene.inputs:
         count = max(max(patch.nx, patch.ny) for patch in level.problem.patches)
@@ -197,7 +193,7 @@ def _of_flange(layout: Layout) -> dict[str, str]:
     return {} if said is None else {"friction in the vertical balance": said}
 
 
-def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False) -> Choice:
+def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = False) -> Choice:
     """The cheapest model that leaves out less than the tolerance, by coarse copies of the scene.
 
     With a `free` spacing a larger share of the tolerance is left to the cells.
@@ -209,7 +205,7 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
     models = ["half-space"]
     if scene.magnetic_pressure is not None:
         models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
-    spacing = scene._pair
+    spacing = scene.known_spacing
     sheet = scene.layout.sheet(spacing)
     large = len(models) == 1 and sheet.area.size > DENSE_POINTS
     ladder = [(model, True) for model in models]
@@ -233,7 +229,7 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
     return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
 
 
-def given(scene: Scene, model: str) -> Choice:
+def given(scene: PosedScene, model: str) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     assert scene.layout is not None
     if scene.own_model is not None:
@@ -246,7 +242,7 @@ def given(scene: Scene, model: str) -> Choice:
 
 
 def level_at(
-    scene: Scene,
+    scene: PosedScene,
     model: str,
     spacing: Spacing,
     *,
@@ -300,7 +296,9 @@ def mesh_errors(level: Level) -> tuple[float, float]:
     return max(s[0] for s in shares), max(s[1] for s in shares)
 
 
-def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:
+def layered(
+    scene: PosedScene, model: str, level: Level, known: Sequence[Level]
+) -> tuple[Level, Level] | None:
     """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
     thicker ones.
 
@@ -322,7 +320,7 @@ def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> t
         return None
 
 
-def with_wider_elements(scene: Scene, spacing: Spacing, wider: Spacing) -> Scene:
+def with_wider_elements(scene: PosedScene, spacing: Spacing, wider: Spacing) -> PosedScene:
     """The scene for cells of `wider` instead of `spacing`, its elements wider by the same ratio.
 
     Raises
@@ -335,7 +333,7 @@ def with_wider_elements(scene: Scene, spacing: Spacing, wider: Spacing) -> Scene
     return scene.with_(element_size=scene.element_size * max(np.divide(wider, spacing)))
 
 
-def is_coupled(scene: Scene, problem: ContactProblem) -> bool:
+def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
     """Whether friction changes the gap between two half-spaces: something rubs, and materials are unlike."""
     if not problem.direction.any() or (
         isinstance(problem.friction, np.ndarray) and not problem.friction.any()
@@ -345,7 +343,7 @@ def is_coupled(scene: Scene, problem: ContactProblem) -> bool:
     return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
 
 
-def _mixed(scene: Scene) -> list[float]:
+def _mixed(scene: PosedScene) -> list[float]:
     """(1 - 2 nu) / G [1/Pa] of the upper and of the lower body: twice what couples normal and tangential."""
     return [
         (1.0 - 2.0 * body.material.poisson_ratio) / body.material.shear_modulus
@@ -361,7 +359,7 @@ def _is_plain(problem: ContactProblem) -> bool:
     return problem.model == "half-space" and flat
 
 
-def _in_turn(scene: Scene, problem: ContactProblem, tolerance: float | None) -> Solution:
+def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None) -> Solution:
     """Unlike half-spaces that slide: pressure, and the opening of the gap by its friction, in turn.
 
     Waves of the opening that a round sends back are those it was given times `i mu beta cos`, with Dundurs'
@@ -428,7 +426,7 @@ def _opening_by_friction(problem: ContactProblem, solution: Solution) -> Array:
 
 
 def _by_convolution(
-    scene: Scene, problem: ContactProblem, tolerance: float | None, opening: Array | None = None
+    scene: PosedScene, problem: ContactProblem, tolerance: float | None, opening: Array | None = None
 ) -> Solution:
     """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
     clock = time.perf_counter()

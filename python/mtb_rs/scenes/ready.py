@@ -41,11 +41,12 @@ def _scene(build: F) -> F:
         bound.apply_defaults()
         scene = build(*args, **kwargs)
         arguments = owned(dict(bound.arguments))
-        object.__setattr__(scene, "recipe", (build.__name__, arguments))
+        object.__setattr__(scene, "recipe", (wrapped, arguments))
         scene.inputs.update({k: v for k, v in arguments.items() if v is not None})
         return scene
 
-    wrapped.__name__, wrapped.__doc__, wrapped.__module__ = build.__name__, build.__doc__, build.__module__
+    for name in ("__name__", "__qualname__", "__doc__", "__module__"):
+        setattr(wrapped, name, getattr(build, name))
     wrapped.__signature__ = signature  # type: ignore[attr-defined]
     wrapped.__annotations__ = build.__annotations__
     return wrapped  # type: ignore[return-value]

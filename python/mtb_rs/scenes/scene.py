@@ -3,54 +3,28 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from importlib import import_module
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _mtb_rs
-from ..base.check import LARGEST, choice, number, pair, positive, reals, warn
-from ..base.errors import ConvergenceError, ToleranceWarning
-from ..base.owning import frozen, own
-from ..base.plain import plain, same
-from ..base.questions import ask, gathered
-from ..bodies.elastic_body import ElasticBody
-from ..bodies.material import Material
-from ..bodies.sides import Side
-from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
-from ..bodies.supports import held_by
-from ..bodies.surfaces import BodySurface
-from ..contact.coupled_start import at_rest
-from ..contact.elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, moved_by, upper_side
-from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
-from ..contact.plausible import of_scene
-from ..contact.problem import ContactProblem, Kept, Solution, mean_tractions, sliding_direction, with_loads
+from ..base.check import choice, warn
+from ..base.errors import ToleranceWarning
+from ..base.plain import plain
 from ..contact.sliding_start import (
     StartOfSliding,
-    coupled_contact,
-    horizontal,
-    start_of_sliding,
-    start_with_pressure,
 )
-from ..contact.solids import BodyLayout, body_contact, check_faces
-from ..contact.solve import JAMMED, finish, half_space_side, magnetic_field, solve_direct
-from ..contact.staggered import staggered, with_half_space
-from ..contact.symmetry import folded
-from ..friction.fields import PressureDependentFriction, VelocityTable, fits, friction_field
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction
-from ..geometry.contact_points import ContactSheet, Patch, SheetPoints, spacing_pair
-from ..geometry.geometries import BlockLayout, FieldLayout, Layout, ShoeLayout, WheelLayout
-from ..geometry.profiles import Profile
+from ..geometry.geometries import WheelLayout
 from ..results.chart import Chart
 from ..results.report import QUANTITIES
 from ..results.result import Result
-from ..studies.measuring import silent
+from . import methods
 from .direct import choose
-from .direct import solve as solve_scene
+from .methods import MODELS
+from .posed import PosedScene
 
 if TYPE_CHECKING:
     from ..simulation.stepping import PreparedContact
@@ -58,13 +32,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
-METHODS = ("direct", "incremental", "staggered")
-
 
 @dataclass(frozen=True)
 @plain
-class Scene:
+class Scene(PosedScene):
     """Two bodies pressed together, the upper one sliding over the lower one.
 
     Exactly one of `force`, `approach` and `magnetic_pressure` presses them together.
@@ -82,7 +53,7 @@ class Scene:
     spacing : float or (dx, dy) [m], or None
         None, in ready scenes: :meth:`solve` chooses it by the tolerance.
     friction : float, (ny, nx), callable or table [-]
-        Friction coefficient; see :mod:`mtb_rs.loads`.
+        Friction coefficient; see :mod:`mtb_rs.friction.fields`.
     sliding_direction : (x, y) or None
         Motion of the upper body over the lower one; None: nothing slides, no friction.
     force : float [N]
@@ -111,146 +82,9 @@ class Scene:
         Of the finite elements of their upper body at the contact; None: that of the contact grid.
     layout, name, inputs
         Geometry, name and arguments of a ready scene; scenes of one's own do without.
-    recipe : (name, arguments) or None
+    recipe : (function, arguments) or None
         The function of :mod:`mtb_rs.scenes` that made it, and all it was given.
     """
-
-    upper: Material | Simple | ElasticBody
-    lower: Material | Simple | ElasticBody
-    gap: ArrayLike | Callable[[Array, Array], Any] | None = None
-    spacing: float | Sequence[float] | None = 1e-3
-    friction: Any = 0.0
-    sliding_direction: tuple[float, float] | None = (1.0, 0.0)
-    force: float | None = None
-    approach: float | None = None
-    moments: tuple[float, float] | None = None
-    magnetic_pressure: Any = None
-    attraction: str = "upper"
-    velocity: float | None = None
-    layer: InterfaceLayer | None = None
-    supports: Any = None
-    element_size: float | None = None
-    layout: Layout | None = None
-    name: str = "scene"
-    inputs: dict[str, Any] = field(default_factory=dict, compare=False)
-    recipe: tuple[str, Mapping[str, Any]] | None = field(default=None, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        own(self)
-        for side in ("upper", "lower"):
-            body = getattr(self, side)
-            put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
-        if isinstance(self.upper, ElasticBody) and isinstance(self.lower, ElasticBody):
-            name = self.upper.name
-            if name == self.lower.name:
-                put(self, "upper", self.upper.named(f"upper {name}"))
-                put(self, "lower", self.lower.named(f"lower {name}"))
-        if self.spacing is not None:
-            put(self, "spacing", spacing_pair(self.spacing))
-        elif self.layout is None or self.layout.start is None:
-            raise ValueError("spacing is None: a gap on a grid and elastic bodies need their spacing [m]")
-        if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
-            raise ValueError("upper and lower are both Rigid: one of them must deform")
-        solid = self._solid()
-        gap: Any = self.gap
-        gap = gap if gap is None or callable(gap) else gap_field(gap)
-        layout = self.layout
-        surface = self._surface(solid, gap)
-        if layout is not None and not isinstance(layout, (BodyLayout, FieldLayout)):
-            if gap is not None or solid is not None:
-                what = "a gap" if gap is not None else "an ElasticBody"
-                raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
-        elif solid is not None:
-            # of these bodies and this gap, which may be others than those of a scene this is a copy of
-            lower = self.lower
-            opponent = lower if isinstance(lower, ElasticBody) and solid is not lower else None
-            step = self._pair
-            before = layout.gap if isinstance(layout, BodyLayout) else None
-            if isinstance(layout, BodyLayout) and before is not None and gap is not None:
-                # what was given before is thinned
-                step = layout.step or step if same(gap, before) else step
-            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step, surface))
-        elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
-            put(self, "layout", FieldLayout(gap_field(gap), self._pair))
-        elif min(s / d for s, d in zip(self._pair, layout.step, strict=True)) < 0.999:
-            raise ValueError(
-                f"spacing is {self.spacing} m, the gap is given on cells of {layout.step} m: give it on the "
-                "finer ones as well"
-            )
-        given = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
-        if len(given) != 1 and (given or solid is None):
-            what = f"{' and '.join(given)} press" if given else "nothing presses"
-            raise ValueError(
-                f"{what} the bodies together: give exactly one of force [N], approach [m] and "
-                "magnetic_pressure [Pa]"
-            )
-        for name in ("force", "approach"):
-            value = getattr(self, name)
-            if value is not None:
-                put(self, name, positive(name, value, "N" if name == "force" else "m"))
-        if not isinstance(self.layout, (BlockLayout, ShoeLayout)):
-            for name in ("supports", "element_size"):
-                if getattr(self, name) is not None:
-                    raise ValueError(
-                        f"{name} is {getattr(self, name)!r}: it is for the elastic bodies of "
-                        "block_on_plane and pole_shoe_on_rail; an ElasticBody has its own"
-                    )
-        if self.supports is not None or isinstance(self.layout, (BlockLayout, ShoeLayout)):
-            put(self, "supports", held_by(self.supports))
-        if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
-            raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
-        choice("attraction", self.attraction, ("upper", "both"))
-        if self.sliding_direction is not None:
-            put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
-        if self.moments is not None:
-            put(self, "moments", pair("moments", self.moments, "N m"))
-            if self.approach is not None:
-                raise ValueError("moments are given beside approach: only a load can have them")
-        if self.element_size is not None:
-            put(self, "element_size", positive("element_size", self.element_size, "m"))
-        if self.velocity is not None:
-            put(self, "velocity", number("velocity", self.velocity, "m/s"))
-        # fields may be in normalised units
-        if not isinstance(self.layout, FieldLayout):
-            ask(of_scene(self))
-
-    @property
-    def _pair(self) -> tuple[float, float]:
-        """The spacing, where it must be known."""
-        if self.spacing is None:
-            raise ValueError(
-                'spacing is None: only solve() with method="direct" chooses it; elsewhere a spacing [m] is '
-                "needed, for paraboloid_on_plane a number of points"
-            )
-        return spacing_pair(self.spacing)
-
-    def _surface(self, solid: ElasticBody | None, gap: Any) -> Profile | BodySurface | None:
-        """The surface given for the half-space or rigid body beside an elastic one."""
-        if solid is None and callable(gap):
-            raise ValueError("gap is a function, which takes an ElasticBody: give a field (ny, nx) [m]")
-        found: Profile | BodySurface | None = None
-        for body in (self.upper, self.lower):
-            if not isinstance(body, (HalfSpace, Rigid)) or body.surface is None:
-                continue
-            if solid is None or gap is not None:
-                why = "no body is an ElasticBody" if solid is None else "gap is given as well"
-                raise ValueError(
-                    f"a half-space or rigid body has the surface {body.surface!r}, but {why} "
-                    "(mtb_rs.surface_gap makes a gap of two surfaces)"
-                )
-            found = body.surface
-        return found
-
-    def _solid(self) -> ElasticBody | None:
-        """The elastic body whose contact face carries the grid."""
-        return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
-
-    @property
-    def own_model(self) -> str | None:
-        """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
-        names = [k for k in ("upper", "lower") if isinstance(getattr(self, k), ElasticBody)]
-        return None if not names else "elastic-both" if len(names) == 2 else f"elastic-{names[0]}"
 
     def solve(
         self,
@@ -287,75 +121,10 @@ class Scene:
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
-        result = self._solved(model, method, tolerance, quantity, **options)
+        result = methods.solve(self, model, method, tolerance, quantity, **options)
         if result.report.missed:
             warn(result.report.missed, ToleranceWarning)
         return result
-
-    def _solved(
-        self,
-        model: str = "auto",
-        method: str = "direct",
-        tolerance: float | None = None,
-        quantity: str = "pressure",
-        **options: Any,
-    ) -> Result:
-        """As :meth:`solve`, for callers that have their own words for a missed tolerance."""
-        check_options(model, method, tolerance, quantity, **options)
-        if method == "direct":
-            self._check_model(model)
-            return solve_scene(self, model, tolerance, quantity)
-        if self.own_model is not None:
-            raise ValueError(
-                f'method is {method!r}: a scene with an ElasticBody takes "direct"; the methods of the '
-                "thesis are for the ready scenes and half-spaces"
-            )
-        if model == "auto":
-            model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
-        self._check_model(model)
-        if method == "incremental":
-            return self._solve_incremental(model, options)
-        return self._solve_staggered(model, options)
-
-    def _why_apart(self, points: SheetPoints, loads: Mapping[str, Any]) -> str:
-        """Why bodies of any geometry do not touch, in words."""
-        pull = -float(np.asarray(loads.get("magnetic", np.zeros(3)))[2])
-        if self.magnetic_pressure is not None and pull <= 0.0:
-            return (
-                f"the bodies never touch: magnetic_pressure pulls them by {pull:.6g} N, it must be positive "
-                "to press them together"
-            )
-        least = float(points.gap.min())
-        if least <= 0.0:
-            return (
-                "the bodies never touch: they lie on each other, but what presses them does not reach the "
-                "contact (supports that lift, or hold it)"
-            )
-        hint = ""
-        assert isinstance(self.layout, BodyLayout)
-        if self.layout.gap is None and np.ptp(points.gap) > 0.0:
-            hint = f"; a contact narrower than the cells of {self._pair} m needs finer ones"
-        return (
-            "the bodies never touch: nothing brings them together over their least gap of "
-            f"{least:.4g} m{hint}"
-        )
-
-    def _check_pressed(self, problem: ContactProblem) -> None:
-        """A body free along z gives way to an approach, unless a guide presses it."""
-        for side in (problem.upper, problem.lower):
-            for part in side.state or ():
-                if (side.work[part.lifts != 0.0] == 0.0).any():
-                    raise ValueError(
-                        f"approach is {self.approach:g} m, but the supports leave {part.body.name} free "
-                        "along z and nothing presses it: hold z by a support, or give force [N] or "
-                        "magnetic_pressure [Pa] instead"
-                    )
-
-    def _wrench(self, arm: Array) -> Array:
-        """Force and moment (6,) on an elastic upper body, pressed at `arm` (3,) [m] from its centre."""
-        force = np.array([0.0, 0.0, -(self.force or 0.0)])
-        moment = np.array([*(self.moments or (0.0, 0.0)), 0.0])
-        return np.concatenate([force, moment + np.cross(arm, force)])
 
     def start_of_sliding(
         self,
@@ -382,85 +151,7 @@ class Scene:
             "held" keeps the pressure at rest and every rigid motion locked: cheaper, and right for like
             half-spaces only.
         """
-        assert self.layout is not None
-        choice("model", model, MODELS)
-        choice("pressure", pressure, ("held", "follows"))
-        self._check_model(model)
-        if model == "auto":
-            model = "elastic-upper" if can_be_elastic(self.layout, "elastic-upper") else "half-space"
-        problem = self.problem(model)
-        problem = replace(problem, direction=np.zeros((2, problem.n)))
-        solution = solve_direct(problem, with_margin=False)
-        if solution.status != "solved":
-            raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
-        pair = _mtb_rs.SlidingPair(
-            problem.lower.compliance, problem.upper.compliance, problem.direction, False
-        )
-        friction = problem.friction_at(solution.pressure)
-        if pressure == "follows":
-            contact, shares = coupled_contact(problem, pair.compliance, friction, self.layer, tolerance)
-            rest = at_rest(contact, solution.pressure, solution.motion @ shares)
-            start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
-            pressed = float(solution.pressure @ problem.area)
-            if start.normal_force[-1] > JAMMED * pressed:
-                warn(
-                    f"The body jams: its displacement has raised the contact force from {pressed:.3g} N to "
-                    f"{start.normal_force[-1]:.3g} N. The friction coefficient is about or above the wedging "
-                    "limit."
-                )
-        else:
-            start = start_of_sliding(
-                pair.compliance,
-                solution.pressure,
-                problem.area,
-                friction,
-                displacements,
-                self.layer,
-                tolerance,
-            )
-        mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
-        return replace(start, traction=mean[:2], pressure=mean[2])
-
-    def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
-        chosen = IncrementalOptions(**options)
-        problem = self.problem(model)
-        solution, accumulated = solve_incremental(problem, self.sliding_direction, chosen)
-        result = finish_incremental(accumulated, lambda: self._finish(problem, solution, "incremental"))
-        self._check_reach(problem, result)
-        return result
-
-    def _solve_staggered(self, model: str, options: dict[str, Any]) -> Result:
-        if model != "elastic-upper":
-            raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
-        problem = self.problem(model)
-        body = _simple(self.upper)
-        assert self.layout is not None
-        sheet = self.layout.sheet(self._pair)
-        twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
-        solution, _ = staggered(problem, twin, **options)
-        try:
-            result = self._finish(problem, solution, "staggered")
-        except ConvergenceError as error:
-            raise type(error)(str(error), with_half_space(error.result, twin, problem.points)) from None
-        return with_half_space(result, twin, problem.points)
-
-    def _finish(
-        self,
-        problem: ContactProblem,
-        solution: Solution,
-        method: str,
-        **known: Any,
-    ) -> Result:
-        assert self.layout is not None
-        return finish(
-            problem,
-            solution,
-            method=method,
-            surfaces=self.layout.surfaces(),
-            summary=self._summary(),
-            bodies=(self.lower, self.upper),
-            **known,
-        )
+        return methods.slide_from_rest(self, displacements, model, tolerance, pressure)
 
     def prepare(
         self,
@@ -504,7 +195,7 @@ class Scene:
         if isinstance(self.layout, WheelLayout):
             from ..simulation.wheel_stepping import prepare_wheels
 
-            self._check_model(model)
+            self.check_model(model)
             law = Coulomb(0.3) if friction is None else friction
             return prepare_wheels(
                 self, self.layout, side or "left", law, layer, reference_point, standstill_speed
@@ -514,44 +205,18 @@ class Scene:
         for name, value in (("friction", friction), ("layer", layer), ("side", side)):
             if value is not None:
                 raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
-        self._check_model(model)
+        self.check_model(model)
         if model == "auto":
             model = choose(at_some_speed(self), tolerance, quantity).model
         origin = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return prepare(self, model, origin, standstill_speed)
-
-    def has_model(self, model: str) -> bool:
-        """Whether the scene has the geometry and the bodies of a model."""
-        try:
-            self._check_model(model)
-        except ValueError:
-            return False
-        return True
-
-    def _check_model(self, model: str) -> None:
-        """Whether the scene has the geometry and the bodies of a model."""
-        assert self.layout is not None
-        own = self.own_model
-        if model == "auto" or model == (own or "half-space"):
-            return
-        if own is not None:
-            raise ValueError(
-                f"model is {model!r}: a scene with an ElasticBody has its model in its bodies, {own!r}"
-            )
-        if not can_be_elastic(self.layout, model):
-            raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
-        for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
-            if isinstance(getattr(self, name), Rigid):
-                raise ValueError(f"model is {model!r}: {name} is Rigid")
-        if self.magnetic_pressure is None:
-            raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
 
     def chart(
         self,
         quantity: str = "pressure",
         budget: float = 60.0,
         repeats: int = 3,
-        progress: Callable[[float, str], None] = silent,
+        progress: Callable[[float, str], None] | None = None,
     ) -> Chart:
         """Speed against accuracy of every model and method that applies, at several resolutions.
 
@@ -578,409 +243,3 @@ class Scene:
 
         choice("quantity", quantity, QUANTITIES)
         return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
-
-    def problem(
-        self, model: str, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
-    ) -> ContactProblem:
-        """The contact problem of a model, on cells of `spacing` (its own by default).
-
-        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`.
-        """
-        spacing = self._pair if spacing is None else spacing
-        if isinstance(self.layout, BodyLayout):
-            return self._bodies_problem(self.layout, spacing)
-        if model == "half-space":
-            return self._half_space_problem(spacing)
-        return self._elastic_problem(model, spacing, thinner)
-
-    def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
-        """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
-        time_s: dict[str, float] = {}
-        contact = body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
-        points, patches, kept = contact.points, contact.sheet.node_patches, contact.kept
-        n = contact.area.size
-        pull = none = np.zeros(n)
-        loads: dict[str, Any] = {}
-        if self.magnetic_pressure is not None:
-            pull = self.pull_at(points, patches, kept)
-            loads["magnetic"] = -(pull * contact.area * contact.averages.frames[2]).sum(axis=1)
-        middle = kept.nodes.points.mean(axis=1)
-        wrench = np.zeros(6)
-        if contact.upper.condensed is not None:
-            wrench = self._wrench(middle - contact.upper.condensed.centre)
-        upper = contact.side(pull, wrench, upper=True)
-        lower_pull = pull if self.attraction == "both" else none
-        if contact.upper.condensed is None and self.approach is None:
-            # a half-space or rigid body above has no supports: its load presses it and it is free to
-            # approach; without a load it rests, as one below does
-            motion, work = np.zeros((0, 3, n)), np.zeros(0)
-            if self.force is not None or self.magnetic_pressure is not None:
-                force = self.force
-                pressed = float(-loads.pop("magnetic")[2]) if force is None else force
-                motion, work = np.zeros((1, 3, n)), np.array([-pressed])
-                motion[0, 2] = 1.0
-                loads["pull"] = np.array([0.0, 0.0, -pressed])
-            if self.moments is not None:
-                motion = np.concatenate([motion, tilts(contact.averages.places - middle[:, None])])
-                work = np.append(work, self.moments)
-            upper = with_loads(upper, motion, work)
-        problem = ContactProblem(
-            points=points,
-            area=contact.area,
-            patches=patches,
-            friction=self._friction(points, patches, kept),
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=points.gap - (self.approach or 0.0),
-            upper=upper,
-            lower=contact.side(lower_pull, np.zeros(6), upper=False),
-            model=str(self.own_model),
-            approach=self.approach,
-            loads=loads,
-            shape=(patches[0].ny, patches[0].nx),
-            averages=contact.averages,
-            time_s=time_s,
-            kept=kept,
-            memory=contact.memory,
-        )
-        if self.approach is not None:
-            self._check_pressed(problem)
-        if spacing == self._pair:
-            for doubt in contact.doubts:
-                warn(doubt)
-        return problem
-
-    def _elastic_problem(self, model: str, spacing: tuple[float, float], thinner: float) -> ContactProblem:
-        """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
-        assert self.layout is not None
-        time_s: dict[str, float] = {}
-        sheet = self.layout.sheet(spacing)
-        points, patches = sheet.nodes, sheet.node_patches
-        n = points.gap.size
-        pull = self.pull_at(points, patches)
-        for patch in patches:
-            total = float(pull[_cut(patch)].sum())
-            if total < 1.0 / LARGEST:
-                raise ValueError(
-                    f"magnetic_pressure on patch {patch.name!r} is {total / (patch.nx * patch.ny):.6g} Pa "
-                    "on average: it does not press the bodies together (it must be positive)"
-                )
-        lower_pull = pull if self.attraction == "both" else np.zeros(n)
-        upper_body, lower_body = _simple(self.upper), _simple(self.lower)
-        assert isinstance(upper_body, HalfSpace)
-        upper, area = upper_side(
-            self.layout,
-            sheet,
-            upper_body,
-            self.supports,
-            pull,
-            time_s,
-            self.element_size,
-            self.moments,
-            thinner,
-        )
-        known = averages(upper.state)
-        grid = patches[0]
-        problem = ContactProblem(
-            points=points,
-            area=area,
-            patches=patches,
-            friction=self._friction(points, patches),
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=points.gap,
-            upper=upper,
-            lower=half_space_on_nodes(Rigid(), sheet, lower_pull),
-            model=model,
-            approach=None,
-            loads={"magnetic": -(pull * area * known.frames[2]).sum(axis=1)},
-            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
-            averages=known,
-            time_s=time_s,
-        )
-        if model == "elastic-both":
-            assert isinstance(lower_body, HalfSpace)
-            fold = folded(problem)
-            image = fold.image if fold is not None else None
-            lower = lower_side(self.layout, sheet, lower_body, lower_pull, image, time_s)
-        else:
-            lower = half_space_on_nodes(lower_body, sheet, lower_pull)
-        return replace(problem, lower=lower)
-
-    def _half_space_problem(self, spacing: tuple[float, float]) -> ContactProblem:
-        """The scene with both bodies as half-spaces: only the resultant of the load counts."""
-        assert self.layout is not None
-        sheet = self.layout.sheet(spacing)
-        points, n = sheet.cells, sheet.area.size
-        lower = half_space_side(_simple(self.lower), sheet.patches, interact=True)
-        if self.magnetic_pressure is not None and self.attraction == "both" and lower.compliance is not None:
-            pull = self.pull_at(points, sheet.patches)
-            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-            lower = replace(lower, displacement=moved_by(lower.compliance, load, points, -1.0))
-        upper = half_space_side(_simple(self.upper), sheet.patches, interact=False)
-        gap = points.gap
-        loads: dict[str, Any] = {}
-        if self.approach is not None:
-            gap = gap - self.approach * points.normal[2]
-        else:
-            upper = self._pressed(upper, sheet, loads)
-        grid = sheet.patches[0]
-        return ContactProblem(
-            points=points,
-            area=sheet.area,
-            patches=sheet.patches,
-            friction=self._friction(points, sheet.patches),
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=gap,
-            upper=upper,
-            lower=lower,
-            model="half-space",
-            approach=self.approach,
-            loads=loads,
-            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
-        )
-
-    def _friction(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
-    ) -> Array | PressureDependentFriction:
-        if isinstance(self.friction, PressureDependentFriction):
-            return self.friction
-        return self.friction_at(points, patches, kept, self.velocity)
-
-    def friction_at(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None, velocity: float | None
-    ) -> Array:
-        """Friction coefficients (n,) at contact points, which are those `kept` of the points of `patches`."""
-        numbers = None if kept is None else kept.numbers
-        return friction_field(self._on(patches, self.friction), points.points, patches, velocity, numbers)
-
-    def pull_at(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None, **given: Any
-    ) -> Array:
-        """Magnetic pressure (n,) [Pa] at contact points, as :meth:`friction_at`.
-
-        With `magnetic_pressure` or `velocity` in place of the scene's.
-        """
-        spec = given.get("magnetic_pressure", self.magnetic_pressure)
-        velocity = given.get("velocity", self.velocity)
-        return magnetic_field(self._on(patches, spec), points, patches, velocity, kept)
-
-    def _on(self, patches: tuple[Patch, ...], spec: Any) -> Any:
-        """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `patches`."""
-        if not _has_arrays(spec):
-            return spec
-        assert self.layout is not None
-        own = self.layout.sheet(self._pair)
-        return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
-
-    def on_cells(self, spacing: tuple[float, float]) -> Scene:
-        """The same scene on other cells, to which fields given on its own grid are carried."""
-        assert self.layout is not None
-        changes: dict[str, Any] = {"spacing": spacing}
-        fields = {name: getattr(self, name) for name in ("friction", "magnetic_pressure")}
-        if any(map(_has_arrays, fields.values())):
-            own, other = self.layout.sheet(self._pair), self.layout.sheet(spacing)
-            choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
-            changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
-        return self.with_(**changes)
-
-    def _pressed(self, upper: Side, sheet: ContactSheet, loads: dict[str, Any]) -> Side:
-        """The upper body free to approach, each patch on its own, under its share of the load."""
-        points, n = sheet.cells, sheet.area.size
-        if self.magnetic_pressure is not None:
-            pull = self.pull_at(points, sheet.patches)
-            load = -pull * sheet.area * points.normal
-            shares = [load[2, _cut(p)].sum() for p in sheet.patches]
-        else:
-            assert self.force is not None
-            shares = [-self.force / len(sheet.patches)] * len(sheet.patches)
-        motions, work = [], []
-        for patch, share in zip(sheet.patches, shares, strict=True):
-            if -share < 1.0 / LARGEST:
-                raise ValueError(
-                    f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
-                    "bodies together (it must be negative)"
-                )
-            here = np.zeros(n)
-            here[_cut(patch)] = 1.0
-            zero = np.zeros(n)
-            motions.append(np.stack([zero, zero, here]))
-            work.append(share)
-            if self.moments is not None:
-                arm = points.points - points.points[:, _cut(patch)].mean(axis=1, keepdims=True)
-                motions.extend(tilts(arm) * here)
-                work.extend(float(m) for m in self.moments)
-        loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
-        return with_loads(upper, np.array(motions), np.array(work))
-
-    def _check_reach(self, problem: ContactProblem, result: Result) -> None:
-        """Contact must exist, and must not be cut off by the edge of the grid."""
-        assert self.layout is not None
-        contact = result.report.contact_area > 0.0
-        if isinstance(self.layout, BodyLayout):
-            if not contact:
-                raise ValueError(self._why_apart(problem.points, problem.loads))
-            check_faces((self.upper, self.lower), problem, result)  # type: ignore[arg-type]
-        if not contact:
-            raise ValueError(
-                f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
-                f"{float(problem.points.gap.min()):.6g} m"
-            )
-        if self.layout.is_body_edge:
-            return
-        for patch in problem.patches:
-            p = patch.view(result.pressure.reshape(-1)) > 0.0
-            if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
-                raise ValueError(
-                    f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, where the "
-                    f"bodies go on: about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
-                )
-
-    def _summary(self) -> dict[str, Any]:
-        return {"scene": self.name, **self.inputs}
-
-    def with_(self, **changes: Any) -> Scene:
-        """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
-
-        A ready scene is made anew, so that all that depends on an argument follows it: the grid of a
-        paraboloid its force, the contact plane of a wheel its vertical force.
-        """
-        asked = of_scene(self)
-        with gathered() as found:
-            made = self._changed(changes, asked)
-        ask(found, asked)
-        return made
-
-    def _changed(self, changes: dict[str, Any], asked: list[str]) -> Scene:
-        """What :meth:`with_` returns; questions that its scene has been asked come to `asked`."""
-        if self.recipe is None:
-            return replace(self, **changes)
-        name, given = self.recipe
-        build: Callable[..., Scene] = getattr(import_module(".scenes", __package__), name)
-        known = inspect.signature(build).parameters
-        # nothing in place of what the ready scene must have, as force=None beside an approach
-        nothing = {k for k, v in changes.items() if v is None and k in known and known[k].default is not None}
-        optional = nothing & _OPTIONAL
-        anew = {k: v for k, v in changes.items() if k in known and k not in nothing - optional}
-        with gathered() as found:
-            before = build(**given)
-        asked += found
-        made = build(**{**given, **anew})
-        followed = {_FOLLOWS[k] for k in anew if k in _FOLLOWS}
-        kept = {
-            f.name: getattr(self, f.name)
-            for f in fields(self)
-            if f.name not in _MADE | followed | set(changes)
-            and not same(getattr(self, f.name), getattr(before, f.name))
-        }
-        others = {k: v for k, v in changes.items() if k not in anew}
-        inputs = {k: v for k, v in made.inputs.items() if k not in others}
-        return replace(made, **{**kept, **others, "inputs": inputs})
-
-
-#: Fields of a ready scene that follow from its arguments; arguments of ready scenes that give another field;
-#: and those that may be None though they are something by default.
-_MADE = {"layout", "inputs", "name", "recipe"}
-_FOLLOWS = {"points": "spacing", "width": "spacing"}
-_OPTIONAL = {"points", "spacing", "sliding_direction"}
-
-
-def check_options(
-    model: str = "auto",
-    method: str = "direct",
-    tolerance: float | None = None,
-    quantity: str = "pressure",
-    **options: Any,
-) -> None:
-    """What can be said of the options of :meth:`Scene.solve` without a scene.
-
-    Raises
-    ------
-    ValueError
-        Naming the option that no scene takes.
-    """
-    choice("model", model, MODELS)
-    choice("method", method, METHODS)
-    choice("quantity", quantity, QUANTITIES)
-    if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
-        raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
-    known = method_options(method)
-    for name in options:
-        if name not in known:
-            has = f": it has {', '.join(known)}" if known else ""
-            raise ValueError(f"unknown option {name!r} of the {method} method{has}")
-
-
-def method_options(method: str) -> list[str]:
-    """Options that a method has beside those of all."""
-    steps = inspect.signature(staggered).parameters.values()
-    return {
-        "direct": [],
-        "incremental": [f.name for f in fields(IncrementalOptions)],
-        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
-    }[method]
-
-
-def gap_field(gap: ArrayLike | None) -> Array:
-    """A gap (ny, nx) [m] as floats, checked."""
-    if gap is None:
-        raise ValueError("gap is missing: a height field (ny, nx) [m] is needed")
-    values = frozen(reals("gap", gap, "m"))
-    if values.ndim != 2 or min(values.shape) < 3:
-        raise ValueError(f"gap has shape {values.shape}: (ny, nx) with at least 3 points a side is needed")
-    return values
-
-
-def tilts(arm: Array) -> Array:
-    """Displacement (2, 3, n) by unit rotations about x and y, of points at `arm` (3, n) from the axes."""
-    zero = np.zeros(arm.shape[1])
-    return np.array([[zero, -arm[2], arm[1]], [arm[2], zero, -arm[0]]])
-
-
-def _simple(body: Any) -> HalfSpace | Rigid:
-    assert isinstance(body, (HalfSpace, Rigid))
-    return body
-
-
-def _cut(patch: Patch) -> slice:
-    return slice(patch.start, patch.start + patch.nx * patch.ny)
-
-
-def _has_arrays(spec: Any) -> bool:
-    """Whether a number or a field as users state it has values on a grid in it."""
-    if isinstance(spec, VelocityTable):
-        return any(_has_arrays(value) for value in spec.value)
-    if isinstance(spec, (list, tuple)):
-        return any(isinstance(part, (list, tuple)) or _has_arrays(part) for part in spec)
-    return isinstance(spec, np.ndarray) and spec.ndim > 0
-
-
-def _carried(spec: Any, choices: Sequence[tuple[tuple[Patch, ...], tuple[Patch, ...]]]) -> Any:
-    """Arrays over the first grids that they fit at the nearest points of others; all else as it is.
-
-    Parameters
-    ----------
-    choices : sequence of (grids, others)
-    """
-    if isinstance(spec, VelocityTable):
-        return VelocityTable(spec.velocity, [_carried(value, choices) for value in spec.value])
-    count = len(choices[0][0])
-    if isinstance(spec, (list, tuple)) and len(spec) == count > 1:
-        own = [
-            [((replace(given[k], start=0),), (replace(to[k], start=0),)) for given, to in choices]
-            for k in range(count)
-        ]
-        return [_carried(part, pairs) for part, pairs in zip(spec, own, strict=True)]
-    if not isinstance(spec, (list, tuple, np.ndarray)):
-        return spec
-    try:
-        values = reals("values on a grid", spec)
-    except ValueError:  # for the field to name
-        return spec
-    found = next(((given, to) for given, to in choices if fits(values, given)), None)
-    if values.ndim == 0 or found is None:
-        return spec
-    carried = np.empty(sum(patch.nx * patch.ny for patch in found[1]))
-    for patch, here in zip(*found, strict=True):
-        rows = np.minimum(((np.arange(here.ny) + 0.5) * patch.ny / here.ny).astype(int), patch.ny - 1)
-        columns = np.minimum(((np.arange(here.nx) + 0.5) * patch.nx / here.nx).astype(int), patch.nx - 1)
-        carried[_cut(here)] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()
-    return carried

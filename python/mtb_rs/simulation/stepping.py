@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,10 +23,8 @@ from ..contact.solve import JAMMED
 from ..friction.fields import PressureDependentFriction, VelocityTable
 from ..geometry.contact_points import Patch
 from ..results.result import Pictured
+from ..scenes.posed import PosedScene
 from . import fmu
-
-if TYPE_CHECKING:
-    from ..scenes.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -469,7 +467,7 @@ class Source:
         Gap before contact [m] and work on each motion [J] without a magnetic pressure.
     """
 
-    scene: Scene
+    scene: PosedScene
     problem: ContactProblem
     base: Array
 
@@ -490,7 +488,7 @@ class Source:
 
 
 def prepare(
-    scene: Scene, model: str, reference_point: ArrayLike, standstill_speed: float | None
+    scene: PosedScene, model: str, reference_point: ArrayLike, standstill_speed: float | None
 ) -> PreparedContact:
     """The contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
     if isinstance(scene.friction, PressureDependentFriction):
@@ -555,7 +553,7 @@ def prepare(
     return PreparedContact(core, Source(scene, problem, base))
 
 
-def at_some_speed(scene: Scene) -> Scene:
+def at_some_speed(scene: PosedScene) -> PosedScene:
     """The scene at a velocity that its tables cover, if it has tables and no velocity."""
     if scene.velocity is not None:
         return scene

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,13 +18,11 @@ from ..base.files import read_bytes, write_bytes
 from ..bodies.simple import HalfSpace
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
 from ..geometry.contact_points import spacing_pair
+from ..geometry.geometries import WheelLayout
 from ..geometry.profiles import as_profile
 from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
+from ..scenes.posed import PosedScene
 from .stepping import pose_of
-
-if TYPE_CHECKING:
-    from ..geometry.geometries import WheelLayout
-    from ..scenes.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -150,7 +148,7 @@ class PreparedWheels:
 
 
 def prepare_wheels(
-    scene: Scene,
+    scene: PosedScene,
     layout: WheelLayout,
     side: str,
     friction: Friction | RailFriction,

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,9 @@ from ..geometry.geometries import FieldLayout, ParaboloidLayout, centred
 from ..results.chart import Chart, ChartPoint
 from ..results.report import Report
 from ..results.result import Result
-from .measuring import Candidate, Run, halvings, measure
-
-if TYPE_CHECKING:
-    from ..scenes.scene import Scene
+from ..scenes import methods
+from ..scenes.posed import PosedScene
+from .measuring import Candidate, Run, halvings, measure, silent
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
@@ -91,18 +90,19 @@ class Fields:
 
 
 def chart(
-    scene: Scene,
+    scene: PosedScene,
     *,
     quantity: str,
     budget: float,
     repeats: int,
-    progress: Callable[[float, str], None],
+    progress: Callable[[float, str], None] | None,
 ) -> Chart:
     """See :meth:`mtb_rs.Scene.chart`."""
     positive("budget", budget, "s")
     if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
         raise ValueError(f"repeats is {repeats!r}: a whole number from 1 on is needed")
     assert scene.layout is not None
+    told = progress or silent
     started = time.perf_counter()
     spacings = _spacings(scene)
     fullest = _models(scene)[-1]
@@ -115,7 +115,7 @@ def chart(
         solve, name, ladder = _by_model(scene, fullest), f"{fullest}, direct", spacings
         if fullest == "half-space" and convolved is not None:
             solve, name, ladder = convolved, "half-space, FFT", _spacings(scene, LARGEST_BY_CONVOLUTION)
-        reference, error, tried = _fine(scene, name, solve, ladder, 0.4 * budget, progress)
+        reference, error, tried = _fine(scene, name, solve, ladder, 0.4 * budget, told)
         words = f"{name}, {tried.unknowns} points"
         if scene.own_model is not None:
             words += ", on the meshes as they are"
@@ -133,7 +133,7 @@ def chart(
         allowed,
         budget=left,
         repeats=repeats,
-        progress=lambda share, doing: progress(shift + (1.0 - shift) * share, doing),
+        progress=lambda share, doing: told(shift + (1.0 - shift) * share, doing),
     )
     return Chart(
         title=scene.name.replace("_", " "),
@@ -144,14 +144,14 @@ def chart(
     )
 
 
-def _models(scene: Scene) -> list[str]:
+def _models(scene: PosedScene) -> list[str]:
     """The models that a scene has, the fullest last."""
     if scene.own_model is not None:
         return [scene.own_model]
     return [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)]
 
 
-def _admits(scene: Scene, model: str) -> bool:
+def _admits(scene: PosedScene, model: str) -> bool:
     if model == "half-space":
         return True
     assert scene.layout is not None
@@ -163,7 +163,7 @@ def _admits(scene: Scene, model: str) -> bool:
     )
 
 
-def _spacings(scene: Scene, largest: int = LARGEST) -> list[Spacing]:
+def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
     """Spacings from coarse to fine, each with a grid of its own of at least 4 points a side."""
     assert scene.layout is not None
     own = scene.layout.start if scene.spacing is None else spacing_pair(scene.spacing)
@@ -198,7 +198,7 @@ def _spacings(scene: Scene, largest: int = LARGEST) -> list[Spacing]:
     return kept
 
 
-def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
+def fields_of(scene: PosedScene, result: Result, spacing: Spacing) -> Fields:
     """What a chart compares of a result of `scene` at a spacing."""
     assert scene.layout is not None
     sheet = scene.layout.sheet(spacing)
@@ -219,7 +219,7 @@ def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
     )
 
 
-def closed_form(scene: Scene) -> Fields | None:
+def closed_form(scene: PosedScene) -> Fields | None:
     """Hertz' pressure under the ready paraboloid, where friction does not change it."""
     from ..half_space.reference import SlidingParaboloid
 
@@ -249,7 +249,7 @@ def closed_form(scene: Scene) -> Fields | None:
 
 
 def _fine(
-    scene: Scene,
+    scene: PosedScene,
     name: str,
     solve: Solve,
     spacings: list[Spacing],
@@ -314,7 +314,7 @@ class _Way:
     tolerances: tuple[float, ...] | None = None
 
 
-def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
+def _candidates(scene: PosedScene, convolved: Solve | None, finer: float) -> list[_Way]:
     rubs = _rubs(scene)
     smooth = scene.with_(friction=0.0)
     found: list[_Way] = []
@@ -338,7 +338,7 @@ def _candidates(scene: Scene, convolved: Solve | None, finer: float) -> list[_Wa
     return found
 
 
-def _half_spaces(scene: Scene, smooth: Scene, convolved: Solve | None, finer: float) -> list[_Way]:
+def _half_spaces(scene: PosedScene, smooth: PosedScene, convolved: Solve | None, finer: float) -> list[_Way]:
     found = [_Way("half-space, direct", _by_model(scene, "half-space"))]
     if _rubs(scene) and not _uncoupled(scene):
         found.append(_Way("half-space, frictionless", _by_model(smooth, "half-space")))
@@ -350,11 +350,11 @@ def _half_spaces(scene: Scene, smooth: Scene, convolved: Solve | None, finer: fl
     return found
 
 
-def _by_tolerance(scene: Scene) -> Solve:
+def _by_tolerance(scene: PosedScene) -> Solve:
     """What model="auto" makes of a tolerance when it may choose the spacing as well."""
 
     def solve(asked: Spacing) -> tuple[Fields, Report]:
-        result = scene.with_(spacing=None)._solved(tolerance=asked[0])
+        result = methods.solve(scene.with_(spacing=None), tolerance=asked[0])
         assert result.report.spacing is not None
         return fields_of(scene, result, result.report.spacing), result.report
 
@@ -389,24 +389,24 @@ def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
     return Candidate(way.name, solve, prepared, way.spacings, way.tolerances)
 
 
-def _by_model(scene: Scene, model: str, **options: Any) -> Solve:
+def _by_model(scene: PosedScene, model: str, **options: Any) -> Solve:
     def solve(spacing: Spacing) -> tuple[Fields, Report]:
         with warnings.catch_warnings():
             # cells are too wide on purpose here, and what that makes of the result is what the chart shows
             warnings.simplefilter("ignore", UserWarning)
-            result = scene.on_cells(spacing).solve(model, **options)
+            result = methods.solve(scene.on_cells(spacing), model, **options)
         return fields_of(scene, result, spacing), result.report
 
     return solve
 
 
-def _rubs(scene: Scene) -> bool:
+def _rubs(scene: PosedScene) -> bool:
     """Whether friction acts at all."""
     smooth = isinstance(scene.friction, (int, float)) and scene.friction == 0.0
     return scene.sliding_direction is not None and not smooth
 
 
-def _uncoupled(scene: Scene) -> bool:
+def _uncoupled(scene: PosedScene) -> bool:
     """Whether friction leaves the pressure of two half-spaces as it is: none, or like materials."""
     bodies = (scene.lower, scene.upper)
     if not _rubs(scene):
@@ -417,13 +417,13 @@ def _uncoupled(scene: Scene) -> bool:
     return bool(np.isclose(sides[0], sides[1], rtol=1e-12, atol=0.0))
 
 
-def _one_grid(scene: Scene) -> bool:
+def _one_grid(scene: PosedScene) -> bool:
     assert scene.layout is not None
     number = isinstance(scene.magnetic_pressure, (int, float))
     return scene.layout.is_grid and scene.moments is None and (scene.magnetic_pressure is None or number)
 
 
-def _by_convolution(scene: Scene) -> Solve:
+def _by_convolution(scene: PosedScene) -> Solve:
     """The same half-spaces by :func:`mtb_rs.solve_normal`: friction follows from the pressure."""
     from ..half_space.normal import solve_normal
 

@@ -25,9 +25,11 @@ from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, argument_units, check_column
+from ..scenes import methods
 from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
-from ..scenes.scene import Scene, check_options
+from ..scenes.methods import check_options
+from ..scenes.scene import Scene
 from .sweep_checkpoint import Checkpoint, Record
 
 Values = Mapping[str, Any]
@@ -169,7 +171,7 @@ class _Work:
         clock = time.perf_counter()
         try:
             scene = self.scene.with_(**case)
-            result = scene._solved(**self.options | self._chosen(scene))
+            result = methods.solve(scene, **self.options | self._chosen(scene))
             # what is given need not be measured
             numbers = {k: v for k, v in measured(result).items() if k not in case}
             numbers["time"] = time.perf_counter() - clock

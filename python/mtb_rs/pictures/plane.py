@@ -50,6 +50,7 @@ from .quantities import (
     quantity_of,
     unit_of,
 )
+from .space import view, view_von_mises
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,7 @@ def plot(
     figsize : (width, height) [in]
         Of the figure. Like `title` and `cmap` not for "3d", nor beside `ax`.
     **options
-        For "3d": see :func:`mtb_rs.view.view` and :func:`mtb_rs.view.view_von_mises`.
+        For "3d": see :func:`mtb_rs.pictures.view` and :func:`mtb_rs.pictures.view_von_mises`.
 
     Returns
     -------
@@ -156,8 +157,6 @@ def plot(
     if quantity == "von_mises":
         if kind not in (None, "3d") or y is not None or ax is not None:
             raise ValueError("quantity is 'von_mises': it has no map and no lines, only kind='3d'")
-        from .view import view_von_mises
-
         if not isinstance(result, Result):
             raise ValueError("quantity is 'von_mises': only scenes have bodies with stresses")
         return view_von_mises(result, limits=limits, **options)
@@ -173,8 +172,6 @@ def plot(
     if kind == "3d":
         if y is not None or ax is not None:
             raise ValueError('y and ax have no meaning for kind="3d"')
-        from .view import view
-
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
         raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')

@@ -26,6 +26,7 @@ from ..base.files import check_target, write_bytes
 from ..geometry.triangles import Surface
 from ..results.grids import corners, flat, patches, quads
 from ..results.result import Pictured, Result
+from .quantities import STATUS_COLOURS, STATUS_NAMES, Quantity, bar_title, colour_scale, quantity_of
 
 if TYPE_CHECKING:
     import pyvista
@@ -95,7 +96,7 @@ def view(
     Parameters
     ----------
     quantity : str
-        As in :func:`mtb_rs.plot.plot`.
+        As in :func:`mtb_rs.pictures.plot`.
     body : "lower" or "upper"
         Whose displacement is drawn.
     limits : (low, high) [SI unit of the quantity]
@@ -124,7 +125,6 @@ def view(
     if scale is not None:
         scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
-    from .quantities import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
 
     asked = quantity_of(result, quantity)
     surfaces = bodies(result) if isinstance(result, Result) else ()
@@ -198,7 +198,6 @@ def view_von_mises(
     if scale is not None:
         scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
-    from .quantities import Quantity, bar_title, colour_scale
 
     surfaces = bodies(result)
     if scale is None:

@@ -20,7 +20,8 @@ from ..base.errors import PictureWarning
 from ..base.files import check_folder, drafted, read_text
 from ..results.grids import flat, patches
 from ..results.result import Pictured, Result
-from .plot import own_figures
+from . import space
+from .plane import own_figures
 from .quantities import drawable
 
 #: Where a pole shoe is cut for line plots [m]: its inner edge and inside the conforming strip, as in
@@ -208,24 +209,22 @@ def _fields(result: Pictured, files: dict[str, bytes]) -> list[str]:
     np.savez_compressed(buffer, allow_pickle=False, **fields, **totals)
     files["fields.npz"] = buffer.getvalue()
     try:
-        from .view import bodies, body_mesh, contact_mesh, solid_meshes, vtk_bytes
-
-        contact = contact_mesh(result)
+        contact = space.contact_mesh(result)
     except ImportError:
         return ["no VTK files: they need pyvista, pip install 'mtb-rs[viz]'"]
     data = contact.cell_data if patches(result) else contact.point_data
     for name, values in fields.items():
         if name != "points":
             data[name] = np.ascontiguousarray(flat(result, values).T)
-    files["contact.vtp"] = vtk_bytes(contact)
+    files["contact.vtp"] = space.vtk_bytes(contact)
     if not isinstance(result, Result):
         return []
-    plain = [surface for surface in bodies(result) if surface.von_mises is None]
+    plain = [surface for surface in space.bodies(result) if surface.von_mises is None]
     for stem, surface in zip(_plain_names(s.name for s in plain), plain, strict=True):
-        files[f"body_{stem}.vtp"] = vtk_bytes(body_mesh(surface))
-    solids = solid_meshes(result)
+        files[f"body_{stem}.vtp"] = space.vtk_bytes(space.body_mesh(surface))
+    solids = space.solid_meshes(result)
     for stem, solid in zip(_plain_names(solids), solids.values(), strict=True):
-        files[f"body_{stem}.vtu"] = vtk_bytes(solid)
+        files[f"body_{stem}.vtu"] = space.vtk_bytes(solid)
     return []
 
 
@@ -256,9 +255,7 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
                 files[f"{quantity}_lines.png"] = _png(picture)
     if not isinstance(result, Result):
         return []
-    from .view import missing_for_view
-
-    missing = missing_for_view()
+    missing = space.missing_for_view()
     if missing is None:
         views = {"view": "pressure"} | ({"von_mises": "von_mises"} if result.parts else {})
         for name, quantity in views.items():

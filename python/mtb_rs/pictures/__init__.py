@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pictures and files of results: maps, lines, views in space, pages, VTK and NPZ."""
+
+from .chart_page import page as page_of_chart
+from .chart_plot import draw as drawing_of_chart
+from .files import save
+from .plane import animate, draw_sweep, own_figures, plot, plot_side_by_side
+from .space import view, view_von_mises, write_html
+
+__all__ = [
+    "animate",
+    "draw_sweep",
+    "drawing_of_chart",
+    "own_figures",
+    "page_of_chart",
+    "plot",
+    "plot_side_by_side",
+    "save",
+    "view",
+    "view_von_mises",
+    "write_html",
+]

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Ways to solve a posed scene: directly, by the thesis' methods, and from rest."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import choice, positive, warn
+from ..base.errors import ConvergenceError
+from ..bodies.simple import HalfSpace, Rigid
+from ..contact.coupled_start import at_rest
+from ..contact.elastic import can_be_elastic, half_space_on_nodes
+from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
+from ..contact.problem import mean_tractions
+from ..contact.sliding_start import (
+    StartOfSliding,
+    coupled_contact,
+    horizontal,
+    start_of_sliding,
+    start_with_pressure,
+)
+from ..contact.solve import JAMMED, solve_direct
+from ..contact.staggered import staggered, with_half_space
+from ..results.report import QUANTITIES
+from ..results.result import Result
+from . import direct
+from .posed import PosedScene
+
+Array = NDArray[np.float64]
+
+MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
+METHODS = ("direct", "incremental", "staggered")
+
+
+def solve(
+    scene: PosedScene,
+    model: str = "auto",
+    method: str = "direct",
+    tolerance: float | None = None,
+    quantity: str = "pressure",
+    **options: Any,
+) -> Result:
+    """As :meth:`mtb_rs.Scene.solve`, for callers that have their own words for a missed tolerance."""
+    check_options(model, method, tolerance, quantity, **options)
+    if method == "direct":
+        scene.check_model(model)
+        return direct.solve(scene, model, tolerance, quantity)
+    if scene.own_model is not None:
+        raise ValueError(
+            f'method is {method!r}: a scene with an ElasticBody takes "direct"; the methods of the '
+            "thesis are for the ready scenes and half-spaces"
+        )
+    if model == "auto":
+        model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
+    scene.check_model(model)
+    if method == "incremental":
+        return _incremental(scene, model, options)
+    return _staggered(scene, model, options)
+
+
+def slide_from_rest(
+    scene: PosedScene,
+    displacements: ArrayLike,
+    model: str = "auto",
+    tolerance: float = 1e-8,
+    pressure: str = "follows",
+) -> StartOfSliding:
+    """See :meth:`mtb_rs.Scene.start_of_sliding`."""
+    assert scene.layout is not None
+    choice("model", model, MODELS)
+    choice("pressure", pressure, ("held", "follows"))
+    scene.check_model(model)
+    if model == "auto":
+        model = "elastic-upper" if can_be_elastic(scene.layout, "elastic-upper") else "half-space"
+    problem = scene.problem(model)
+    problem = replace(problem, direction=np.zeros((2, problem.n)))
+    solution = solve_direct(problem, with_margin=False)
+    if solution.status != "solved":
+        raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
+    pair = _mtb_rs.SlidingPair(problem.lower.compliance, problem.upper.compliance, problem.direction, False)
+    friction = problem.friction_at(solution.pressure)
+    if pressure == "follows":
+        contact, shares = coupled_contact(problem, pair.compliance, friction, scene.layer, tolerance)
+        rest = at_rest(contact, solution.pressure, solution.motion @ shares)
+        start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
+        pressed = float(solution.pressure @ problem.area)
+        if start.normal_force[-1] > JAMMED * pressed:
+            warn(
+                f"The body jams: its displacement has raised the contact force from {pressed:.3g} N to "
+                f"{start.normal_force[-1]:.3g} N. The friction coefficient is about or above the wedging "
+                "limit."
+            )
+    else:
+        start = start_of_sliding(
+            pair.compliance,
+            solution.pressure,
+            problem.area,
+            friction,
+            displacements,
+            scene.layer,
+            tolerance,
+        )
+    mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
+    return replace(start, traction=mean[:2], pressure=mean[2])
+
+
+def _incremental(scene: PosedScene, model: str, options: dict[str, Any]) -> Result:
+    chosen = IncrementalOptions(**options)
+    problem = scene.problem(model)
+    solution, accumulated = solve_incremental(problem, scene.sliding_direction, chosen)
+    result = finish_incremental(accumulated, lambda: scene.finished(problem, solution, "incremental"))
+    scene.check_reach(problem, result)
+    return result
+
+
+def _staggered(scene: PosedScene, model: str, options: dict[str, Any]) -> Result:
+    if model != "elastic-upper":
+        raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
+    problem = scene.problem(model)
+    body = scene.upper
+    assert isinstance(body, (HalfSpace, Rigid))
+    assert scene.layout is not None
+    sheet = scene.layout.sheet(scene.known_spacing)
+    twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
+    solution, _ = staggered(problem, twin, **options)
+    try:
+        result = scene.finished(problem, solution, "staggered")
+    except ConvergenceError as error:
+        raise type(error)(str(error), with_half_space(error.result, twin, problem.points)) from None
+    return with_half_space(result, twin, problem.points)
+
+
+def check_options(
+    model: str = "auto",
+    method: str = "direct",
+    tolerance: float | None = None,
+    quantity: str = "pressure",
+    **options: Any,
+) -> None:
+    """What can be said of the options of :meth:`Scene.solve` without a scene.
+
+    Raises
+    ------
+    ValueError
+        Naming the option that no scene takes.
+    """
+    choice("model", model, MODELS)
+    choice("method", method, METHODS)
+    choice("quantity", quantity, QUANTITIES)
+    if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
+        raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+    known = method_options(method)
+    for name in options:
+        if name not in known:
+            has = f": it has {', '.join(known)}" if known else ""
+            raise ValueError(f"unknown option {name!r} of the {method} method{has}")
+
+
+def method_options(method: str) -> list[str]:
+    """Options that a method has beside those of all."""
+    steps = inspect.signature(staggered).parameters.values()
+    return {
+        "direct": [],
+        "incremental": [f.name for f in fields(IncrementalOptions)],
+        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
+    }[method]
