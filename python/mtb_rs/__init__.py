@@ -61,7 +61,7 @@ from .results.report import Report
 from .results.result import Displacement, Result
 from .results.sweep_table import SweepTable
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
-from .scenes.scene import Scene
+from .scenes.scene import Scene, WheelScene
 from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.sweeps import sweep
@@ -141,6 +141,7 @@ __all__ = [
     "VelocityTable",
     "ViewError",
     "WheelPatch",
+    "WheelScene",
     "WheelState",
     "WheelStep",
     "__version__",

@@ -39,14 +39,15 @@ from pydantic_core import ErrorDetails
 from .base.check import choice, path_of, shortened
 from .base.errors import CaseError
 from .base.files import read_bytes
+from .base.words import Interpolation, Method, Unit, ZAxis
 from .bodies.material import Material
 from .bodies.simple import Rigid
 from .friction.fields import GaussianPressure, VelocityTable
 from .friction.laws import InterfaceLayer
-from .geometry.profiles import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
+from .geometry.profiles import STANDARD_PROFILES, Profile
 from .results.result import Result
 from .scenes import ready as scenes
-from .scenes.methods import METHODS, check_options, method_options
+from .scenes.methods import check_options, method_options
 from .scenes.scene import Scene
 
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
@@ -297,9 +298,9 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
 
 #: How a profile file is to be read, where it does not say so itself.
 _PROFILE_WORDS = {
-    "unit": tuple(UNITS),
-    "interpolation": INTERPOLATIONS,
-    "z_axis": Z_AXES,
+    "unit": Unit,
+    "interpolation": Interpolation,
+    "z_axis": ZAxis,
 }
 
 
@@ -353,7 +354,9 @@ def _words_of(function: Any) -> dict[str, Any]:
     for name, parameter in inspect.signature(function).parameters.items():
         if name == "self" or parameter.kind is inspect.Parameter.VAR_KEYWORD:
             continue
-        kind = _BY_NAME.get(name) or _BY_TYPE[hints[name]]
+        # which words, the scene says
+        is_word = typing.get_origin(hints[name]) is typing.Literal
+        kind = _BY_NAME.get(name) or (StrictStr if is_word else _BY_TYPE[hints[name]])
         fields[name] = (kind, parameter.default)
     return fields
 
@@ -403,7 +406,7 @@ def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
             except ValueError as error:
                 yield f"solve.{name}", f"solve: {error}"
     method = given.get("method", "direct")
-    if method not in METHODS:
+    if method not in typing.get_args(Method):
         return
     known = [*basic, *method_options(method)]
     for name, value in given.items():

@@ -18,6 +18,7 @@ from ..base.check import warn
 from ..base.owning import own, solved
 from ..base.plain import one_line, plain
 from ..base.questions import ask
+from ..base.words import Unit
 from ..geometry.contact_points import Patch, SheetPoints
 from ..geometry.triangles import Surface
 from .material import Material
@@ -347,7 +348,7 @@ class ElasticBody:
         cls,
         path_or_mesh: Any,
         material: Material,
-        unit: str = "m",
+        unit: Unit = "m",
         contact: Where = "bottom",
         supports: Sequence[Support] = (),
         size: float | None = None,

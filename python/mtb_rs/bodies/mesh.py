@@ -19,6 +19,7 @@ from .. import _mtb_rs
 from ..base.check import choice, positive
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.words import Side
 from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile
 
@@ -362,7 +363,7 @@ def shoe_mesh(
     x: ArrayLike,
     y: ArrayLike,
     *,
-    side: str = "left",
+    side: Side = "left",
     halved: bool = False,
     clamped: bool = False,
     thinner: float = 1.0,
@@ -394,7 +395,7 @@ def shoe_mesh(
             f"y runs from {y[0]:g} to {y[-1]:g} m: the conforming strip is {shoe.inner_edge:g} to "
             f"{shoe.conforming_to:g} m"
         )
-    toward = 1.0 if choice("side", side, ("left", "right")) == "left" else -1.0
+    toward = 1.0 if choice("side", side, Side) == "left" else -1.0
     x, ahead_of_middle = _symmetric(x)
     n_strip = y.size
     relief = shoe.outer_edge - shoe.conforming_to

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.check import path_of, positive
 from ..base.files import check_readable
+from ..base.words import Unit
 from ..geometry.profiles import metres
 from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
 from .mesher import gmsh_beside
@@ -68,7 +69,7 @@ def extra_mesh(purpose: str) -> Iterator[None]:
 
 
 def read_mesh(
-    source: Any, unit: str = "m", *, size: float | None = None, near: Near | None = None
+    source: Any, unit: Unit = "m", *, size: float | None = None, near: Near | None = None
 ) -> TetraMesh:
     """Tetrahedra from a file or a mesh object.
 

@@ -15,6 +15,7 @@ from .. import _mtb_rs
 from ..base.check import path_of, reals
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.words import Unit
 from ..geometry.contact_points import ContactSheet, contact_sheet, spacing_pair
 from ..geometry.profiles import Profile, as_profile, metres
 
@@ -122,7 +123,7 @@ class BodySurface:
         return cls.mesh(points, faces, closed=closed, name=name)
 
     @classmethod
-    def from_file(cls, path: str | Path, *, unit: str, closed: bool = True) -> BodySurface:
+    def from_file(cls, path: str | Path, *, unit: Unit, closed: bool = True) -> BodySurface:
         """Triangle mesh from any file trimesh reads (STL, PLY, OBJ, ...).
 
         Parameters

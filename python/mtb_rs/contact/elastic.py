@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..base.words import Model
+from ..base.words import Side as WheelSide
 from ..bodies.elastic_body import Condensed, ElasticBody
 from ..bodies.faces import owners
 from ..bodies.material import Material
@@ -31,7 +33,7 @@ Array = NDArray[np.float64]
 COVERAGE = 0.01
 
 
-def can_be_elastic(layout: Layout, model: str) -> bool:
+def can_be_elastic(layout: Layout, model: Model) -> bool:
     """Whether the bodies of a layout have the geometry a model needs."""
     if model == "elastic-upper":
         return isinstance(layout, (BlockLayout, ShoeLayout))
@@ -360,7 +362,8 @@ def _upper_body(
         held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
     else:
         assert isinstance(layout, ShoeLayout)
-        shoe, side = layout.shoe, patch.name
+        shoe = layout.shoe
+        side: WheelSide = "left" if patch.name == "left" else "right"
         toward = 1.0 if side == "left" else -1.0
         # the strip in the shoe's own frame: evenly spaced along the arc of its sole
         first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])

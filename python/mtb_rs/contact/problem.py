@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.cache import Memory
 from ..base.plain import plain
+from ..base.words import Model
 from ..bodies.sides import Side
 from ..friction.fields import PressureDependentFriction
 from ..geometry.contact_points import Patch, SheetPoints
@@ -87,7 +88,7 @@ class ContactProblem:
     gap: Array
     upper: Side
     lower: Side
-    model: str
+    model: Model
     approach: float | None
     loads: Mapping[str, Any]
     shape: tuple[int, ...]

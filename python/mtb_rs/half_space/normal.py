@@ -17,6 +17,7 @@ from ..base.check import choice, number, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.words import Convolution, Edge
 from ..bodies.material import Material
 from ..bodies.simple import Rigid, Simple, as_body
 from ..geometry.contact_points import spacing_pair
@@ -114,8 +115,8 @@ def solve_normal(
     moments: Sequence[float | None] = (None, None),
     tolerance: float | None = None,
     periodic: bool = False,
-    edge: str = "auto",
-    method: str = "auto",
+    edge: Edge = "auto",
+    method: Convolution = "auto",
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
 
@@ -202,8 +203,8 @@ def solve_normal(
             f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
             "where all points touch; a smaller one, or a force, is needed"
         )
-    choice("edge", edge, ("auto", "error", "sharp", "grow"))
-    choice("method", method, ("auto", "dense", "fft"))
+    choice("edge", edge, Edge)
+    choice("method", method, Convolution)
     problem = _Problem(
         sides, elastic, force, approach, _moments(moments, heights, sides, force, periodic), periodic, method
     )

@@ -8,7 +8,6 @@ import io
 import json
 import math
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,11 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from ..base.check import warn
 from ..base.errors import PictureWarning
 from ..base.files import check_folder, drafted, read_text
 from ..results.grids import flat, patches
-from ..results.result import Pictured, Result
+from ..results.result import Pictured, Result, png
 from . import space
 from .plane import own_figures
 from .quantities import drawable
@@ -63,7 +63,7 @@ SUMMARY = "summary.json"
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(
     rf"fields\.npz|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
-    rf"({'|'.join(LINES)})_lines\.png"
+    rf"({'|'.join(LINES)})_lines(_along_y)?\.png"
 )
 
 
@@ -78,7 +78,8 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
     body_<name>.vtu            elastic bodies with displacement, stress (xx, yy, zz, xy, yz, xz) and
                                von Mises' stress at all nodes (needs pyvista)
     pressure.png ...           maps: pressure, traction, slip, vertical displacement, status, as there are
-    pressure_lines.png ...     cuts along x: pressure, vertical displacement
+    pressure_lines.png ...     cuts along x: pressure, vertical displacement; and along y, through the peak of
+                               the pressure: pressure_lines_along_y.png ...
     view.png, von_mises.png    three-dimensional views of a scene, the second one of the deformed elastic
                                bodies (need pyvista and a GL driver)
     ========================== =====================================================================
@@ -123,7 +124,7 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
             (target / name).unlink(missing_ok=True)
         draft.move(SUMMARY)
     for notice in notices:
-        warnings.warn(notice, PictureWarning, stacklevel=2)
+        warn(notice, PictureWarning)
     return [target / name for name in [*names, SUMMARY]]
 
 
@@ -246,32 +247,31 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
     known = drawable(result)
     for quantity in MAPS:
         if quantity in known and (quantity not in ("traction", "slip") or "slip" in known):
-            files[f"{quantity}.png"] = _png(result.plot(quantity))
+            files[f"{quantity}.png"] = png(result.plot(quantity))
     if patches(result):
         shoe = isinstance(result, Result) and result.summary.get("scene") == "pole_shoe_on_rail"
         for quantity in LINES:
             if quantity in known:
                 picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
-                files[f"{quantity}_lines.png"] = _png(picture)
+                files[f"{quantity}_lines.png"] = png(picture)
+                if any(patch.ny > 1 for patch in patches(result)):
+                    peak = flat(result, result.points)[0, flat(result, result.pressure).argmax()]
+                    picture = result.plot(quantity, "line", x=float(peak))
+                    files[f"{quantity}_lines_along_y.png"] = png(picture)
     if not isinstance(result, Result):
         return []
     missing = space.missing_for_view()
     if missing is None:
-        views = {"view": "pressure"} | ({"von_mises": "von_mises"} if result.parts else {})
-        for name, quantity in views.items():
-            plotter = result.plot(quantity, "3d", off_screen=True)
+        views = {"view": result.plot("pressure", "3d", off_screen=True)}
+        if result.parts:
+            views["von_mises"] = result.plot("von_mises", "3d", off_screen=True)
+        for name, plotter in views.items():
             buffer = io.BytesIO()
             Image.fromarray(plotter.screenshot(return_img=True)).save(buffer, "PNG")
             files[f"{name}.png"] = buffer.getvalue()
             plotter.close()
         return []
     return [f"no view.png: {missing}"]
-
-
-def _png(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    return buffer.getvalue()
 
 
 def _listing(directory: Path) -> list[Any] | None:

@@ -5,20 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from ..base.plain import plain
+from ..base.words import Body, Field, Limits
 from ..results.result import Pictured
 
 Array = NDArray[np.float64]
 
-
-Limits = tuple[float, float]
-Body = Literal["upper", "lower"]
 
 #: Okabe and Ito's colours: told apart by everybody, and in grey.
 LINE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -68,7 +66,7 @@ def _size(source: str) -> Callable[[Any, Body], Array]:
     return lambda result, _: np.asarray(np.linalg.norm(getattr(result, source), axis=0))
 
 
-QUANTITIES: dict[str, Quantity] = {
+QUANTITIES: dict[Field, Quantity] = {
     "pressure": Quantity("pressure", "Pa", "pressure", _of("pressure"), contact_only=True),
     "traction": Quantity("|traction|", "Pa", "traction", _size("traction"), contact_only=True),
     "longitudinal_traction": Quantity(
@@ -97,12 +95,12 @@ QUANTITIES: dict[str, Quantity] = {
 }
 
 
-def drawable(result: Pictured) -> tuple[str, ...]:
+def drawable(result: Pictured) -> tuple[Field, ...]:
     """The quantities this kind of result has."""
     return tuple(name for name, asked in QUANTITIES.items() if hasattr(result, asked.source))
 
 
-def quantity_of(result: Pictured, name: str) -> Quantity:
+def quantity_of(result: Pictured, name: Field) -> Quantity:
     """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
     known = drawable(result)
     if not known:

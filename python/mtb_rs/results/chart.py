@@ -16,6 +16,7 @@ import numpy as np
 from ..base.files import check_folder, drafted, read_bytes
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.words import Quantity
 from .doors import pictures
 from .report import QUANTITIES
 
@@ -117,7 +118,7 @@ class Chart:
     points: tuple[ChartPoint, ...]
     reference: str
     reference_error: float | None = None
-    quantity: str = "pressure"
+    quantity: Quantity = "pressure"
     figures: tuple[Figure, ...] = ()
 
     @property

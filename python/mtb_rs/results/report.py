@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.words import Quantity
 
 
 @solved
@@ -107,4 +108,4 @@ class Report:
 
 
 #: What an error can be measured in.
-QUANTITIES = ("pressure", "force", "displacement")
+QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)

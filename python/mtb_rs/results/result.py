@@ -3,23 +3,29 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.words import Field, Flat, FlatOptions, Model, Space, SpaceOptions, Stress, StressOptions
 from ..bodies.elastic_body import BodyState
 from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..geometry.triangles import Surface
 from .doors import pictures
 from .report import Report
+
+if TYPE_CHECKING:
+    import pyvista  # noqa: TID251 (only for type checkers)
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 Array = NDArray[np.float64]
 
@@ -36,7 +42,46 @@ class Displacement(NamedTuple):
     lower: Array
 
 
-class Pictured:
+class Drawn:
+    """What draws and saves itself, as the result that :meth:`_picture` returns."""
+
+    def _picture(self) -> Pictured:
+        raise NotImplementedError
+
+    def _repr_png_(self) -> bytes | None:
+        """The pressure map, for notebooks."""
+        with pictures().own_figures():
+            return png(self.plot("pressure"))
+
+    @overload
+    def plot(
+        self, quantity: Field = ..., kind: Flat | None = ..., **options: Unpack[FlatOptions]
+    ) -> Figure: ...
+
+    @overload
+    def plot(self, quantity: Field, kind: Space, **options: Unpack[SpaceOptions]) -> pyvista.Plotter: ...
+
+    @overload
+    def plot(
+        self, quantity: Field = ..., *, kind: Space, **options: Unpack[SpaceOptions]
+    ) -> pyvista.Plotter: ...
+
+    @overload
+    def plot(
+        self, quantity: Stress, kind: Space | None = ..., **options: Unpack[StressOptions]
+    ) -> pyvista.Plotter: ...
+
+    def plot(self, quantity: Any = "pressure", kind: Any = None, **options: Any) -> Any:
+        """Picture of one quantity; see :func:`mtb_rs.pictures.plot`."""
+        return pictures().plot(self._picture(), quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.pictures.save`."""
+        files: list[Path] = pictures().save(self._picture(), directory)
+        return files
+
+
+class Pictured(Drawn):
     """A result that draws and saves itself.
 
     It has at least ``points`` (2 or 3, ...), ``area``, ``pressure`` and ``status`` (...) on a grid (ny, nx),
@@ -48,6 +93,9 @@ class Pictured:
     pressure: Array
     status: NDArray[np.int8]
 
+    def _picture(self) -> Pictured:
+        return self
+
     @property
     def slip_unit(self) -> str:
         """Unit of the slip, if there is one: relative in rolling."""
@@ -58,20 +106,12 @@ class Pictured:
         """Unit of the dissipation, if there is one: work per area and distance rolled."""
         return "Pa"
 
-    def _repr_png_(self) -> bytes:
-        """The pressure map, for notebooks."""
-        with pictures().own_figures():
-            picture: bytes = self.plot("pressure")._repr_png_()
-        return picture
 
-    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Picture of one quantity; see :func:`mtb_rs.pictures.plot`."""
-        return pictures().plot(self, quantity, kind, **options)
-
-    def save(self, directory: str | Path) -> list[Path]:
-        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.pictures.save`."""
-        files: list[Path] = pictures().save(self, directory)
-        return files
+def png(figure: Figure) -> bytes:
+    """The figure as a file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()
 
 
 class TangentialFields(Pictured):
@@ -163,7 +203,7 @@ class Result(Pictured):
     reference_point: Array
     normal_force: float
     approach: float | Array
-    model: str
+    model: Model
     error_estimate: float | None
     report: Report
     patches: tuple[Patch, ...] = ()

@@ -8,7 +8,7 @@ import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from ..base.files import write_bytes
 from ..base.owning import owning
 from .doors import pictures
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 #: Units of the quantities a sweep measures by itself.
 UNITS = {
@@ -148,7 +152,7 @@ class SweepTable:
         writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
         write_bytes(path, stream.getvalue().encode())
 
-    def plot(self, quantity: str = "peak_pressure", *, ax: Any = None) -> Any:
+    def plot(self, quantity: str = "peak_pressure", *, ax: Axes | None = None) -> Figure:
         """Draws one quantity over the first parameter, a line for each value of the others.
 
         Parameters
@@ -162,7 +166,8 @@ class SweepTable:
         -------
         matplotlib.figure.Figure
         """
-        return pictures().draw_sweep(self, quantity, ax)
+        figure: Figure = pictures().draw_sweep(self, quantity, ax)
+        return figure
 
     def to_xarray(self) -> Any:
         """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""

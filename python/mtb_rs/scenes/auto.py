@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.plain import plain
+from ..base.words import Model
 from ..contact.elastic import can_be_elastic
 from ..contact.estimate import ORDER, GridField, difference, extrapolated
 from ..contact.problem import ContactProblem, Solution, mean_tractions, to_global
@@ -93,7 +94,8 @@ class Level:
             points, lower = self.problem.points, self.problem.lower
             u = displaced(lower, coefficients[:2], coefficients[2], motion, points, -1.0)
             moved = self.problem.on_grid(-np.einsum("in,in->n", u, points.normal))
-            return GridField(self.problem.axes(), moved, moved if hats else None)
+            known = self.problem.on_grid(np.ones(points.gap.size, dtype=bool), False)
+            return GridField(self.problem.axes(), moved, moved if hats else None, known)
         means = self.problem.on_grid(mean_tractions(self.problem, coefficients)[2])
         pressure = self.problem.on_grid(coefficients[2])
         return GridField(self.problem.axes(), means, pressure if hats else None)
@@ -126,7 +128,7 @@ class Choice:
         The choice of the next rung; None for the fullest one.
     """
 
-    model: str
+    model: Model
     omitted: Mapping[str, float | str] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0))
     coupled: bool = True
@@ -153,7 +155,7 @@ class Ladder:
     time_s : float
     """
 
-    rungs: list[tuple[str, bool]]
+    rungs: Sequence[tuple[Model, bool]]
     solved: list[Level]
     quantity: str
     skip_border: bool
@@ -192,14 +194,14 @@ class Ladder:
         return max(inside, float(np.hypot(inside, whole) / np.sqrt(2.0)))
 
 
-def _effect(rung: tuple[str, bool]) -> str:
+def _effect(rung: tuple[Model, bool]) -> str:
     """What a rung adds to the one below it."""
     return EFFECTS.get(rung[0], COUPLING)
 
 
-def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[str]:
+def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
     """The models a scene has the geometry for, cheapest first."""
-    found = ["half-space"]
+    found: list[Model] = ["half-space"]
     if upper_is_elastic and can_be_elastic(layout, "elastic-upper"):
         found.append("elastic-upper")
         if lower_is_elastic and can_be_elastic(layout, "elastic-both"):
@@ -274,7 +276,7 @@ def estimated(
     wider = [w for w in wider if np.prod(w.cell) >= COARSENING * np.prod(fine.cell)] or wider[-1:]
     if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
         return None
-    cells = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
+    cells: dict[str, float] = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
     if len(wider) > 1 and np.prod(wider[1].cell) > LEAST_COARSENING * np.prod(wider[0].cell):
         gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
         for q in QUANTITIES:

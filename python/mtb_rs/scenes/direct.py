@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import memory
+from ..base.words import Model
 from ..bodies.recovery import left_out
 from ..bodies.simple import HalfSpace, Rigid
 from ..contact.estimate import coarsened
@@ -55,7 +56,7 @@ ROUGH_ROUND = 1e-4
 TRANSFORM, TRANSFORMS = 5.0, 2
 
 
-def solve(scene: PosedScene, model: str, tolerance: float | None, quantity: str) -> Result:
+def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: str) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
     assert scene.layout is not None
     started = time.perf_counter()
@@ -202,7 +203,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     if scene.own_model is not None:
         return given(scene, scene.own_model)
     clock = time.perf_counter()
-    models = ["half-space"]
+    models: list[Model] = ["half-space"]
     if scene.magnetic_pressure is not None:
         models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
     spacing = scene.known_spacing
@@ -229,7 +230,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
 
 
-def given(scene: PosedScene, model: str) -> Choice:
+def given(scene: PosedScene, model: Model) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     assert scene.layout is not None
     if scene.own_model is not None:
@@ -243,7 +244,7 @@ def given(scene: PosedScene, model: str) -> Choice:
 
 def level_at(
     scene: PosedScene,
-    model: str,
+    model: Model,
     spacing: Spacing,
     *,
     coupled: bool = True,
@@ -297,7 +298,7 @@ def mesh_errors(level: Level) -> tuple[float, float]:
 
 
 def layered(
-    scene: PosedScene, model: str, level: Level, known: Sequence[Level]
+    scene: PosedScene, model: Model, level: Level, known: Sequence[Level]
 ) -> tuple[Level, Level] | None:
     """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
     thicker ones.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import fields, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import choice, positive, warn
 from ..base.errors import ConvergenceError
+from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.simple import HalfSpace, Rigid
 from ..contact.coupled_start import at_rest
 from ..contact.elastic import can_be_elastic, half_space_on_nodes
@@ -27,27 +29,23 @@ from ..contact.sliding_start import (
 )
 from ..contact.solve import JAMMED, solve_direct
 from ..contact.staggered import staggered, with_half_space
-from ..results.report import QUANTITIES
 from ..results.result import Result
 from . import direct
 from .posed import PosedScene
 
 Array = NDArray[np.float64]
 
-MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
-METHODS = ("direct", "incremental", "staggered")
-
 
 def solve(
     scene: PosedScene,
-    model: str = "auto",
-    method: str = "direct",
+    model: Model = "auto",
+    method: Method = "direct",
     tolerance: float | None = None,
-    quantity: str = "pressure",
+    quantity: Quantity = "pressure",
     **options: Any,
 ) -> Result:
     """As :meth:`mtb_rs.Scene.solve`, for callers that have their own words for a missed tolerance."""
-    check_options(model, method, tolerance, quantity, **options)
+    check_options(model=model, method=method, tolerance=tolerance, quantity=quantity, **options)
     if method == "direct":
         scene.check_model(model)
         return direct.solve(scene, model, tolerance, quantity)
@@ -57,7 +55,7 @@ def solve(
             "thesis are for the ready scenes and half-spaces"
         )
     if model == "auto":
-        model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
+        model = "half-space" if method == "incremental" else "elastic-upper"
     scene.check_model(model)
     if method == "incremental":
         return _incremental(scene, model, options)
@@ -67,14 +65,14 @@ def solve(
 def slide_from_rest(
     scene: PosedScene,
     displacements: ArrayLike,
-    model: str = "auto",
+    model: Model = "auto",
     tolerance: float = 1e-8,
-    pressure: str = "follows",
+    pressure: Pressing = "follows",
 ) -> StartOfSliding:
     """See :meth:`mtb_rs.Scene.start_of_sliding`."""
     assert scene.layout is not None
-    choice("model", model, MODELS)
-    choice("pressure", pressure, ("held", "follows"))
+    choice("model", model, Model)
+    choice("pressure", pressure, Pressing)
     scene.check_model(model)
     if model == "auto":
         model = "elastic-upper" if can_be_elastic(scene.layout, "elastic-upper") else "half-space"
@@ -110,7 +108,7 @@ def slide_from_rest(
     return replace(start, traction=mean[:2], pressure=mean[2])
 
 
-def _incremental(scene: PosedScene, model: str, options: dict[str, Any]) -> Result:
+def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
     chosen = IncrementalOptions(**options)
     problem = scene.problem(model)
     solution, accumulated = solve_incremental(problem, scene.sliding_direction, chosen)
@@ -119,7 +117,7 @@ def _incremental(scene: PosedScene, model: str, options: dict[str, Any]) -> Resu
     return result
 
 
-def _staggered(scene: PosedScene, model: str, options: dict[str, Any]) -> Result:
+def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
     if model != "elastic-upper":
         raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
     problem = scene.problem(model)
@@ -136,13 +134,14 @@ def _staggered(scene: PosedScene, model: str, options: dict[str, Any]) -> Result
     return with_half_space(result, twin, problem.points)
 
 
-def check_options(
-    model: str = "auto",
-    method: str = "direct",
-    tolerance: float | None = None,
-    quantity: str = "pressure",
-    **options: Any,
-) -> None:
+@cache
+def solve_defaults() -> dict[str, Any]:
+    """What :meth:`Scene.solve` is asked where nothing is said, in the order of its arguments."""
+    arguments = inspect.signature(solve).parameters.values()
+    return {a.name: a.default for a in arguments if a.default is not a.empty}
+
+
+def check_options(**given: Any) -> None:
     """What can be said of the options of :meth:`Scene.solve` without a scene.
 
     Raises
@@ -150,9 +149,11 @@ def check_options(
     ValueError
         Naming the option that no scene takes.
     """
-    choice("model", model, MODELS)
-    choice("method", method, METHODS)
-    choice("quantity", quantity, QUANTITIES)
+    options = solve_defaults() | given
+    model, method, tolerance, quantity = (options.pop(name) for name in solve_defaults())
+    choice("model", model, Model)
+    choice("method", method, Method)
+    choice("quantity", quantity, Quantity)
     if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
     known = method_options(method)
@@ -162,7 +163,7 @@ def check_options(
             raise ValueError(f"unknown option {name!r} of the {method} method{has}")
 
 
-def method_options(method: str) -> list[str]:
+def method_options(method: Method) -> list[str]:
     """Options that a method has beside those of all."""
     steps = inspect.signature(staggered).parameters.values()
     return {

@@ -15,6 +15,7 @@ from ..base.check import LARGEST, choice, number, pair, positive, reals, warn
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
+from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
 from ..bodies.sides import Side
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
-METHODS = ("direct", "incremental", "staggered")
-
 
 @dataclass(frozen=True)
 @plain
@@ -58,7 +56,7 @@ class PosedScene:
     approach: float | None = None
     moments: tuple[float, float] | None = None
     magnetic_pressure: Any = None
-    attraction: str = "upper"
+    attraction: Attraction = "upper"
     velocity: float | None = None
     layer: InterfaceLayer | None = None
     supports: Any = None
@@ -135,7 +133,7 @@ class PosedScene:
             put(self, "supports", held_by(self.supports))
         if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
-        choice("attraction", self.attraction, ("upper", "both"))
+        choice("attraction", self.attraction, Attraction)
         if self.sliding_direction is not None:
             put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
         if self.moments is not None:
@@ -182,10 +180,12 @@ class PosedScene:
         return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
 
     @property
-    def own_model(self) -> str | None:
+    def own_model(self) -> Model | None:
         """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
-        names = [k for k in ("upper", "lower") if isinstance(getattr(self, k), ElasticBody)]
-        return None if not names else "elastic-both" if len(names) == 2 else f"elastic-{names[0]}"
+        upper, lower = (isinstance(body, ElasticBody) for body in (self.upper, self.lower))
+        if upper:
+            return "elastic-both" if lower else "elastic-upper"
+        return "elastic-lower" if lower else None
 
     def _why_apart(self, points: SheetPoints, loads: Mapping[str, Any]) -> str:
         """Why bodies of any geometry do not touch, in words."""
@@ -231,7 +231,7 @@ class PosedScene:
         self,
         problem: ContactProblem,
         solution: Solution,
-        method: str,
+        method: Method,
         **known: Any,
     ) -> Result:
         assert self.layout is not None
@@ -245,7 +245,7 @@ class PosedScene:
             **known,
         )
 
-    def has_model(self, model: str) -> bool:
+    def has_model(self, model: Model) -> bool:
         """Whether the scene has the geometry and the bodies of a model."""
         try:
             self.check_model(model)
@@ -253,7 +253,7 @@ class PosedScene:
             return False
         return True
 
-    def check_model(self, model: str) -> None:
+    def check_model(self, model: Model) -> None:
         """Whether the scene has the geometry and the bodies of a model."""
         assert self.layout is not None
         own = self.own_model
@@ -272,7 +272,7 @@ class PosedScene:
             raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
 
     def problem(
-        self, model: str, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
+        self, model: Model, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
     ) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default).
 
@@ -287,6 +287,8 @@ class PosedScene:
 
     def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
         """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
+        own = self.own_model
+        assert own is not None
         time_s: dict[str, float] = {}
         contact = body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
         points, patches, kept = contact.points, contact.sheet.node_patches, contact.kept
@@ -325,7 +327,7 @@ class PosedScene:
             gap=points.gap - (self.approach or 0.0),
             upper=upper,
             lower=contact.side(lower_pull, np.zeros(6), upper=False),
-            model=str(self.own_model),
+            model=own,
             approach=self.approach,
             loads=loads,
             shape=(patches[0].ny, patches[0].nx),
@@ -341,7 +343,7 @@ class PosedScene:
                 warn(doubt)
         return problem
 
-    def _elastic_problem(self, model: str, spacing: tuple[float, float], thinner: float) -> ContactProblem:
+    def _elastic_problem(self, model: Model, spacing: tuple[float, float], thinner: float) -> ContactProblem:
         """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
         assert self.layout is not None
         time_s: dict[str, float] = {}

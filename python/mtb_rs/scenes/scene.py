@@ -13,24 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import choice, warn
 from ..base.errors import ToleranceWarning
 from ..base.plain import plain
+from ..base.words import Method, Model, Pressing, Quantity, Wheels
 from ..contact.sliding_start import (
     StartOfSliding,
 )
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction
 from ..geometry.geometries import WheelLayout
 from ..results.chart import Chart
-from ..results.report import QUANTITIES
 from ..results.result import Result
 from . import methods
 from .direct import choose
-from .methods import MODELS
 from .posed import PosedScene
+
+Array = NDArray[np.float64]
 
 if TYPE_CHECKING:
     from ..simulation.stepping import PreparedContact
     from ..simulation.wheel_stepping import PreparedWheels
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -88,10 +87,10 @@ class Scene(PosedScene):
 
     def solve(
         self,
-        model: str = "auto",
-        method: str = "direct",
+        model: Model = "auto",
+        method: Method = "direct",
         tolerance: float | None = None,
-        quantity: str = "pressure",
+        quantity: Quantity = "pressure",
         **options: Any,
     ) -> Result:
         """Solves the contact.
@@ -121,7 +120,9 @@ class Scene(PosedScene):
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
-        result = methods.solve(self, model, method, tolerance, quantity, **options)
+        result = methods.solve(
+            self, model=model, method=method, tolerance=tolerance, quantity=quantity, **options
+        )
         if result.report.missed:
             warn(result.report.missed, ToleranceWarning)
         return result
@@ -129,9 +130,9 @@ class Scene(PosedScene):
     def start_of_sliding(
         self,
         displacements: ArrayLike,
-        model: str = "auto",
+        model: Model = "auto",
         tolerance: float = 1e-8,
-        pressure: str = "follows",
+        pressure: Pressing = "follows",
     ) -> StartOfSliding:
         """From rest to full sliding: which points stick and which slip as the upper body starts to move.
 
@@ -155,20 +156,21 @@ class Scene(PosedScene):
 
     def prepare(
         self,
-        model: str = "auto",
+        model: Model = "auto",
         *,
         reference_point: ArrayLike | None = None,
         standstill_speed: float | None = None,
         tolerance: float = 0.05,
-        quantity: str = "force",
+        quantity: Quantity = "force",
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
-        side: str | None = None,
-    ) -> PreparedContact | PreparedWheels:
+        side: Wheels | None = None,
+    ) -> PreparedContact:
         """The contact made ready for a simulation: what can be is computed once, the rest once a step.
 
         A sliding contact (:class:`mtb_rs.PreparedContact`) has its compliances condensed. A wheel on a rail
-        becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles, find the contact and roll.
+        (:class:`mtb_rs.WheelScene`) becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles,
+        find the contact and roll.
 
         Parameters
         ----------
@@ -190,16 +192,8 @@ class Scene(PosedScene):
         side : "left", "right" or "both"
             Which wheels of the wheelset; None: the left one.
         """
-        choice("model", model, MODELS)
-        choice("quantity", quantity, QUANTITIES)
-        if isinstance(self.layout, WheelLayout):
-            from ..simulation.wheel_stepping import prepare_wheels
-
-            self.check_model(model)
-            law = Coulomb(0.3) if friction is None else friction
-            return prepare_wheels(
-                self, self.layout, side or "left", law, layer, reference_point, standstill_speed
-            )
+        choice("model", model, Model)
+        choice("quantity", quantity, Quantity)
         from ..simulation.stepping import at_some_speed, prepare
 
         for name, value in (("friction", friction), ("layer", layer), ("side", side)):
@@ -213,7 +207,7 @@ class Scene(PosedScene):
 
     def chart(
         self,
-        quantity: str = "pressure",
+        quantity: Quantity = "pressure",
         budget: float = 60.0,
         repeats: int = 3,
         progress: Callable[[float, str], None] | None = None,
@@ -241,5 +235,33 @@ class Scene(PosedScene):
         """
         from ..studies.chart_scene import chart
 
-        choice("quantity", quantity, QUANTITIES)
+        choice("quantity", quantity, Quantity)
         return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
+
+
+class WheelScene(Scene):
+    """A wheel on a rail, as :func:`mtb_rs.scenes.wheel_on_rail` makes it: :meth:`prepare` gives wheels."""
+
+    def prepare(  # type: ignore[override]
+        self,
+        model: Model = "auto",
+        *,
+        reference_point: ArrayLike | None = None,
+        standstill_speed: float | None = None,
+        tolerance: float = 0.05,
+        quantity: Quantity = "force",
+        friction: Friction | RailFriction | None = None,
+        layer: InterfaceLayer | None = None,
+        side: Wheels | None = None,
+    ) -> PreparedWheels:
+        """As :meth:`Scene.prepare`; there is but one model, whatever is aimed at."""
+        from ..simulation.wheel_stepping import prepare_wheels
+
+        assert isinstance(self.layout, WheelLayout)
+        choice("model", model, Model)
+        choice("quantity", quantity, Quantity)
+        self.check_model(model)
+        law = Coulomb(0.3) if friction is None else friction
+        return prepare_wheels(
+            self, self.layout, side or "left", law, layer, reference_point, standstill_speed
+        )

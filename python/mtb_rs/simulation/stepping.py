@@ -17,6 +17,7 @@ from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, read_bytes, write_bytes
 from ..base.owning import own, owning, solved
 from ..base.plain import plain
+from ..base.words import Model
 from ..bodies.sides import Side
 from ..contact.problem import ContactProblem, to_global, to_local
 from ..contact.solve import JAMMED
@@ -488,7 +489,7 @@ class Source:
 
 
 def prepare(
-    scene: PosedScene, model: str, reference_point: ArrayLike, standstill_speed: float | None
+    scene: PosedScene, model: Model, reference_point: ArrayLike, standstill_speed: float | None
 ) -> PreparedContact:
     """The contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
     if isinstance(scene.friction, PressureDependentFriction):

@@ -15,6 +15,7 @@ from .. import _mtb_rs
 from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.files import read_bytes, write_bytes
+from ..base.words import Wheels
 from ..bodies.simple import HalfSpace
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
 from ..geometry.contact_points import spacing_pair
@@ -26,7 +27,6 @@ from .stepping import pose_of
 
 Array = NDArray[np.float64]
 
-SIDES = ("left", "right", "both")
 #: Farthest grid line of a state, in spacings.
 FARTHEST = 10**15
 #: Share of the vertical force from which on a warning says that friction adds to it or takes from it.
@@ -150,14 +150,14 @@ class PreparedWheels:
 def prepare_wheels(
     scene: PosedScene,
     layout: WheelLayout,
-    side: str,
+    side: Wheels,
     friction: Friction | RailFriction,
     layer: InterfaceLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
-    choice("side", side, SIDES)
+    choice("side", side, Wheels)
     given = dict(layout.arguments)
     point: tuple[float, ...] | None = None
     if reference_point is not None:

@@ -17,6 +17,7 @@ from ..base import cache
 from ..base.check import positive
 from ..base.errors import ConvergenceError
 from ..base.plain import plain
+from ..base.words import Model, Quantity
 from ..bodies.simple import HalfSpace, as_body
 from ..contact.elastic import can_be_elastic
 from ..contact.estimate import GridField, difference, extrapolated
@@ -61,6 +62,8 @@ class Fields:
     spacing : (dx, dy) [m]
     hats : (n,) [Pa] or None
         Coefficients of the pressure, where it is made of hats.
+    known : (n,) bool or None
+        Points on the bodies, where not all are.
     """
 
     axes: list[tuple[Patch, Array, Array]]
@@ -69,11 +72,12 @@ class Fields:
     force: Array
     spacing: Spacing
     hats: Array | None = None
+    known: NDArray[np.bool_] | None = None
 
     def _comparable(self, name: str) -> GridField:
         means = getattr(self, name)
         hats = None if self.hats is None else self.hats if name == "pressure" else means
-        return GridField(self.axes, means, hats)
+        return GridField(self.axes, means, hats, self.known if name == "displacement" else None)
 
     def errors(self, reference: Fields, skip_border: bool) -> dict[str, float]:
         """Relative errors against a finer solution."""
@@ -92,7 +96,7 @@ class Fields:
 def chart(
     scene: PosedScene,
     *,
-    quantity: str,
+    quantity: Quantity,
     budget: float,
     repeats: int,
     progress: Callable[[float, str], None] | None,
@@ -144,14 +148,15 @@ def chart(
     )
 
 
-def _models(scene: PosedScene) -> list[str]:
+def _models(scene: PosedScene) -> list[Model]:
     """The models that a scene has, the fullest last."""
     if scene.own_model is not None:
         return [scene.own_model]
-    return [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)]
+    known: tuple[Model, ...] = ("half-space", "elastic-upper", "elastic-both")
+    return [m for m in known if _admits(scene, m)]
 
 
-def _admits(scene: PosedScene, model: str) -> bool:
+def _admits(scene: PosedScene, model: Model) -> bool:
     if model == "half-space":
         return True
     assert scene.layout is not None
@@ -216,6 +221,7 @@ def fields_of(scene: PosedScene, result: Result, spacing: Spacing) -> Fields:
         result.force,
         sheet.spacing,
         hats,
+        result.area.ravel() > 0.0,
     )
 
 
@@ -389,7 +395,7 @@ def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
     return Candidate(way.name, solve, prepared, way.spacings, way.tolerances)
 
 
-def _by_model(scene: PosedScene, model: str, **options: Any) -> Solve:
+def _by_model(scene: PosedScene, model: Model, **options: Any) -> Solve:
     def solve(spacing: Spacing) -> tuple[Fields, Report]:
         with warnings.catch_warnings():
             # cells are too wide on purpose here, and what that makes of the result is what the chart shows

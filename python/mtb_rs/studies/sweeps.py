@@ -23,6 +23,7 @@ from .._mtb_rs import __version__
 from ..base.check import shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
+from ..base.words import Model
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, argument_units, check_column
 from ..scenes import methods
@@ -142,7 +143,7 @@ class _Work:
 
     def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
         self.scene, self.options, self.measure = scene, dict(options), measure
-        self.model: str | None = None
+        self.model: Model | None = None
 
     def prepare(self, case: Values) -> None:
         """Decides on the model, and condenses the bodies once, so that workers find them in the cache.
