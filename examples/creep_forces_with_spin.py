@@ -31,7 +31,7 @@ rows = np.stack([creepage, 0 * creepage, spin + 0 * creepage], axis=1)
 reduction = (0.37, 0.18)
 curves = {
     "original, Coulomb": mtb.creep_curve(patch, rows, mtb.Coulomb(0.33)),
-    "layer, falling friction": mtb.creep_curve(patch, rows, falling, layer=soft, speed=speed),
+    "layer, falling friction": mtb.creep_curve(patch, rows, falling, layer=soft, velocity=speed),
     "Polach": mtb.polach(patch, rows, falling, reduction, speed, axes),
 }
 figure, plots = plt.subplots(1, 2, figsize=(7.4, 4.2))

@@ -39,7 +39,7 @@ rows = np.stack([creepage, 0 * creepage, 0 * creepage], axis=1)
 
 
 def curve(friction: mtb.FallingFriction | mtb.Coulomb, layer: mtb.InterfaceLayer | None) -> np.ndarray:
-    return mtb.creep_curve(patch, rows, friction, layer=layer, speed=speed)[:, 0] / load
+    return mtb.creep_curve(patch, rows, friction, layer=layer, velocity=speed)[:, 0] / load
 
 
 curves = {
@@ -70,7 +70,7 @@ areas = ListedColormap(list(STATUS_COLOURS[1:]))
 for column, share in enumerate((0.3, 0.6, 0.85)):
     force = (share * 0.33 * load, None)
     for row, (name, layer) in enumerate({"original": None, "with the soft layer": soft}.items()):
-        roll = mtb.solve_tangential(patch, mtb.Rolling(force=force, speed=speed), coulomb, layer=layer)
+        roll = mtb.solve_tangential(patch, mtb.Rolling(force=force, velocity=speed), coulomb, layer=layer)
         slips = np.count_nonzero(roll.status == 2) / np.count_nonzero(roll.status)
         slip_share[name, share] = slips
         axis = axes_[row, column]

@@ -34,7 +34,7 @@ def start_rolling(n: int, half_slip: float, memory: float | None) -> tuple[np.nd
     """Force over load by step, the steps, and the step at which no state was found."""
     patch = reference.line_pressure(load, a, n, body, body)
     law = mtb.FallingFriction(static=0.33, kinetic=0.14, half_slip=half_slip, memory=memory)
-    motion = mtb.Rolling(creepage=(creepage, 0.0, 0.0), transient=True, speed=speed)
+    motion = mtb.Rolling(creepage=(creepage, 0.0, 0.0), transient=True, velocity=speed)
     steps: list = []
     for k in range(3 * n):
         try:
@@ -95,7 +95,7 @@ def steady(layer: mtb.InterfaceLayer | None) -> np.ndarray:
     for row in rows:
         try:
             roll = mtb.solve_tangential(
-                sphere, mtb.Rolling(creepage=tuple(row), speed=speed), law, layer=layer
+                sphere, mtb.Rolling(creepage=tuple(row), velocity=speed), law, layer=layer
             )
             forces.append(roll.force[0] / 106.7e3)
         except mtb.ConvergenceError:
@@ -104,11 +104,11 @@ def steady(layer: mtb.InterfaceLayer | None) -> np.ndarray:
 
 
 half_space, layered = steady(None), steady(mtb.InterfaceLayer(12.5e-3, 82e9))
-simplified = mtb.fastsim_curve(sphere, rows, law, bound="elliptic", speed=speed)[:, 0] / 106.7e3
+simplified = mtb.fastsim_curve(sphere, rows, law, bound="elliptic", velocity=speed)[:, 0] / 106.7e3
 # cells of FASTSIM that stick behind one that slips: traction that chatters along its strip
 chatter = 0
 for row in rows:
-    status = mtb.fastsim(sphere, tuple(row), law, bound="elliptic", speed=speed).status
+    status = mtb.fastsim(sphere, tuple(row), law, bound="elliptic", velocity=speed).status
     chatter += int(np.count_nonzero((status[:, 1:] == 2) & (status[:, :-1] == 1)))
 not_found = {"half-space": int(np.isnan(half_space).sum()), "layer": int(np.isnan(layered).sum())}
 for label, forces in {"half-space": half_space, "with a layer": layered, "FASTSIM": simplified}.items():

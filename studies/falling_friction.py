@@ -26,7 +26,7 @@ layer = mtb.InterfaceLayer(thickness=0.125e-3, shear_modulus=0.82e9)
 def transient(n: int, law: mtb.FallingFriction, between: mtb.InterfaceLayer | None) -> float:
     patch = reference.line_pressure(load, a, n, body, body)
     motion = mtb.Rolling(
-        creepage=(2.5e-3 if between is None else 8e-3, 0.0, 0.0), transient=True, speed=speed
+        creepage=(2.5e-3 if between is None else 8e-3, 0.0, 0.0), transient=True, velocity=speed
     )
     state, forces = None, []
     for _ in range(round(1.5 * n)):
@@ -41,13 +41,13 @@ creepages = np.array([(xi, 0.0, 0.0) for xi in np.linspace(1e-3, 8e-3, 8)])
 
 def steady(n: int, law: mtb.FallingFriction, between: mtb.InterfaceLayer | None) -> float:
     patch = reference.elliptic_pressure(1e4, (3.2e-3, 3.2e-3), (n, n), body, body)
-    forces = mtb.creep_curve(patch, creepages, law, layer=between, speed=speed)[:, 0]
+    forces = mtb.creep_curve(patch, creepages, law, layer=between, velocity=speed)[:, 0]
     return float(np.abs(np.diff(forces, 2)).max() / np.abs(forces).max())
 
 
 def fastsim(n: int, law: mtb.FallingFriction, between: None) -> float:
     patch = reference.elliptic_pressure(1e4, (3.2e-3, 3.2e-3), (n, n), body, body)
-    forces = mtb.fastsim_curve(patch, creepages, law, speed=speed)[:, 0]
+    forces = mtb.fastsim_curve(patch, creepages, law, velocity=speed)[:, 0]
     return float(np.abs(np.diff(forces, 2)).max() / np.abs(forces).max())
 
 

@@ -24,6 +24,13 @@ from mtb_rs.report import Report
 from mtb_rs.result import Displacement, Patch, Result, Surface
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Only tests that say that they are coarse may miss a tolerance."""
+    for item in items:
+        if item.get_closest_marker("coarse") is not None:
+            item.add_marker(pytest.mark.filterwarnings("ignore::mtb_rs.ToleranceWarning"))
+
+
 @pytest.fixture(autouse=True)
 def _figures_closed() -> Iterator[None]:
     """Where a test has brought pyplot along, figures are its own: no test leaves any to the next."""

@@ -45,7 +45,7 @@ from .patch import PressureField
 from .report import Report
 from .result import Displacement, Result
 from .roughness import AreaLoadCurve, area_load_curve, roughness
-from .scene import Scene
+from .scene import Scene, WheelScene
 from .start_of_sliding import StartOfSliding, start_of_sliding
 from .stepping import PreparedContact, StepResult, StepState
 from .supports import Guide, Support
@@ -137,6 +137,7 @@ __all__ = [
     "VelocityTable",
     "ViewError",
     "WheelPatch",
+    "WheelScene",
     "WheelState",
     "WheelStep",
     "__version__",

@@ -22,6 +22,7 @@ from .estimate import ORDER, GridField, difference, extrapolated
 from .layout import Layout
 from .plain import plain
 from .solve import ContactProblem, Solution, displaced, mean_tractions, to_global
+from .words import Model
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
@@ -125,7 +126,7 @@ class Choice:
         The choice of the next rung; None for the fullest one.
     """
 
-    model: str
+    model: Model
     omitted: Mapping[str, float | str] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0))
     coupled: bool = True
@@ -152,7 +153,7 @@ class Ladder:
     time_s : float
     """
 
-    rungs: list[tuple[str, bool]]
+    rungs: Sequence[tuple[Model, bool]]
     solved: list[Level]
     quantity: str
     skip_border: bool
@@ -191,14 +192,14 @@ class Ladder:
         return max(inside, float(np.hypot(inside, whole) / np.sqrt(2.0)))
 
 
-def _effect(rung: tuple[str, bool]) -> str:
+def _effect(rung: tuple[Model, bool]) -> str:
     """What a rung adds to the one below it."""
     return EFFECTS.get(rung[0], COUPLING)
 
 
-def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[str]:
+def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
     """The models a scene has the geometry for, cheapest first."""
-    found = ["half-space"]
+    found: list[Model] = ["half-space"]
     if upper_is_elastic and can_be_elastic(layout, "elastic-upper"):
         found.append("elastic-upper")
         if lower_is_elastic and can_be_elastic(layout, "elastic-both"):
@@ -273,7 +274,7 @@ def estimated(
     wider = [w for w in wider if np.prod(w.cell) >= COARSENING * np.prod(fine.cell)] or wider[-1:]
     if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
         return None
-    cells = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
+    cells: dict[str, float] = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
     if len(wider) > 1 and np.prod(wider[1].cell) > LEAST_COARSENING * np.prod(wider[0].cell):
         gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
         for q in QUANTITIES:

@@ -42,11 +42,12 @@ from .check import choice, path_of, shortened
 from .errors import CaseError
 from .files import read_bytes
 from .friction import InterfaceLayer
-from .geometry import INTERPOLATIONS, STANDARD_PROFILES, UNITS, Z_AXES, Profile
+from .geometry import STANDARD_PROFILES, Profile
 from .loads import GaussianPressure, VelocityTable
 from .material import Material
 from .result import Result
-from .scene import METHODS, Scene, check_options, method_options
+from .scene import Scene, check_options, method_options
+from .words import Interpolation, Method, Unit, ZAxis
 
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.
@@ -296,9 +297,9 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
 
 #: How a profile file is to be read, where it does not say so itself.
 _PROFILE_WORDS = {
-    "unit": tuple(UNITS),
-    "interpolation": INTERPOLATIONS,
-    "z_axis": Z_AXES,
+    "unit": Unit,
+    "interpolation": Interpolation,
+    "z_axis": ZAxis,
 }
 
 
@@ -352,7 +353,9 @@ def _words_of(function: Any) -> dict[str, Any]:
     for name, parameter in inspect.signature(function).parameters.items():
         if name == "self" or parameter.kind is inspect.Parameter.VAR_KEYWORD:
             continue
-        kind = _BY_NAME.get(name) or _BY_TYPE[hints[name]]
+        # which words, the scene says
+        is_word = typing.get_origin(hints[name]) is typing.Literal
+        kind = _BY_NAME.get(name) or (StrictStr if is_word else _BY_TYPE[hints[name]])
         fields[name] = (kind, parameter.default)
     return fields
 
@@ -402,7 +405,7 @@ def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
             except ValueError as error:
                 yield f"solve.{name}", f"solve: {error}"
     method = given.get("method", "direct")
-    if method not in METHODS:
+    if method not in typing.get_args(Method):
         return
     known = [*basic, *method_options(method)]
     for name, value in given.items():

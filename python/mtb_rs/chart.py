@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, get_args
 
 import numpy as np
 
@@ -19,13 +19,14 @@ from .errors import ConvergenceError
 from .files import check_folder, drafted, read_bytes
 from .owning import owning
 from .plain import plain
+from .words import Quantity
 
 T = TypeVar("T")
 
 #: Errors below this are none.
 ROUNDING = 1e-12
 #: What an error can be measured in.
-QUANTITIES = ("pressure", "force", "displacement")
+QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
 #: Files of a chart, and what its table begins with.
 KINDS = ("png", "html", "csv")
 HEADING = b"series,spacing_m,unknowns,"
@@ -147,7 +148,7 @@ class Chart:
     points: tuple[ChartPoint, ...]
     reference: str
     reference_error: float | None = None
-    quantity: str = "pressure"
+    quantity: Quantity = "pressure"
     figures: tuple[Figure, ...] = ()
 
     @property

@@ -26,6 +26,7 @@ from .plain import plain
 from .report import Report
 from .result import Patch, Result
 from .solids import BodyLayout
+from .words import Model, Quantity
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -92,7 +93,7 @@ class Fields:
 def chart(
     scene: Scene,
     *,
-    quantity: str,
+    quantity: Quantity,
     budget: float,
     repeats: int,
     progress: Callable[[float, str], None],
@@ -143,14 +144,15 @@ def chart(
     )
 
 
-def _models(scene: Scene) -> list[str]:
+def _models(scene: Scene) -> list[Model]:
     """The models that a scene has, the fullest last."""
     if scene.own_model is not None:
         return [scene.own_model]
-    return [m for m in ("half-space", "elastic-upper", "elastic-both") if _admits(scene, m)]
+    known: tuple[Model, ...] = ("half-space", "elastic-upper", "elastic-both")
+    return [m for m in known if _admits(scene, m)]
 
 
-def _admits(scene: Scene, model: str) -> bool:
+def _admits(scene: Scene, model: Model) -> bool:
     if model == "half-space":
         return True
     assert scene.layout is not None
@@ -388,7 +390,7 @@ def _judged(way: _Way, reference: Fields, skip_border: bool) -> Candidate:
     return Candidate(way.name, solve, prepared, way.spacings, way.tolerances)
 
 
-def _by_model(scene: Scene, model: str, **options: Any) -> Solve:
+def _by_model(scene: Scene, model: Model, **options: Any) -> Solve:
     def solve(spacing: Spacing) -> tuple[Fields, Report]:
         with warnings.catch_warnings():
             # cells are too wide on purpose here, and what that makes of the result is what the chart shows

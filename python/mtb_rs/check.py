@@ -8,7 +8,7 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,8 +75,9 @@ def numbers(name: str, value: Any, count: int, unit: str = "") -> tuple[float, .
     return tuple(number(f"{name}[{k}]", entry, unit) for k, entry in enumerate(entries))
 
 
-def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
-    """`value`, one of `choices`."""
+def choice(name: str, value: Any, words: Any) -> Any:
+    """`value`, one of `words`: strings, or a Literal of them (:mod:`mtb_rs.words`)."""
+    choices = get_args(words) or tuple(words)
     if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name} is {shortened(value)}: one of {', '.join(map(repr, choices))} is needed")
     return value

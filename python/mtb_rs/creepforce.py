@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,10 +23,11 @@ from .friction import (
 from .owning import check_finite, solved
 from .patch import PressureField, pressure_field
 from .plain import plain
+from .renamed import renamed
 from .result import TangentialFields
+from .words import Bound
 
 Array = NDArray[np.float64]
-Bound = Literal["parabolic", "elliptic"]
 
 
 class KalkerCoefficients(NamedTuple):
@@ -143,16 +144,16 @@ def _fastsim(
     bound: Bound,
     flexibilities: int,
     order: int,
-    speed: float,
+    velocity: float,
     semi_axes: tuple[float, float] | None,
 ) -> tuple[PressureField, dict[str, Array]]:
     """Forces (n, 3) over the creepages, and the fields at the last one."""
-    choice("bound", bound, ("parabolic", "elliptic"))
+    choice("bound", bound, Bound)
     if isinstance(flexibilities, bool) or flexibilities not in (1, 3):
         raise ValueError(f"flexibilities is {flexibilities!r}: 1 or 3 is needed")
     if isinstance(order, bool) or order not in (1, 2):
         raise ValueError(f"order is {order!r}: 1 (FASTSIM) or 2 (second order) is needed")
-    positive("speed", speed, "m/s")
+    positive("velocity", velocity, "m/s")
     field = pressure_field(normal)
     shape = field.pressure.shape
     modulus, ratio = field.pair_modulus()
@@ -172,7 +173,7 @@ def _fastsim(
             modulus,
             ratio,
             _local(rows, centre),
-            float(speed),
+            float(velocity),
             native_law(friction, shape, cut),
             flexibilities == 1,
             order == 2,
@@ -186,6 +187,7 @@ def _fastsim(
     return field, whole
 
 
+@renamed(speed="velocity")
 def fastsim(
     normal: Any,
     creepage: tuple[float, float, float],
@@ -193,7 +195,7 @@ def fastsim(
     bound: Bound = "parabolic",
     flexibilities: int = 3,
     order: int = 1,
-    speed: float = 10.0,
+    velocity: float = 10.0,
     semi_axes: tuple[float, float] | None = None,
 ) -> FoundationResult:
     """FASTSIM: the simplified theory of rolling contact [Kalker1982].
@@ -219,12 +221,15 @@ def fastsim(
         Of the integration along the rolling direction; 2 as in FASTSIM2. The error of the forces then
         falls at second order with the elliptic bound only;
         with the parabolic one at first order as before, if several times smaller.
-    speed : float [m/s]
+    velocity : float [m/s]
+        Of rolling.
     semi_axes : (a, b) or None [m]
         Ellipse whose linear theory sets the flexibilities, for a single contact; None takes the one of
         equal second moments.
     """
-    field, found = _fastsim(normal, _rows(creepage), friction, bound, flexibilities, order, speed, semi_axes)
+    field, found = _fastsim(
+        normal, _rows(creepage), friction, bound, flexibilities, order, velocity, semi_axes
+    )
     status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
     fx, fy, moment = found["forces"][0]
     return FoundationResult(
@@ -239,6 +244,7 @@ def fastsim(
     )
 
 
+@renamed(speed="velocity")
 def fastsim_curve(
     normal: Any,
     creepages: ArrayLike,
@@ -246,22 +252,23 @@ def fastsim_curve(
     bound: Bound = "parabolic",
     flexibilities: int = 3,
     order: int = 1,
-    speed: float = 10.0,
+    velocity: float = 10.0,
     semi_axes: tuple[float, float] | None = None,
 ) -> Array:
     """Forces (n, 3) of :func:`fastsim` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
-    _, found = _fastsim(normal, _rows(creepages), friction, bound, flexibilities, order, speed, semi_axes)
+    _, found = _fastsim(normal, _rows(creepages), friction, bound, flexibilities, order, velocity, semi_axes)
     forces: Array = found["forces"]
     check_finite("forces", forces)
     return forces
 
 
+@renamed(speed="velocity")
 def polach(
     normal: Any,
     creepage: ArrayLike,
     friction: Friction,
     reduction: tuple[float, float] = (1.0, 1.0),
-    speed: float = 10.0,
+    velocity: float = 10.0,
     semi_axes: tuple[float, float] | None = None,
 ) -> Array:
     """Polach's closed-form creep force [Polach1999], with reduction factors [Polach2005].
@@ -274,11 +281,12 @@ def polach(
     creepage : (3,) or (n, 3)
         (xi, eta, phi) [-, -, 1/m].
     friction : Friction
-        Taken at the slip speed of the rigid bodies, `speed` times the size of (xi, eta) at the centre;
+        Taken at the slip speed of the rigid bodies, `velocity` times the size of (xi, eta) at the centre;
         a coefficient that varies over the patch as its mean weighted by the pressure.
     reduction : (k_A, k_S)
         Of the stiffness where the surfaces stick and where they slip.
-    speed : float [m/s]
+    velocity : float [m/s]
+        Of rolling.
     semi_axes : (a, b) or None [m]
         None takes the ellipse with the second moments of the pressure, for each contact its own.
 
@@ -290,7 +298,7 @@ def polach(
     """
     field = pressure_field(normal)
     rows = _rows(creepage)
-    positive("speed", speed, "m/s")
+    positive("velocity", velocity, "m/s")
     reductions = pair("reduction", reduction)
     modulus, ratio = field.pair_modulus()
     forces = np.zeros((len(rows), 3))
@@ -303,7 +311,7 @@ def polach(
         elif isinstance(friction, StaticKinetic):
             mu = np.full(len(rows), friction.kinetic)
         elif isinstance(friction, (FallingFriction, TabulatedFriction)):
-            mu = friction.sliding(speed * np.hypot(local[:, 0], local[:, 1]))
+            mu = friction.sliding(velocity * np.hypot(local[:, 0], local[:, 1]))
         else:
             raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
         force = _mtb_rs.polach_curve(

@@ -37,6 +37,7 @@ from .normal import solve_normal
 from .recovery import left_out
 from .result import percent
 from .solve import ContactProblem, Solution, solve_direct
+from .words import Model
 
 if TYPE_CHECKING:
     from .result import Result
@@ -58,7 +59,7 @@ ROUGH_ROUND = 1e-4
 TRANSFORM, TRANSFORMS = 5.0, 2
 
 
-def solve(scene: Scene, model: str, tolerance: float | None, quantity: str) -> Result:
+def solve(scene: Scene, model: Model, tolerance: float | None, quantity: str) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
     assert scene.layout is not None
     started = time.perf_counter()
@@ -205,7 +206,7 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
     if scene.own_model is not None:
         return given(scene, scene.own_model)
     clock = time.perf_counter()
-    models = ["half-space"]
+    models: list[Model] = ["half-space"]
     if scene.magnetic_pressure is not None:
         models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
     spacing = scene._pair
@@ -232,7 +233,7 @@ def choose(scene: Scene, tolerance: float, quantity: str, *, free: bool = False)
     return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
 
 
-def given(scene: Scene, model: str) -> Choice:
+def given(scene: Scene, model: Model) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     assert scene.layout is not None
     if scene.own_model is not None:
@@ -246,7 +247,7 @@ def given(scene: Scene, model: str) -> Choice:
 
 def level_at(
     scene: Scene,
-    model: str,
+    model: Model,
     spacing: Spacing,
     *,
     coupled: bool = True,
@@ -299,7 +300,7 @@ def mesh_errors(level: Level) -> tuple[float, float]:
     return max(s[0] for s in shares), max(s[1] for s in shares)
 
 
-def layered(scene: Scene, model: str, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:
+def layered(scene: Scene, model: Model, level: Level, known: Sequence[Level]) -> tuple[Level, Level] | None:
     """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
     thicker ones.
 

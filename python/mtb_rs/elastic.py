@@ -26,6 +26,8 @@ from .result import Patch
 from .solve import Side, to_global
 from .supports import Guide, Support
 from .symmetry import alike
+from .words import Model
+from .words import Side as WheelSide
 
 Array = NDArray[np.float64]
 
@@ -175,7 +177,7 @@ _WHOLE = np.array([2.0, 0.0, 2.0, 0.0, 2.0, 0.0])
 _SYMMETRY = "2 symmetry"
 
 
-def can_be_elastic(layout: Layout, model: str) -> bool:
+def can_be_elastic(layout: Layout, model: Model) -> bool:
     """Whether the bodies of a layout have the geometry a model needs."""
     if model == "elastic-upper":
         return isinstance(layout, (BlockLayout, ShoeLayout))
@@ -544,7 +546,8 @@ def _upper_body(
         held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
     else:
         assert isinstance(layout, ShoeLayout)
-        shoe, side = layout.shoe, patch.name
+        shoe = layout.shoe
+        side: WheelSide = "left" if patch.name == "left" else "right"
         toward = 1.0 if side == "left" else -1.0
         # the strip in the shoe's own frame: evenly spaced along the arc of its sole
         first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])

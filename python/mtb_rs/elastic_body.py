@@ -22,6 +22,7 @@ from .plain import one_line, plain
 from .plausible import ask, of_body
 from .result import Patch, Surface
 from .supports import Guide, Support, Where, is_box, select
+from .words import Unit
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -335,7 +336,7 @@ class ElasticBody:
         cls,
         path_or_mesh: Any,
         material: Material,
-        unit: str = "m",
+        unit: Unit = "m",
         contact: Where = "bottom",
         supports: Sequence[Support] = (),
         size: float | None = None,

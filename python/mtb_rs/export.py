@@ -8,7 +8,6 @@ import io
 import json
 import math
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,12 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from .check import warn
 from .errors import PictureWarning
 from .files import check_folder, drafted, read_text
 from .grids import flat, patches
 from .plot import drawable, own_figures
-from .result import Pictured, Result
+from .result import Pictured, Result, png
 
 #: Where a pole shoe is cut for line plots [m]: its inner edge and inside the conforming strip, as in
 #: [Steininger2025, Figs. 3.6, 3.8].
@@ -61,7 +61,7 @@ SUMMARY = "summary.json"
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(
     rf"fields\.npz|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
-    rf"({'|'.join(LINES)})_lines\.png"
+    rf"({'|'.join(LINES)})_lines(_along_y)?\.png"
 )
 
 
@@ -76,7 +76,8 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
     body_<name>.vtu            elastic bodies with displacement, stress (xx, yy, zz, xy, yz, xz) and
                                von Mises' stress at all nodes (needs pyvista)
     pressure.png ...           maps: pressure, traction, slip, vertical displacement, status, as there are
-    pressure_lines.png ...     cuts along x: pressure, vertical displacement
+    pressure_lines.png ...     cuts along x: pressure, vertical displacement; and along y, through the peak of
+                               the pressure: pressure_lines_along_y.png ...
     view.png, von_mises.png    three-dimensional views of a scene, the second one of the deformed elastic
                                bodies (need pyvista and a GL driver)
     ========================== =====================================================================
@@ -121,7 +122,7 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
             (target / name).unlink(missing_ok=True)
         draft.move(SUMMARY)
     for notice in notices:
-        warnings.warn(notice, PictureWarning, stacklevel=2)
+        warn(notice, PictureWarning)
     return [target / name for name in [*names, SUMMARY]]
 
 
@@ -246,34 +247,33 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
     known = drawable(result)
     for quantity in MAPS:
         if quantity in known and (quantity not in ("traction", "slip") or "slip" in known):
-            files[f"{quantity}.png"] = _png(result.plot(quantity))
+            files[f"{quantity}.png"] = png(result.plot(quantity))
     if patches(result):
         shoe = isinstance(result, Result) and result.summary.get("scene") == "pole_shoe_on_rail"
         for quantity in LINES:
             if quantity in known:
                 picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
-                files[f"{quantity}_lines.png"] = _png(picture)
+                files[f"{quantity}_lines.png"] = png(picture)
+                if any(patch.ny > 1 for patch in patches(result)):
+                    peak = flat(result, result.points)[0, flat(result, result.pressure).argmax()]
+                    picture = result.plot(quantity, "line", x=float(peak))
+                    files[f"{quantity}_lines_along_y.png"] = png(picture)
     if not isinstance(result, Result):
         return []
     from .view import missing_for_view
 
     missing = missing_for_view()
     if missing is None:
-        views = {"view": "pressure"} | ({"von_mises": "von_mises"} if result.parts else {})
-        for name, quantity in views.items():
-            plotter = result.plot(quantity, "3d", off_screen=True)
+        views = {"view": result.plot("pressure", "3d", off_screen=True)}
+        if result.parts:
+            views["von_mises"] = result.plot("von_mises", "3d", off_screen=True)
+        for name, plotter in views.items():
             buffer = io.BytesIO()
             Image.fromarray(plotter.screenshot(return_img=True)).save(buffer, "PNG")
             files[f"{name}.png"] = buffer.getvalue()
             plotter.close()
         return []
     return [f"no view.png: {missing}"]
-
-
-def _png(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    return buffer.getvalue()
 
 
 def _listing(directory: Path) -> list[Any] | None:

@@ -15,6 +15,7 @@ from .check import number, reals, shortened
 from .owning import owning
 from .patch import window
 from .plain import plain
+from .renamed import renamed
 
 Array = NDArray[np.float64]
 
@@ -120,9 +121,10 @@ class FallingFriction:
         """Coefficient at rest [-]."""
         return self.static
 
-    def sliding(self, speed: float | Array) -> Array:
+    @renamed(speed="slip_speed")
+    def sliding(self, slip_speed: float | Array) -> Array:
         """Coefficient [-] of continuous sliding at the slip speed [m/s]."""
-        fall = np.exp(-math.log(2.0) * np.asarray(speed, dtype=float) / self.half_slip)
+        fall = np.exp(-math.log(2.0) * np.asarray(slip_speed, dtype=float) / self.half_slip)
         return np.asarray(self.kinetic + (self.static - self.kinetic) * fall)
 
 
@@ -165,9 +167,10 @@ class TabulatedFriction:
         """Coefficient at rest [-]."""
         return float(self.coefficient[0])
 
-    def sliding(self, speed: float | Array) -> Array:
+    @renamed(speed="slip_speed")
+    def sliding(self, slip_speed: float | Array) -> Array:
         """Coefficient [-] of continuous sliding at the slip speed [m/s]."""
-        return np.asarray(np.interp(speed, self.slip_speed, self.coefficient))
+        return np.asarray(np.interp(slip_speed, self.slip_speed, self.coefficient))
 
 
 Friction = Coulomb | StaticKinetic | FallingFriction | TabulatedFriction

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +18,9 @@ from .owning import frozen, owning
 from .plain import plain, same
 from .plausible import ask, of_wheel
 from .result import Patch
+from .words import Interpolation, Unit, ZAxis
 
 Array = NDArray[np.float64]
-Interpolation = Literal["smooth", "linear"]
-
-#: Ways between the points of a profile, and ways that z of its file may point.
-INTERPOLATIONS, Z_AXES = ("smooth", "linear"), ("up", "down", "guess")
 
 #: Profiles known by name: rail head 60E1 (UIC 60, EN 13674-1), wheel S1002 (EN 13715).
 STANDARD_PROFILES = ("60E1", "S1002")
@@ -33,12 +30,12 @@ STANDARD_PROFILES = ("60E1", "S1002")
 ROUNDING = 1e-11
 
 #: Metres per unit of length.
-UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
+UNITS: dict[Unit, float] = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 
 
-def metres(unit: str) -> float:
+def metres(unit: Unit) -> float:
     """Length of a unit known by name [m]."""
-    return UNITS[choice("unit", unit, tuple(UNITS))]
+    return UNITS[choice("unit", unit, Unit)]
 
 
 def spacing_pair(spacing: float | Sequence[float]) -> tuple[float, float]:
@@ -98,7 +95,7 @@ class Profile:
             raise ValueError(
                 f"y and z have shapes {y.shape} and {z.shape}: one-dimensional arrays are needed"
             )
-        choice("interpolation", interpolation, INTERPOLATIONS)
+        choice("interpolation", interpolation, Interpolation)
         core = _mtb_rs.Profile.from_points(y, z, interpolation)
         return cls(core, name, (cls.from_points, (frozen(y), frozen(z), interpolation, name)))
 
@@ -108,8 +105,8 @@ class Profile:
         path: str | Path,
         interpolation: Interpolation = "smooth",
         *,
-        unit: str = "mm",
-        z_axis: Literal["up", "down", "guess"] = "guess",
+        unit: Unit = "mm",
+        z_axis: ZAxis = "guess",
     ) -> Profile:
         """Profile from a file of two columns (y, z), or of the .prr / .prw form with its header.
 
@@ -126,8 +123,8 @@ class Profile:
             fall off at their flanks, wheels at their flange.
         """
         path = path_of("path", path)
-        choice("interpolation", interpolation, INTERPOLATIONS)
-        choice("z_axis", z_axis, Z_AXES)
+        choice("interpolation", interpolation, Interpolation)
+        choice("z_axis", z_axis, ZAxis)
         text = read_text(path, "profile file")
         try:
             core = _mtb_rs.Profile.parse(text, metres(unit), z_axis, interpolation)

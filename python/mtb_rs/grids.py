@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,12 +54,14 @@ def corners(result: Pictured, patch: Patch, points: Array) -> Array:
     return np.swapaxes(_spread(np.swapaxes(inside, -1, -2), _halved(rows), across), -1, -2)
 
 
-def row_borders(result: Pictured, patch: Patch) -> Array:
-    """Borders along x (ny, nx + 1) [m] of the cells in each row of `patch`."""
-    columns = patch.view(flat(result, result.area)).mean(axis=0)
-    points = patch.view(flat(result, result.points))
-    step = _single_steps(result, patch)[0]
-    return np.asarray(_spread(points, _halved(columns), step)[0])
+def line_borders(result: Pictured, patch: Patch, cut: Literal["x", "y"]) -> Array:
+    """Borders [m] of the cells along each line of `patch`: of rows along x (ny, nx + 1), which lie at a y, or
+    of columns along y (nx, ny + 1)."""
+    points, area = patch.view(flat(result, result.points)), patch.view(flat(result, result.area))
+    along, across = _single_steps(result, patch)
+    if cut == "y":
+        return np.asarray(_spread(points, _halved(area.mean(axis=0)), along)[0])
+    return np.asarray(_spread(np.swapaxes(points, -1, -2), _halved(area.mean(axis=1)), across)[1])
 
 
 def _spread(points: Array, halved: tuple[bool, bool], step: Array) -> Array:

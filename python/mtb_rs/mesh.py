@@ -20,6 +20,7 @@ from .check import choice, positive
 from .geometry import PoleShoe, Profile
 from .owning import owning
 from .plain import plain
+from .words import Side
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -361,7 +362,7 @@ def shoe_mesh(
     x: ArrayLike,
     y: ArrayLike,
     *,
-    side: str = "left",
+    side: Side = "left",
     halved: bool = False,
     clamped: bool = False,
     thinner: float = 1.0,
@@ -393,7 +394,7 @@ def shoe_mesh(
             f"y runs from {y[0]:g} to {y[-1]:g} m: the conforming strip is {shoe.inner_edge:g} to "
             f"{shoe.conforming_to:g} m"
         )
-    toward = 1.0 if choice("side", side, ("left", "right")) == "left" else -1.0
+    toward = 1.0 if choice("side", side, Side) == "left" else -1.0
     x, ahead_of_middle = _symmetric(x)
     n_strip = y.size
     relief = shoe.outer_edge - shoe.conforming_to

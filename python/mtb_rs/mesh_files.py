@@ -18,6 +18,7 @@ from .files import check_readable
 from .geometry import metres
 from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
 from .mesher import gmsh_beside
+from .words import Unit
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -68,7 +69,7 @@ def extra_mesh(purpose: str) -> Iterator[None]:
 
 
 def read_mesh(
-    source: Any, unit: str = "m", *, size: float | None = None, near: Near | None = None
+    source: Any, unit: Unit = "m", *, size: float | None = None, near: Near | None = None
 ) -> TetraMesh:
     """Tetrahedra from a file or a mesh object.
 

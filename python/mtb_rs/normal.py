@@ -21,6 +21,7 @@ from .owning import solved
 from .plain import plain
 from .report import Report
 from .result import Pictured
+from .words import Convolution, Edge
 
 Array = NDArray[np.float64]
 
@@ -113,8 +114,8 @@ def solve_normal(
     moments: Sequence[float | None] = (None, None),
     tolerance: float | None = None,
     periodic: bool = False,
-    edge: str = "auto",
-    method: str = "auto",
+    edge: Edge = "auto",
+    method: Convolution = "auto",
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
 
@@ -201,8 +202,8 @@ def solve_normal(
             f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
             "where all points touch; a smaller one, or a force, is needed"
         )
-    choice("edge", edge, ("auto", "error", "sharp", "grow"))
-    choice("method", method, ("auto", "dense", "fft"))
+    choice("edge", edge, Edge)
+    choice("method", method, Convolution)
     problem = _Problem(
         sides, elastic, force, approach, _moments(moments, heights, sides, force, periodic), periodic, method
     )

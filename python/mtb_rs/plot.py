@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Pictures of a result: maps over the patches and cuts along x (matplotlib), and the way to the 3-D view.
+"""Pictures of a result: maps over the patches and cuts (matplotlib), and the way to the 3-D view.
 
 Nothing here touches pyplot: a picture is a figure of its own, or is drawn into axes handed in.
 """
@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack, get_args, overload
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,15 +29,19 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from PIL import Image
 
-from .check import pair
+from .check import choice, pair
 from .files import check_target, write_bytes
-from .grids import corners, flat, patches, row_borders
+from .grids import corners, flat, line_borders, patches
 from .plain import plain
-from .result import Array, Patch, Pictured, Result
-from .sweep_table import UNITS, SweepTable
+from .result import Array, Patch, Pictured, Result, png
+from .sweep_table import ARGUMENT_UNITS, UNITS, SweepTable
+from .words import Body, Field, Flat, FlatOptions, Limits, Space, SpaceOptions, Stress, StressOptions
 
-Limits = tuple[float, float]
-Body = Literal["upper", "lower"]
+if TYPE_CHECKING:
+    import pyvista
+
+#: Lower and upper ends (x, y) [mm] of what a map shows.
+Window = tuple[Array, Array]
 
 #: Okabe and Ito's colours: told apart by everybody, and in grey.
 LINE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -87,7 +91,7 @@ def _size(source: str) -> Callable[[Any, Body], Array]:
     return lambda result, _: np.asarray(np.linalg.norm(getattr(result, source), axis=0))
 
 
-QUANTITIES: dict[str, Quantity] = {
+QUANTITIES: dict[Field, Quantity] = {
     "pressure": Quantity("pressure", "Pa", "pressure", _of("pressure"), contact_only=True),
     "traction": Quantity("|traction|", "Pa", "traction", _size("traction"), contact_only=True),
     "longitudinal_traction": Quantity(
@@ -116,12 +120,12 @@ QUANTITIES: dict[str, Quantity] = {
 }
 
 
-def drawable(result: Pictured) -> tuple[str, ...]:
+def drawable(result: Pictured) -> tuple[Field, ...]:
     """The quantities this kind of result has."""
     return tuple(name for name, asked in QUANTITIES.items() if hasattr(result, asked.source))
 
 
-def quantity_of(result: Pictured, name: str) -> Quantity:
+def quantity_of(result: Pictured, name: Field) -> Quantity:
     """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
     known = drawable(result)
     if not known:
@@ -151,9 +155,7 @@ class ResultFigure(Figure):
         super().show(warn)
 
     def _repr_png_(self) -> bytes:
-        buffer = io.BytesIO()
-        self.savefig(buffer, format="png")
-        return buffer.getvalue()
+        return png(self)
 
 
 #: Whether figures belong to nobody: those that the library makes for its own files and notebooks.
@@ -178,20 +180,31 @@ def _figure(size: tuple[float, float]) -> Figure:
     return figure
 
 
+@overload
 def plot(
-    result: Pictured,
-    quantity: str = "pressure",
-    kind: str | None = None,
-    *,
-    y: float | Iterable[float] | None = None,
-    body: Body = "lower",
-    limits: Limits | None = None,
-    ax: Axes | None = None,
-    title: str | None = None,
-    cmap: str | Colormap | None = None,
-    figsize: tuple[float, float] | None = None,
-    **options: Any,
-) -> Any:
+    result: Pictured, quantity: Field = ..., kind: Flat | None = ..., **options: Unpack[FlatOptions]
+) -> Figure: ...
+
+
+@overload
+def plot(
+    result: Pictured, quantity: Field, kind: Space, **options: Unpack[SpaceOptions]
+) -> pyvista.Plotter: ...
+
+
+@overload
+def plot(
+    result: Pictured, quantity: Field = ..., *, kind: Space, **options: Unpack[SpaceOptions]
+) -> pyvista.Plotter: ...
+
+
+@overload
+def plot(
+    result: Pictured, quantity: Stress, kind: Space | None = ..., **options: Unpack[StressOptions]
+) -> pyvista.Plotter: ...
+
+
+def plot(result: Any, quantity: Any = "pressure", kind: Any = None, **options: Any) -> Any:
     """Draws one quantity of a result.
 
     Parameters
@@ -204,13 +217,15 @@ def plot(
         "vertical_displacement", "longitudinal_displacement", "lateral_displacement"; or "von_mises", the
         equivalent stress on the deformed elastic bodies of a scene, which is a picture in space.
     kind : "map", "line" or "3d"
-        A map over the patches (default), cuts along x (default where `y` is given), or the bodies in
-        space, if the result has any, with the quantity on the contact patch.
-    y : float or floats [m]
-        Where to cut. The row of cells nearest to each `y` is drawn, with its own y in the legend:
-        pressure and traction are constant by cell. By default the row of the peak pressure.
+        A map over the patches (default), cuts (default where `x` or `y` is given), or the bodies in
+        space, if the result has any, with the quantity on the contact patch. A map shows the surroundings of
+        the contact where that fills less than half of the grid.
+    x, y : float or floats [m]
+        Where to cut: along y at each `x`, or along x at each `y`. The line of cells nearest to it is drawn,
+        with its own place in the legend: pressure and traction are constant by cell. By default along x,
+        the row of the peak pressure.
     body : "lower" or "upper"
-        Whose displacement a map shows; lines show both.
+        Whose displacement is drawn.
     limits : (low, high) [SI unit of the quantity]
         Ends of the scale, to compare pictures; by default those of the values.
     ax : matplotlib.axes.Axes
@@ -228,12 +243,31 @@ def plot(
     -------
     matplotlib.figure.Figure or pyvista.Plotter
     """
-    if body not in ("lower", "upper"):
-        raise ValueError(f'body is {body!r}: "lower" or "upper" is needed')
+    return _plot(result, quantity, kind, **options)
+
+
+def _plot(
+    result: Pictured,
+    quantity: Any,
+    kind: Any = None,
+    *,
+    x: float | Iterable[float] | None = None,
+    y: float | Iterable[float] | None = None,
+    body: Body = "lower",
+    limits: Limits | None = None,
+    ax: Axes | None = None,
+    title: str | None = None,
+    cmap: str | Colormap | None = None,
+    figsize: tuple[float, float] | None = None,
+    window: Window | None = None,
+    **options: Any,
+) -> Any:
+    """What :func:`plot` draws; a map of what lies in `window`, where there is one."""
+    choice("body", body, Body)
     if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
         raise ValueError(f"limits is {limits!r}: two finite numbers that rise are needed")
-    if quantity == "von_mises":
-        if kind not in (None, "3d") or y is not None or ax is not None:
+    if quantity in get_args(Stress):
+        if kind not in (None, "3d") or x is not None or y is not None or ax is not None:
             raise ValueError("quantity is 'von_mises': it has no map and no lines, only kind='3d'")
         from .view import view_von_mises
 
@@ -241,8 +275,14 @@ def plot(
             raise ValueError("quantity is 'von_mises': only scenes have bodies with stresses")
         return view_von_mises(result, limits=limits, **options)
     quantity_of(result, quantity)
+    if x is not None and y is not None:
+        raise ValueError("x and y are both given: a cut along y is at an x, one along x is at a y")
+    cut: Literal["x", "y"] = "x" if x is not None else "y"
+    is_cut = x is not None or y is not None
     if kind is None:
-        kind = "map" if y is None else "line"
+        kind = "line" if is_cut else "map"
+    if kind not in (*get_args(Flat), *get_args(Space)):
+        raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
     if kind == "3d" and not (title is None and cmap is None and figsize is None):
         raise ValueError('title, cmap and figsize have no meaning for kind="3d"')
     if cmap is not None and kind != "map":
@@ -250,21 +290,19 @@ def plot(
     if figsize is not None and ax is not None:
         raise ValueError("figsize has no meaning beside ax")
     if kind == "3d":
-        if y is not None or ax is not None:
-            raise ValueError('y and ax have no meaning for kind="3d"')
+        if is_cut or ax is not None:
+            raise ValueError('x, y and ax have no meaning for kind="3d"')
         from .view import view
 
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
         raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')
     if kind == "map":
-        if y is not None:
-            raise ValueError('y has no meaning for kind="map"; cuts are kind="line"')
-        figure = draw_map(result, quantity, body, limits, ax)
-    elif kind == "line":
-        figure = draw_lines(result, quantity, y, body, limits, ax)
+        if is_cut:
+            raise ValueError(f'{cut} has no meaning for kind="map"; cuts are kind="line"')
+        figure = draw_map(result, quantity, body, limits, ax, window=window)
     else:
-        raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
+        figure = draw_lines(result, quantity, cut, x if cut == "x" else y, body, limits, ax)
     if figsize is not None:
         figure.set_size_inches(*pair("figsize", figsize, "in"))
     drawn = figure.axes[0] if ax is None else ax
@@ -282,20 +320,20 @@ def _recolour(drawn: Axes, cmap: str | Colormap) -> None:
 
 
 def plot_side_by_side(
-    results: Sequence[Pictured], names: Sequence[str], quantity: str, kind: str | None, **options: Any
+    results: Sequence[Pictured], names: Sequence[str], quantity: Field, kind: Flat | None, **options: Any
 ) -> Figure:
     """One quantity of several results on one scale, each under its name; options as for :func:`plot`."""
-    if kind == "3d" or "ax" in options:
+    if kind in get_args(Space) or "ax" in options:
         raise ValueError('several patches are drawn as maps or lines: neither kind="3d" nor ax has a meaning')
     quantity_of(results[0], quantity)
     title, cmap, figsize = (options.pop(name, None) for name in ("title", "cmap", "figsize"))
-    unknown = [name for name in options if name not in ("y", "body", "limits")]
+    unknown = [name for name in options if name not in ("x", "y", "body", "limits")]
     if unknown:
         raise ValueError(f"unknown options: {', '.join(unknown)}")
     if options.get("limits") is None:
         given = {"kind": kind, **options} if kind else options
         options["limits"] = _shared_limits(results, quantity, given)
-    if kind == "line" or options.get("y") is not None:
+    if kind == "line" or _is_cut(options):
         figure = _figure((7.2, 3.6 * len(results)))
         if cmap is not None:
             raise ValueError('cmap has a meaning for kind="map" only')
@@ -317,7 +355,7 @@ def plot_side_by_side(
 
 
 def _maps_side_by_side(
-    results: Sequence[Pictured], names: Sequence[str], quantity: str, body: Body, limits: Limits | None
+    results: Sequence[Pictured], names: Sequence[str], quantity: Field, body: Body, limits: Limits | None
 ) -> Figure:
     """Maps that show as much of the plane each, so that the patches compare, with one colour bar."""
     asked = quantity_of(results[0], quantity)
@@ -373,14 +411,16 @@ def _colour_bar(figure: Figure, drawn: Any, axes: Any, label: str, extend: str) 
 def animate(
     history: Iterable[Pictured],
     path: str | Path,
-    quantity: str = "pressure",
+    quantity: Field = "pressure",
     *,
     frames_per_second: float = 10.0,
+    captions: Sequence[str] | None = None,
     **options: Any,
 ) -> Path:
     """A moving picture (.gif, .webp or .png) of one quantity over a history of results.
 
-    All frames share their scale: the colours of maps and 3-D views, the axes of lines.
+    All frames share their scale: the colours of maps and 3-D views, the axes of lines; and the part of the
+    plane that maps show.
 
     Parameters
     ----------
@@ -390,8 +430,11 @@ def animate(
     quantity : str
         As for :func:`plot`.
     frames_per_second : float [1/s]
+    captions : sequence of str, one for each frame
+        What stands over them, such as the time. By default the arguments of the scenes in which the results
+        differ; where there are none, the number of the step.
     **options
-        As for :func:`plot`, `kind` and `y` included; not `ax`.
+        As for :func:`plot`, `kind`, `x` and `y` included; not `ax`.
     """
     target = check_target(path)
     if target.suffix not in (".gif", ".webp", ".png"):
@@ -400,10 +443,18 @@ def animate(
     if not history:
         raise ValueError("history is empty: at least one result is needed")
     quantity_of(history[0], quantity)
+    if captions is not None and (isinstance(captions, str) or len(captions) != len(history)):
+        raise ValueError(f"captions are {len(captions)}: one for each of {len(history)} results is needed")
     if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
         raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
-    plot_options = {"limits": _shared_limits(history, quantity, options), **options}
-    first, *others = [Image.fromarray(_frame(result, quantity, plot_options)) for result in history]
+    shared = {"limits": _shared_limits(history, quantity, options), **options}
+    if options.get("kind") in (None, "map") and not _is_cut(options):
+        shared["window"] = _window(history, QUANTITIES[quantity])
+    captions = _differences(history) if captions is None else captions
+    first, *others = [
+        Image.fromarray(_frame(result, quantity, caption, shared))
+        for result, caption in zip(history, captions, strict=True)
+    ]
     pause = round(1000.0 / frames_per_second)
     moving = io.BytesIO()
     kind = {".gif": "GIF", ".webp": "WEBP", ".png": "PNG"}[target.suffix]
@@ -412,29 +463,59 @@ def animate(
     return target
 
 
-def _frame(result: Pictured, quantity: str, options: dict[str, Any]) -> NDArray[np.uint8]:
+def _frame(result: Pictured, quantity: str, caption: str, options: dict[str, Any]) -> NDArray[np.uint8]:
     with own_figures():
-        picture = plot(result, quantity, **options)
+        picture = _plot(result, quantity, **options)
     if isinstance(picture, Figure):
+        picture.suptitle(caption, x=0.01, ha="left", fontsize=11, color=INK)
         canvas: Any = FigureCanvasAgg(picture)
         canvas.draw()
         return np.array(canvas.buffer_rgba())[..., :3]
+    picture.add_text(caption, position="upper_left", font_size=12, color=INK)
     image = np.array(picture.screenshot(return_img=True))
     picture.close()
     return image
 
 
-def _shared_limits(history: Sequence[Pictured], quantity: str, options: dict[str, Any]) -> Limits | None:
+def _differences(history: Sequence[Pictured]) -> list[str]:
+    """The numbers given to the scenes of the results in which they differ, or which step each is."""
+    steps = [f"step {k} of {len(history)}" for k in range(1, len(history) + 1)]
+    given = [dict(result.summary) if isinstance(result, Result) else {} for result in history]
+    numbers = {
+        name: [inputs[name] for inputs in given]
+        for name in given[0]
+        if all(isinstance(inputs.get(name), (int, float)) for inputs in given)
+    }
+    said = []
+    for name, values in numbers.items():
+        if all(value == values[0] for value in values):
+            continue
+        factor, unit = 1.0, ARGUMENT_UNITS.get(name, "")
+        if unit in _PREFIXES:
+            factor, unit = unit_of(np.array(values, dtype=float), unit)
+        unit = "" if unit in ("", "1") else f" {unit}"
+        said.append([f"{_spaced(name)} {value / factor:.4g}{unit}" for value in values])
+    return [", ".join(words) for words in zip(*said, strict=True)] if said else steps
+
+
+def _is_cut(options: Mapping[str, Any]) -> bool:
+    return options.get("x") is not None or options.get("y") is not None
+
+
+def _shared_limits(history: Sequence[Pictured], quantity: Field, options: dict[str, Any]) -> Limits | None:
     """Ends of one scale for all results; None for the status, which has no scale."""
     if quantity == "status":
         return None
     asked, body = quantity_of(history[0], quantity), options.get("body", "lower")
+    is_line = options.get("kind") == "line" or _is_cut(options)
+    window = None if is_line or options.get("kind") == "3d" else _window(history, asked)
     kept = []
     for result in history:
-        values = np.asarray(asked.values(result, body), dtype=float)
-        kept.append(values[result.status > 0] if asked.contact_only else values.ravel())
+        values = flat(result, np.asarray(asked.values(result, body), dtype=float))
+        shown = flat(result, result.status) > 0 if asked.contact_only else _inside(result, window)
+        kept.append(values[shown])
     everything = np.concatenate(kept)
-    if options.get("kind") == "line" or "y" in options:
+    if is_line:
         low, high = float(everything.min(initial=0.0)), float(everything.max(initial=0.0))
         return (low, 1.05 * high) if low < high else (0.0, 1.0)
     scale = colour_scale(everything, asked)
@@ -442,26 +523,72 @@ def _shared_limits(history: Sequence[Pictured], quantity: str, options: dict[str
     return (low, high) if low < high else None
 
 
+def _inside(result: Pictured, window: Window | None) -> NDArray[np.bool_]:
+    """Which points (n,) a map of the window shows."""
+    places = flat(result, result.points)[:2] / MILLIMETRE
+    if window is None:
+        return np.ones(places.shape[1], dtype=bool)
+    low, high = (end[:, None] for end in window)
+    return np.asarray(((places >= low) & (places <= high)).all(axis=0))
+
+
+#: Share of the grid that contact fills, and that its surroundings fill, below which a map shows these only.
+_SMALL, _CROPPED = 0.5, 0.75
+#: Size of the surroundings over that of the contact: of fields in it, and of those that go on beyond it.
+_AROUND, _BEYOND = 1.2, 1.4
+
+
+def _window(results: Sequence[Pictured], asked: Quantity) -> Window | None:
+    """What maps of the results show: the surroundings of all contact; None where that fills the grid."""
+    whole, contact = [], []
+    share = 0.0
+    for result in results:
+        closed = flat(result, result.status) > 0
+        points = flat(result, result.points)
+        for patch in patches(result):
+            edges = corners(result, patch, points)[:2] / MILLIMETRE
+            touching = patch.view(closed)
+            whole.append(edges.reshape(2, -1))
+            for corner in (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]):
+                contact.append(edges[(slice(None), *corner)][:, touching])
+        if not patches(result):
+            whole.append(points[:2] / MILLIMETRE)
+            contact.append(points[:2, closed] / MILLIMETRE)
+        share = max(share, float(closed.mean()))
+    if not 0.0 < share < _SMALL:
+        return None
+    grid, places = np.concatenate(whole, axis=1), np.concatenate(contact, axis=1)
+    middle, half = 0.5 * (places.max(axis=1) + places.min(axis=1)), 0.5 * np.ptp(places, axis=1)
+    inside = asked.contact_only or asked.source in ("status", "dissipation")
+    half = (_AROUND if inside else _BEYOND) * half
+    low, high = np.maximum(middle - half, grid.min(axis=1)), np.minimum(middle + half, grid.max(axis=1))
+    return None if np.prod(high - low) > _CROPPED * np.prod(np.ptp(grid, axis=1)) else (low, high)
+
+
 def draw_map(
     result: Pictured,
-    quantity: str,
+    quantity: Field,
     body: Body,
     limits: Limits | None,
     ax: Axes | None,
     *,
     panel: bool = False,
+    window: Window | None = None,
 ) -> Figure:
     """The quantity over all patches, seen from above, on one colour scale.
 
-    A `panel` of several leaves the key to the colours and the direction of friction to the whole.
+    A `panel` of several leaves the key to the colours and the direction of friction to the whole. `window` is
+    that of the result, unless it is given.
     """
     asked = quantity_of(result, quantity)
     grids = patches(result)
     x, y = flat(result, result.points)[:2]
     values = flat(result, asked.values(result, body)).astype(float)
     closed = flat(result, result.status) > 0
-    shown = closed if asked.contact_only else np.ones_like(closed)
-    ratio = float(np.clip(np.ptp(y) / max(np.ptp(x), 1e-12), 0.25, 1.1))
+    window = _window([result], asked) if window is None and not panel else window
+    shown = closed if asked.contact_only else _inside(result, window)
+    width, height = (np.ptp(x), np.ptp(y)) if window is None else window[1] - window[0]
+    ratio = float(np.clip(height / max(width, 1e-12), 0.25, 1.1))
     figure, ax = _canvas(ax, (7.2, 5.7 * ratio + 1.15))
 
     factor, unit, extend = 1.0, "", "neither"
@@ -491,6 +618,9 @@ def draw_map(
         )
 
     ax.set_aspect("equal")
+    if window is not None:
+        ax.set_xlim(window[0][0], window[1][0])
+        ax.set_ylim(window[0][1], window[1][1])
     ax.set_xlabel("x [mm]")
     ax.set_ylabel("y [mm]")
     _style(ax)
@@ -516,52 +646,53 @@ def draw_map(
 
 def draw_lines(
     result: Pictured,
-    quantity: str,
-    y: float | Iterable[float] | None,
+    quantity: Field,
+    cut: Literal["x", "y"],
+    at: float | Iterable[float] | None,
     body: Body,
     limits: Limits | None,
     ax: Axes | None,
 ) -> Figure:
-    """The quantity along x on the rows nearest to `y`; what is constant by cell is drawn as steps."""
+    """The quantity along the lines of cells whose coordinate `cut` is nearest to `at`; what is constant by
+    cell is drawn as steps."""
     asked = quantity_of(result, quantity)
     grids = patches(result)
     if not grids:
         raise ValueError('kind="line" needs a regular grid of contact points; this result has scattered ones')
-    x, height = flat(result, result.points)[:2]
-    rows = [_Row(patch, j) for patch in grids for j in range(patch.ny)]
-    row_y = np.array([row.of(height).mean() for row in rows])
-    if y is None:
-        peak = np.array([row.of(flat(result, result.pressure)).max() for row in rows])
-        chosen = [rows[int(peak.argmax())]]
+    x, y = flat(result, result.points)[:2] / MILLIMETRE
+    place, along = (y, x) if cut == "y" else (x, y)
+    lines = [_Line(patch, cut, k) for patch in grids for k in range(patch.ny if cut == "y" else patch.nx)]
+    if at is None:
+        peak = np.array([line.of(flat(result, result.pressure)).max() for line in lines])
+        chosen = [[lines[int(peak.argmax())]]]
     else:
-        wanted = np.atleast_1d(np.asarray(y, dtype=float))
-        if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
-            raise ValueError(f"y is {y!r}: finite numbers [m] are needed")
-        # rounding must not decide between two rows equally far: the first wins
-        distance = np.round(np.abs(row_y - wanted[:, None]), 9)
-        chosen = [rows[j] for j in dict.fromkeys(distance.argmin(axis=1).tolist())]
+        chosen = _nearest(lines, np.array([line.of(place).mean() for line in lines]), cut, at)
 
     values = flat(result, asked.values(result, body)).astype(float)
     factor, unit = (
         (1.0, "")
         if quantity == "status"
         else unit_of(
-            np.concatenate([row.of(values) for row in chosen]) if limits is None else np.array(limits),
+            np.concatenate([line.of(values) for pieces in chosen for line in pieces])
+            if limits is None
+            else np.array(limits),
             asked.unit,
         )
     )
     figure, ax = _canvas(ax, (7.2, 3.9))
-    for row, colour in zip(chosen, cycle(LINE_COLOURS), strict=False):
-        centres = row.of(x) / MILLIMETRE
-        field = row.of(values) / factor
-        label = f"y = {row.of(height).mean() / MILLIMETRE:.3g} mm".replace("-", "\N{MINUS SIGN}")
-        if asked.unit == "m":
-            ax.plot(centres, field, color=colour, linewidth=1.6, label=label)
-        else:
-            edges = row_borders(result, row.patch)[row.index] / MILLIMETRE
-            ax.stairs(field, edges, baseline=None, color=colour, linewidth=1.6, label=label)
-        if centres.size <= 80:
-            ax.plot(centres, field, ".", color=colour, markersize=4)
+    for pieces, colour in zip(chosen, cycle(LINE_COLOURS), strict=False):
+        label: str | None = f"{cut} = {pieces[0].of(place).mean():.3g} mm".replace("-", "\N{MINUS SIGN}")
+        for line in pieces:
+            centres = line.of(along)
+            field = line.of(values) / factor
+            if asked.unit == "m":
+                ax.plot(centres, field, color=colour, linewidth=1.6, label=label)
+            else:
+                edges = line_borders(result, line.patch, cut)[line.index] / MILLIMETRE
+                ax.stairs(field, edges, baseline=None, color=colour, linewidth=1.6, label=label)
+            if centres.size <= 80:
+                ax.plot(centres, field, ".", color=colour, markersize=4)
+            label = None
     if quantity == "status":
         ax.set_yticks(range(3), STATUS_NAMES)
         ax.set_ylim(-0.3, 2.3)
@@ -570,7 +701,7 @@ def draw_lines(
     elif not asked.by_body and not quantity.startswith(("longitudinal", "lateral")):
         ax.set_ylim(bottom=0.0)
     ax.margins(x=0.02)
-    ax.set_xlabel("x [mm]")
+    ax.set_xlabel("x [mm]" if cut == "y" else "y [mm]")
     ax.set_ylabel(f"{asked.label} [{unit}]" if unit else asked.label)
     ax.set_title(_label(asked, body), loc="left", fontsize=10.5, color=INK)
     ax.legend(
@@ -649,12 +780,37 @@ def _plain(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class _Row:
+class _Line:
+    """A line of cells: a row, at a y, or a column, at an x."""
+
     patch: Patch
+    cut: Literal["x", "y"]
     index: int
 
     def of(self, values: Array) -> Array:
-        return np.asarray(self.patch.view(values)[self.index])
+        field = self.patch.view(values)
+        return np.asarray(field[self.index] if self.cut == "y" else field[:, self.index])
+
+
+def _nearest(
+    lines: Sequence[_Line], places: Array, cut: Literal["x", "y"], at: float | Iterable[float]
+) -> list[list[_Line]]:
+    """The lines, at `places` [mm], that a cut `at` each [m] goes through: of every patch that reaches there,
+    or else the nearest one."""
+    wanted = np.atleast_1d(np.asarray(at, dtype=float))
+    if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
+        raise ValueError(f"{cut} is {at!r}: finite numbers [m] are needed")
+    # rounding must not decide between two lines equally far: the first wins
+    distance = np.round(np.abs(places - wanted[:, None] / MILLIMETRE), 6)
+    reach = np.array([line.patch.spacing[0 if cut == "x" else 1] for line in lines]) / MILLIMETRE
+    starts = np.array([line.patch.start for line in lines])
+    found: dict[int, list[_Line]] = {}
+    for away in distance:
+        first = int(away.argmin())
+        best = [int(np.where(starts == start, away, np.inf).argmin()) for start in np.unique(starts)]
+        through = [k for k in best if k == first or away[k] <= 0.5 * reach[k]]
+        found.setdefault(first, [lines[k] for k in sorted(through)])
+    return list(found.values())
 
 
 def _canvas(ax: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:

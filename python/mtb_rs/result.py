@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,12 @@ from numpy.typing import NDArray
 from .owning import owning, solved
 from .plain import plain
 from .report import Report
+from .words import Field, Flat, FlatOptions, Model, Space, SpaceOptions, Stress, StressOptions
 
 if TYPE_CHECKING:
+    import pyvista  # noqa: TID251 (only for type checkers)
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
+
     from .elastic import ElasticPart
     from .elastic_body import BodyState
 
@@ -80,7 +85,51 @@ class Surface:
     von_mises: Array | None = None
 
 
-class Pictured:
+class Drawn:
+    """What draws and saves itself, as the result that :meth:`_picture` returns."""
+
+    def _picture(self) -> Pictured:
+        raise NotImplementedError
+
+    def _repr_png_(self) -> bytes | None:
+        """The pressure map, for notebooks."""
+        from .plot import own_figures
+
+        with own_figures():
+            return png(self.plot("pressure"))
+
+    @overload
+    def plot(
+        self, quantity: Field = ..., kind: Flat | None = ..., **options: Unpack[FlatOptions]
+    ) -> Figure: ...
+
+    @overload
+    def plot(self, quantity: Field, kind: Space, **options: Unpack[SpaceOptions]) -> pyvista.Plotter: ...
+
+    @overload
+    def plot(
+        self, quantity: Field = ..., *, kind: Space, **options: Unpack[SpaceOptions]
+    ) -> pyvista.Plotter: ...
+
+    @overload
+    def plot(
+        self, quantity: Stress, kind: Space | None = ..., **options: Unpack[StressOptions]
+    ) -> pyvista.Plotter: ...
+
+    def plot(self, quantity: Any = "pressure", kind: Any = None, **options: Any) -> Any:
+        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
+        from .plot import plot
+
+        return plot(self._picture(), quantity, kind, **options)
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
+        from .export import save
+
+        return save(self._picture(), directory)
+
+
+class Pictured(Drawn):
     """A result that draws and saves itself.
 
     It has at least ``points`` (2 or 3, ...), ``area``, ``pressure`` and ``status`` (...) on a grid (ny, nx),
@@ -92,6 +141,9 @@ class Pictured:
     pressure: Array
     status: NDArray[np.int8]
 
+    def _picture(self) -> Pictured:
+        return self
+
     @property
     def slip_unit(self) -> str:
         """Unit of the slip, if there is one: relative in rolling."""
@@ -102,25 +154,12 @@ class Pictured:
         """Unit of the dissipation, if there is one: work per area and distance rolled."""
         return "Pa"
 
-    def _repr_png_(self) -> bytes:
-        """The pressure map, for notebooks."""
-        from .plot import own_figures
 
-        with own_figures():
-            picture: bytes = self.plot("pressure")._repr_png_()
-        return picture
-
-    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Picture of one quantity; see :func:`mtb_rs.plot.plot`."""
-        from .plot import plot
-
-        return plot(self, quantity, kind, **options)
-
-    def save(self, directory: str | Path) -> list[Path]:
-        """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.export.save`."""
-        from .export import save
-
-        return save(self, directory)
+def png(figure: Figure) -> bytes:
+    """The figure as a file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()
 
 
 class TangentialFields(Pictured):
@@ -212,7 +251,7 @@ class Result(Pictured):
     reference_point: Array
     normal_force: float
     approach: float | Array
-    model: str
+    model: Model
     error_estimate: float | None
     report: Report
     patches: tuple[Patch, ...] = ()

@@ -6,15 +6,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _mtb_rs
 from .bodies import HalfSpace, Rigid, Simple, as_body
-from .chart import QUANTITIES, Chart, silent
+from .chart import Chart, silent
 from .check import LARGEST, choice, number, pair, positive, reals, warn
 from .coupled_start import at_rest
 from .direct import choose
@@ -58,15 +59,13 @@ from .supports import held_by
 from .surfaces import BodySurface
 from .symmetry import folded
 from .wedging import JAMMED
+from .words import Attraction, Method, Model, Pressing, Quantity, Wheels
 
 if TYPE_CHECKING:
     from .stepping import PreparedContact
     from .wheel_stepping import PreparedWheels
 
 Array = NDArray[np.float64]
-
-MODELS = ("auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both")
-METHODS = ("direct", "incremental", "staggered")
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,7 @@ class Scene:
     approach: float | None = None
     moments: tuple[float, float] | None = None
     magnetic_pressure: Any = None
-    attraction: str = "upper"
+    attraction: Attraction = "upper"
     velocity: float | None = None
     layer: InterfaceLayer | None = None
     supports: Any = None
@@ -207,7 +206,7 @@ class Scene:
             put(self, "supports", held_by(self.supports))
         if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
-        choice("attraction", self.attraction, ("upper", "both"))
+        choice("attraction", self.attraction, Attraction)
         if self.sliding_direction is not None:
             put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
         if self.moments is not None:
@@ -254,17 +253,19 @@ class Scene:
         return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
 
     @property
-    def own_model(self) -> str | None:
+    def own_model(self) -> Model | None:
         """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
-        names = [k for k in ("upper", "lower") if isinstance(getattr(self, k), ElasticBody)]
-        return None if not names else "elastic-both" if len(names) == 2 else f"elastic-{names[0]}"
+        upper, lower = (isinstance(body, ElasticBody) for body in (self.upper, self.lower))
+        if upper:
+            return "elastic-both" if lower else "elastic-upper"
+        return "elastic-lower" if lower else None
 
     def solve(
         self,
-        model: str = "auto",
-        method: str = "direct",
+        model: Model = "auto",
+        method: Method = "direct",
         tolerance: float | None = None,
-        quantity: str = "pressure",
+        quantity: Quantity = "pressure",
         **options: Any,
     ) -> Result:
         """Solves the contact.
@@ -294,21 +295,16 @@ class Scene:
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
-        result = self._solved(model, method, tolerance, quantity, **options)
+        result = self._solved(model=model, method=method, tolerance=tolerance, quantity=quantity, **options)
         if result.report.missed:
             warn(result.report.missed, ToleranceWarning)
         return result
 
-    def _solved(
-        self,
-        model: str = "auto",
-        method: str = "direct",
-        tolerance: float | None = None,
-        quantity: str = "pressure",
-        **options: Any,
-    ) -> Result:
+    def _solved(self, **given: Any) -> Result:
         """As :meth:`solve`, for callers that have their own words for a missed tolerance."""
-        check_options(model, method, tolerance, quantity, **options)
+        check_options(**given)
+        options = solve_defaults() | given
+        model, method, tolerance, quantity = (options.pop(name) for name in solve_defaults())
         if method == "direct":
             self._check_model(model)
             return solve_scene(self, model, tolerance, quantity)
@@ -318,7 +314,7 @@ class Scene:
                 "thesis are for the ready scenes and half-spaces"
             )
         if model == "auto":
-            model = {"incremental": "half-space", "staggered": "elastic-upper"}[method]
+            model = "half-space" if method == "incremental" else "elastic-upper"
         self._check_model(model)
         if method == "incremental":
             return self._solve_incremental(model, options)
@@ -367,9 +363,9 @@ class Scene:
     def start_of_sliding(
         self,
         displacements: ArrayLike,
-        model: str = "auto",
+        model: Model = "auto",
         tolerance: float = 1e-8,
-        pressure: str = "follows",
+        pressure: Pressing = "follows",
     ) -> StartOfSliding:
         """From rest to full sliding: which points stick and which slip as the upper body starts to move.
 
@@ -390,8 +386,8 @@ class Scene:
             half-spaces only.
         """
         assert self.layout is not None
-        choice("model", model, MODELS)
-        choice("pressure", pressure, ("held", "follows"))
+        choice("model", model, Model)
+        choice("pressure", pressure, Pressing)
         self._check_model(model)
         if model == "auto":
             model = "elastic-upper" if can_be_elastic(self.layout, "elastic-upper") else "half-space"
@@ -428,7 +424,7 @@ class Scene:
         mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
         return replace(start, traction=mean[:2], pressure=mean[2])
 
-    def _solve_incremental(self, model: str, options: dict[str, Any]) -> Result:
+    def _solve_incremental(self, model: Model, options: dict[str, Any]) -> Result:
         chosen = IncrementalOptions(**options)
         problem = self.problem(model)
         solution, accumulated = solve_incremental(problem, self.sliding_direction, chosen)
@@ -436,7 +432,7 @@ class Scene:
         self._check_reach(problem, result)
         return result
 
-    def _solve_staggered(self, model: str, options: dict[str, Any]) -> Result:
+    def _solve_staggered(self, model: Model, options: dict[str, Any]) -> Result:
         if model != "elastic-upper":
             raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
         problem = self.problem(model)
@@ -455,7 +451,7 @@ class Scene:
         self,
         problem: ContactProblem,
         solution: Solution,
-        method: str,
+        method: Method,
         **known: Any,
     ) -> Result:
         assert self.layout is not None
@@ -471,20 +467,21 @@ class Scene:
 
     def prepare(
         self,
-        model: str = "auto",
+        model: Model = "auto",
         *,
         reference_point: ArrayLike | None = None,
         standstill_speed: float | None = None,
         tolerance: float = 0.05,
-        quantity: str = "force",
+        quantity: Quantity = "force",
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
-        side: str | None = None,
-    ) -> PreparedContact | PreparedWheels:
+        side: Wheels | None = None,
+    ) -> PreparedContact:
         """The contact made ready for a simulation: what can be is computed once, the rest once a step.
 
         A sliding contact (:class:`mtb_rs.PreparedContact`) has its compliances condensed. A wheel on a rail
-        becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles, find the contact and roll.
+        (:class:`mtb_rs.WheelScene`) becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles,
+        find the contact and roll.
 
         Parameters
         ----------
@@ -506,16 +503,8 @@ class Scene:
         side : "left", "right" or "both"
             Which wheels of the wheelset; None: the left one.
         """
-        choice("model", model, MODELS)
-        choice("quantity", quantity, QUANTITIES)
-        if isinstance(self.layout, WheelLayout):
-            from .wheel_stepping import prepare_wheels
-
-            self._check_model(model)
-            law = Coulomb(0.3) if friction is None else friction
-            return prepare_wheels(
-                self, self.layout, side or "left", law, layer, reference_point, standstill_speed
-            )
+        choice("model", model, Model)
+        choice("quantity", quantity, Quantity)
         from .stepping import at_some_speed, prepare
 
         for name, value in (("friction", friction), ("layer", layer), ("side", side)):
@@ -527,7 +516,7 @@ class Scene:
         origin = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return prepare(self, model, origin, standstill_speed)
 
-    def has_model(self, model: str) -> bool:
+    def has_model(self, model: Model) -> bool:
         """Whether the scene has the geometry and the bodies of a model."""
         try:
             self._check_model(model)
@@ -535,7 +524,7 @@ class Scene:
             return False
         return True
 
-    def _check_model(self, model: str) -> None:
+    def _check_model(self, model: Model) -> None:
         """Whether the scene has the geometry and the bodies of a model."""
         assert self.layout is not None
         own = self.own_model
@@ -555,7 +544,7 @@ class Scene:
 
     def chart(
         self,
-        quantity: str = "pressure",
+        quantity: Quantity = "pressure",
         budget: float = 60.0,
         repeats: int = 3,
         progress: Callable[[float, str], None] = silent,
@@ -583,11 +572,11 @@ class Scene:
         """
         from .chart_scene import chart
 
-        choice("quantity", quantity, QUANTITIES)
+        choice("quantity", quantity, Quantity)
         return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
 
     def problem(
-        self, model: str, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
+        self, model: Model, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
     ) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default).
 
@@ -602,6 +591,8 @@ class Scene:
 
     def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
         """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
+        own = self.own_model
+        assert own is not None
         time_s: dict[str, float] = {}
         contact = body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
         points, patches, kept = contact.points, contact.sheet.node_patches, contact.kept
@@ -640,7 +631,7 @@ class Scene:
             gap=points.gap - (self.approach or 0.0),
             upper=upper,
             lower=contact.side(lower_pull, np.zeros(6), upper=False),
-            model=str(self.own_model),
+            model=own,
             approach=self.approach,
             loads=loads,
             shape=(patches[0].ny, patches[0].nx),
@@ -656,7 +647,7 @@ class Scene:
                 warn(doubt)
         return problem
 
-    def _elastic_problem(self, model: str, spacing: tuple[float, float], thinner: float) -> ContactProblem:
+    def _elastic_problem(self, model: Model, spacing: tuple[float, float], thinner: float) -> ContactProblem:
         """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
         assert self.layout is not None
         time_s: dict[str, float] = {}
@@ -778,7 +769,7 @@ class Scene:
         own = self.layout.sheet(self._pair)
         return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
 
-    def on_cells(self, spacing: tuple[float, float]) -> Scene:
+    def on_cells(self, spacing: tuple[float, float]) -> Self:
         """The same scene on other cells, to which fields given on its own grid are carried."""
         assert self.layout is not None
         changes: dict[str, Any] = {"spacing": spacing}
@@ -844,7 +835,7 @@ class Scene:
     def _summary(self) -> dict[str, Any]:
         return {"scene": self.name, **self.inputs}
 
-    def with_(self, **changes: Any) -> Scene:
+    def with_(self, **changes: Any) -> Self:
         """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
 
         A ready scene is made anew, so that all that depends on an argument follows it: the grid of a
@@ -856,12 +847,12 @@ class Scene:
         ask(found, asked)
         return made
 
-    def _changed(self, changes: dict[str, Any], asked: list[str]) -> Scene:
+    def _changed(self, changes: dict[str, Any], asked: list[str]) -> Self:
         """What :meth:`with_` returns; questions that its scene has been asked come to `asked`."""
         if self.recipe is None:
             return replace(self, **changes)
         name, given = self.recipe
-        build: Callable[..., Scene] = getattr(import_module(".scenes", __package__), name)
+        build: Callable[..., Self] = getattr(import_module(".scenes", __package__), name)
         known = inspect.signature(build).parameters
         # nothing in place of what the ready scene must have, as force=None beside an approach
         nothing = {k for k, v in changes.items() if v is None and k in known and known[k].default is not None}
@@ -890,13 +881,42 @@ _FOLLOWS = {"points": "spacing", "width": "spacing"}
 _OPTIONAL = {"points", "spacing", "sliding_direction"}
 
 
-def check_options(
-    model: str = "auto",
-    method: str = "direct",
-    tolerance: float | None = None,
-    quantity: str = "pressure",
-    **options: Any,
-) -> None:
+class WheelScene(Scene):
+    """A wheel on a rail, as :func:`mtb_rs.scenes.wheel_on_rail` makes it: :meth:`prepare` gives wheels."""
+
+    def prepare(  # type: ignore[override]
+        self,
+        model: Model = "auto",
+        *,
+        reference_point: ArrayLike | None = None,
+        standstill_speed: float | None = None,
+        tolerance: float = 0.05,
+        quantity: Quantity = "force",
+        friction: Friction | RailFriction | None = None,
+        layer: InterfaceLayer | None = None,
+        side: Wheels | None = None,
+    ) -> PreparedWheels:
+        """As :meth:`Scene.prepare`; there is but one model, whatever is aimed at."""
+        from .wheel_stepping import prepare_wheels
+
+        assert isinstance(self.layout, WheelLayout)
+        choice("model", model, Model)
+        choice("quantity", quantity, Quantity)
+        self._check_model(model)
+        law = Coulomb(0.3) if friction is None else friction
+        return prepare_wheels(
+            self, self.layout, side or "left", law, layer, reference_point, standstill_speed
+        )
+
+
+@cache
+def solve_defaults() -> dict[str, Any]:
+    """What :meth:`Scene.solve` is asked where nothing is said, in the order of its arguments."""
+    arguments = inspect.signature(Scene.solve).parameters.values()
+    return {a.name: a.default for a in arguments if a.default is not a.empty}
+
+
+def check_options(**given: Any) -> None:
     """What can be said of the options of :meth:`Scene.solve` without a scene.
 
     Raises
@@ -904,9 +924,11 @@ def check_options(
     ValueError
         Naming the option that no scene takes.
     """
-    choice("model", model, MODELS)
-    choice("method", method, METHODS)
-    choice("quantity", quantity, QUANTITIES)
+    options = solve_defaults() | given
+    model, method, tolerance, quantity = (options.pop(name) for name in solve_defaults())
+    choice("model", model, Model)
+    choice("method", method, Method)
+    choice("quantity", quantity, Quantity)
     if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
     known = method_options(method)
@@ -916,7 +938,7 @@ def check_options(
             raise ValueError(f"unknown option {name!r} of the {method} method{has}")
 
 
-def method_options(method: str) -> list[str]:
+def method_options(method: Method) -> list[str]:
     """Options that a method has beside those of all."""
     steps = inspect.signature(staggered).parameters.values()
     return {

@@ -20,8 +20,9 @@ from .layout import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from .material import Material, steel
 from .owning import owned
 from .plausible import ask, of_wheel
-from .scene import Scene
+from .scene import Scene, WheelScene
 from .supports import Support
+from .words import Attraction, Held
 
 #: Thesis Table 3.1: contact radius of its paraboloid [m], for which its grids span 1 m.
 _THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
@@ -103,8 +104,8 @@ def block_on_plane(
     spacing: float | Sequence[float] | None = 5e-3,
     *,
     length: float | None = None,
-    supports: str | Sequence[Support] = "clamped-top",
-    attraction: str = "upper",
+    supports: Held | Sequence[Support] = "clamped-top",
+    attraction: Attraction = "upper",
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     velocity: float | None = None,
     upper: Material | Simple = steel,
@@ -153,8 +154,8 @@ def pole_shoe_on_rail(
     magnetic_pressure: Any = 3e6,
     velocity: float | None = None,
     spacing: float | Sequence[float] | None = 3e-3,
-    supports: str | Sequence[Support] = "driven-top",
-    attraction: str = "upper",
+    supports: Held | Sequence[Support] = "driven-top",
+    attraction: Attraction = "upper",
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     lateral: float = 0.0,
     yaw: float = 0.0,
@@ -247,7 +248,7 @@ def wheel_on_rail(
     tape_circle: float = 70e-3,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
-) -> Scene:
+) -> WheelScene:
     """A wheel on a rail, without yaw: paper Table 1.
 
     Solved in the frame of the contact plane: x along the rail, y across towards the field side, z normal
@@ -294,7 +295,7 @@ def wheel_on_rail(
     )
     profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
     ask(of_wheel({**dict(layout.arguments), **profiles}))
-    return Scene(
+    return WheelScene(
         upper=upper,
         lower=lower,
         spacing=spacing,

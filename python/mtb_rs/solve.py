@@ -29,6 +29,7 @@ from .report import Report
 from .result import Displacement, Patch, Result, Surface
 from .symmetry import Fold, folded
 from .wedging import jammed, tipping_margin
+from .words import Model
 
 if TYPE_CHECKING:
     from .elastic import Averages
@@ -145,7 +146,7 @@ class ContactProblem:
     gap: Array
     upper: Side
     lower: Side
-    model: str
+    model: Model
     approach: float | None
     loads: Mapping[str, Any]
     shape: tuple[int, ...]

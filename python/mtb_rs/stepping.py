@@ -21,6 +21,7 @@ from .plain import plain
 from .result import Patch, Pictured
 from .solve import ContactProblem, Side, to_global, to_local
 from .wedging import JAMMED
+from .words import Model
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -487,7 +488,7 @@ class Source:
 
 
 def prepare(
-    scene: Scene, model: str, reference_point: ArrayLike, standstill_speed: float | None
+    scene: Scene, model: Model, reference_point: ArrayLike, standstill_speed: float | None
 ) -> PreparedContact:
     """The contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
     if isinstance(scene.friction, PressureDependentFriction):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .check import choice, number, reals, warn
 from .owning import owning
 from .plain import plain
+from .words import Held
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -24,7 +25,7 @@ Index = NDArray[np.int64]
 Where = str | Callable[[Array], NDArray[np.bool_]] | Sequence[Any] | Array
 
 #: Ready ways to hold the top of a block or a pole.
-SUPPORTS = ("driven-top", "clamped-top", "points", "fixed-points")
+SUPPORTS: tuple[Held, ...] = get_args(Held)
 
 #: Sides of the bounding box: axis, and whether the upper end.
 SIDES = {
@@ -98,7 +99,7 @@ class Support:
 def held_by(supports: Any) -> str | tuple[Support, ...]:
     """What a ready scene is given for its supports, checked."""
     if isinstance(supports, str):
-        return choice("supports", supports, SUPPORTS)
+        return str(choice("supports", supports, Held))
     if isinstance(supports, (list, tuple)) and all(isinstance(s, Support) for s in supports):
         return tuple(supports)
     known = ", ".join(map(repr, SUPPORTS))

@@ -16,6 +16,7 @@ from .check import path_of, reals
 from .geometry import Array, ContactSheet, Profile, as_profile, contact_sheet, metres, spacing_pair
 from .owning import owning
 from .plain import plain
+from .words import Unit
 
 
 class BodySurface:
@@ -119,7 +120,7 @@ class BodySurface:
         return cls.mesh(points, faces, closed=closed, name=name)
 
     @classmethod
-    def from_file(cls, path: str | Path, *, unit: str, closed: bool = True) -> BodySurface:
+    def from_file(cls, path: str | Path, *, unit: Unit, closed: bool = True) -> BodySurface:
         """Triangle mesh from any file trimesh reads (STL, PLY, OBJ, ...).
 
         Parameters

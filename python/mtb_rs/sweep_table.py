@@ -8,13 +8,17 @@ import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .files import write_bytes
 from .owning import owning
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 #: Units of the quantities a sweep measures by itself.
 UNITS = {
@@ -147,7 +151,7 @@ class SweepTable:
         writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
         write_bytes(path, stream.getvalue().encode())
 
-    def plot(self, quantity: str = "peak_pressure", *, ax: Any = None) -> Any:
+    def plot(self, quantity: str = "peak_pressure", *, ax: Axes | None = None) -> Figure:
         """Draws one quantity over the first parameter, a line for each value of the others.
 
         Parameters

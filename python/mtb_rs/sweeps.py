@@ -36,6 +36,7 @@ from .result import Result
 from .scene import Scene, check_options
 from .sweep_checkpoint import Checkpoint, Record
 from .sweep_table import SweepTable, argument_units, check_column
+from .words import Model
 
 Values = Mapping[str, Any]
 Measure = Callable[[Result], Mapping[str, float]]
@@ -147,7 +148,7 @@ class _Work:
 
     def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
         self.scene, self.options, self.measure = scene, dict(options), measure
-        self.model: str | None = None
+        self.model: Model | None = None
 
     def prepare(self, case: Values) -> None:
         """Decides on the model, and condenses the bodies once, so that workers find them in the cache.

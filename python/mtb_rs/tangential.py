@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,21 +29,24 @@ from .material import Material
 from .owning import check_finite, owning, solved
 from .patch import PressureField, pressure_field, window
 from .plain import plain
+from .renamed import renamed
 from .report import Report
 from .result import TangentialFields
+from .words import Coupling
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
 
+@renamed(speed="velocity")
 @owning
 @dataclass(frozen=True)
 @plain
 class Rolling:
     """Rolling contact: the upper body rolls over the lower one.
 
-    The rigid slip of the upper body over the lower one, relative to the rolling speed, is
+    The rigid slip of the upper body over the lower one, relative to the rolling velocity, is
     ``(xi - phi y, eta + phi x)``. `xi` > 0 pulls the lower body towards +x.
 
     Parameters
@@ -57,8 +60,8 @@ class Rolling:
         component; None for a component whose creepage is given.
     angle : float [rad]
         Direction of rolling from +x towards +y; a line contact rolls along +x or -x only.
-    speed : float [m/s]
-        Rolling speed; matters for friction that depends on the slip speed.
+    velocity : float [m/s]
+        Of rolling; matters for friction that depends on the slip speed.
     transient : bool
         One step from a state instead of the steady state.
     step : float or None [m]
@@ -71,7 +74,7 @@ class Rolling:
     creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force: Forces | None = None
     angle: float = 0.0
-    speed: float = 10.0
+    velocity: float = 10.0
     transient: bool = False
     step: float | None = None
 
@@ -79,7 +82,7 @@ class Rolling:
         object.__setattr__(self, "creepage", numbers("creepage", self.creepage, 3))
         _check_force(self.force)
         number("angle", self.angle, "rad")
-        positive("speed", self.speed, "m/s")
+        positive("velocity", self.velocity, "m/s")
         if not isinstance(self.transient, (bool, np.bool_)):
             raise ValueError(f"transient is {self.transient!r}: True or False is needed")
         if self.step is not None:
@@ -371,7 +374,7 @@ def solve_tangential(
     layer: InterfaceLayer | None = None,
     state: TangentialState | None = None,
     tolerance: float = 1e-8,
-    coupling: Literal["one-way", "full"] = "one-way",
+    coupling: Coupling = "one-way",
 ) -> TangentialResult:
     """Traction, stick and slip of a contact that shifts or rolls.
 
@@ -410,7 +413,7 @@ def solve_tangential(
     ConvergenceError
         With the likely cause, and the last iterate as ``.result``.
     """
-    choice("coupling", coupling, ("one-way", "full"))
+    choice("coupling", coupling, Coupling)
     _check_problem(motion, layer, state)
     number("tolerance", tolerance)
     if coupling == "full":
@@ -424,9 +427,9 @@ def solve_tangential(
     operators, cut, origin = _prepare(field, motion, layer, state)
     prepared = time.perf_counter()
     if isinstance(motion, Rolling):
-        given, spin, speed = motion.creepage[:2], motion.creepage[2], motion.speed
+        given, spin, velocity = motion.creepage[:2], motion.creepage[2], motion.velocity
     else:
-        given, spin, speed = motion.displacement, motion.spin, 1.0 / motion.duration
+        given, spin, velocity = motion.displacement, motion.spin, 1.0 / motion.duration
     forces = motion.force if motion.force is not None else (None, None)
     drive = [(float(g), False) if f is None else (float(f), True) for g, f in zip(given, forces, strict=True)]
     earlier = None
@@ -443,7 +446,7 @@ def solve_tangential(
         origin,
         drive,
         float(spin),
-        float(speed),
+        float(velocity),
         native_law(friction, shape, cut),
         earlier,
         float(tolerance),
@@ -631,12 +634,13 @@ def _result(
     )
 
 
+@renamed(speed="velocity")
 def creep_curve(
     normal: Any,
     creepages: ArrayLike,
     friction: Friction,
     layer: InterfaceLayer | None = None,
-    speed: float = 10.0,
+    velocity: float = 10.0,
     tolerance: float = 1e-6,
     progress: Callable[[float], Any] | None = None,
 ) -> Array:
@@ -651,7 +655,8 @@ def creep_curve(
         (xi, eta, phi) [-, -, 1/m] each.
     friction, layer
         As in :func:`solve_tangential`.
-    speed : float [m/s]
+    velocity : float [m/s]
+        Of rolling.
     tolerance : float [-]
     progress : callable or None
         Called with the share done after each creepage.
@@ -671,8 +676,8 @@ def creep_curve(
         raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
     number("tolerance", tolerance)
     field = pressure_field(normal)
-    _check_problem(Rolling(speed=speed), layer, None)
-    operators, cut, origin = _prepare(field, Rolling(speed=speed), layer, None)
+    _check_problem(Rolling(velocity=velocity), layer, None)
+    operators, cut, origin = _prepare(field, Rolling(velocity=velocity), layer, None)
     law = native_law(friction, field.pressure.shape, cut)
     pressure = window(field.pressure, cut)
     forces: Array = np.zeros((len(rows), 3))
@@ -686,7 +691,7 @@ def creep_curve(
         drive = [(xi, False), (eta, False)]
         start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
         found = operators.solve(
-            pressure, origin, drive, phi, float(speed), law, None, float(tolerance), start
+            pressure, origin, drive, phi, float(velocity), law, None, float(tolerance), start
         )
         forces[k], converged[k] = (*found["force"], found["spin_moment"]), found["converged"]
         last = [*last[-1:], found["traction"]] if converged[k] else []
@@ -695,7 +700,7 @@ def creep_curve(
     failed = np.flatnonzero(~converged)
     if failed.size:
         forces[failed] = np.nan
-        cause = _likely_cause(Rolling(speed=speed), friction)
+        cause = _likely_cause(Rolling(velocity=velocity), friction)
         raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
     check_finite("forces", forces)
     return forces

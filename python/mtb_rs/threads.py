@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import os
-import warnings
+
+from .check import warn
 
 VARIABLE = "RAYON_NUM_THREADS"
 
@@ -26,4 +27,4 @@ def limit() -> None:
     # what is no number counts as not set
     if asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):
         os.environ[VARIABLE] = str(most())
-        warnings.warn(f"{VARIABLE} is {asked}: {most()} threads are started", stacklevel=3)
+        warn(f"{VARIABLE} is {asked}: {most()} threads are started")

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from .errors import ViewError
 from .files import check_target, write_bytes
 from .grids import corners, flat, patches, quads
 from .result import Array, Pictured, Result, Surface
+from .words import Body, Field, Limits
 
 if TYPE_CHECKING:
     import pyvista
@@ -75,10 +76,10 @@ def missing_for_view() -> str | None:
 
 def view(
     result: Pictured,
-    quantity: str = "pressure",
+    quantity: Field = "pressure",
     *,
-    body: Literal["upper", "lower"] = "lower",
-    limits: tuple[float, float] | None = None,
+    body: Body = "lower",
+    limits: Limits | None = None,
     scale: float | None = None,
     off_screen: bool | None = None,
     size: tuple[int, int] = (1400, 950),
@@ -357,7 +358,7 @@ def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
     return text.encode()
 
 
-def write_html(result: Pictured, path: str | Path, quantity: str = "pressure", **options: Any) -> Path:
+def write_html(result: Pictured, path: str | Path, quantity: Field = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
 
     Parameters

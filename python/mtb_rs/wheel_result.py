@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .owning import owning, solved
 from .plain import plain
-from .result import Pictured
+from .result import Drawn, Pictured, png
+from .words import Field, Flat, FlatOptions, Side
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 Array = NDArray[np.float64]
 
@@ -38,7 +41,7 @@ class WheelState:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelPatch:
+class WheelPatch(Drawn):
     """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
 
     Attributes
@@ -82,7 +85,7 @@ class WheelPatch:
         `dissipation`; traction times `slip_velocity` is less, by an error of the first order in the cells.
     """
 
-    side: str
+    side: Side
     position: Array
     rotation: Array
     contact_angle: float
@@ -113,15 +116,6 @@ class WheelPatch:
     def area(self) -> float:
         """Of each cell [m2]."""
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
-
-    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
-        """Pressure, traction, slip or status in the frame of the patch; see :func:`mtb_rs.plot.plot`."""
-        return self._picture().plot(quantity, kind, **options)
-
-    def save(self, directory: str | Path) -> list[Path]:
-        """Writes summary.json, NPZ, VTK and pictures, in the frame of the patch; see
-        :func:`mtb_rs.export.save`."""
-        return self._picture().save(directory)
 
     def _picture(self) -> PatchPicture:
         x, y = np.meshgrid(self.x, self.y)
@@ -230,7 +224,9 @@ class WheelStep:
     state: WheelState
     report: WheelReport
 
-    def plot(self, quantity: str = "pressure", kind: str | None = None, **options: Any) -> Any:
+    def plot(
+        self, quantity: Field = "pressure", kind: Flat | None = None, **options: Unpack[FlatOptions]
+    ) -> Figure:
         """All patches on one scale of colours and of length, each in its own frame: x along the rail; see
         :func:`mtb_rs.plot.plot`."""
         from .plot import plot_side_by_side
@@ -248,5 +244,4 @@ class WheelStep:
         from .plot import own_figures
 
         with own_figures():
-            picture: bytes | None = self.plot("pressure")._repr_png_() if self.patches else None
-        return picture
+            return png(self.plot("pressure")) if self.patches else None

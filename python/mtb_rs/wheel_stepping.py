@@ -20,6 +20,7 @@ from .friction import Coulomb, Friction, InterfaceLayer, RailFriction, native_la
 from .geometry import as_profile, spacing_pair
 from .stepping import pose_of
 from .wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
+from .words import Wheels
 
 if TYPE_CHECKING:
     from .layout import WheelLayout
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SIDES = ("left", "right", "both")
 #: Farthest grid line of a state, in spacings.
 FARTHEST = 10**15
 #: Share of the vertical force from which on a warning says that friction adds to it or takes from it.
@@ -151,14 +151,14 @@ class PreparedWheels:
 def prepare_wheels(
     scene: Scene,
     layout: WheelLayout,
-    side: str,
+    side: Wheels,
     friction: Friction | RailFriction,
     layer: InterfaceLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
-    choice("side", side, SIDES)
+    choice("side", side, Wheels)
     given = dict(layout.arguments)
     point: tuple[float, ...] | None = None
     if reference_point is not None:

@@ -187,6 +187,7 @@ def test_sizes_that_no_mesh_can_have_are_named() -> None:
         mtb.scenes.pole_shoe_on_rail(height=1e-9, poles=1, spacing=6e-3).solve("elastic-upper")
 
 
+@pytest.mark.coarse
 def test_why_bodies_do_not_touch() -> None:
     def scene(pull: float = 1e6, **held: object) -> mtb.Scene:
         body = mtb.ElasticBody(small_mesh(), STEEL, supports=[mtb.Support("top", x=0, y=0, **held)])  # type: ignore[arg-type]

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import matplotlib.pyplot
 import numpy as np
@@ -21,14 +22,16 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import mtb_rs as mtb
-from mtb_rs import PictureWarning, view
+from mtb_rs import PictureWarning, reference, view, words
 from mtb_rs.export import plain, save
 from mtb_rs.grids import borders, corners, quads
-from mtb_rs.plot import animate, drawable
+from mtb_rs.plot import QUANTITIES, animate, drawable
 from mtb_rs.result import Pictured, Result
 
 ROOT = Path(__file__).parents[2]
 PNG = b"\x89PNG\r\n\x1a\n"
+PATCH = reference.elliptic_pressure(1e3, (2e-3, 2e-3), (16, 16), mtb.steel, mtb.steel)
+ROLL = mtb.Rolling(creepage=(5e-4, 3e-4, 0.6))
 needs_gl = pytest.mark.skipif(view.missing_for_view() is not None, reason=str(view.missing_for_view()))
 
 
@@ -116,6 +119,10 @@ def test_grid_result_and_scattered_result_have_maps(pole_shoe_result: Result) ->
         ({"kind": "maps"}, "kind is 'maps'"),
         ({"body": "shoe"}, "body is 'shoe'"),
         ({"kind": "map", "y": 0.01}, "y has no meaning"),
+        ({"kind": "map", "x": 0.01}, "x has no meaning"),
+        ({"x": 0.01, "y": 0.01}, "x and y are both given"),
+        ({"x": float("nan")}, "x is nan: finite numbers"),
+        ({"kind": "3d", "x": 0.01}, "x, y and ax have no meaning"),
         ({"y": float("nan")}, "finite numbers"),
         ({"scale": 2.0}, "unknown options"),
     ],
@@ -169,6 +176,7 @@ def test_view_shows_bodies_and_pressure(pole_shoe_result: Result) -> None:
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
 
 
+@pytest.mark.coarse
 def test_elastic_bodies_carry_their_displacement() -> None:
     result = mtb.scenes.pole_shoe_on_rail(spacing=6e-3).solve(model="elastic-both")
     drawn = {surface.name: surface for surface in view.bodies(result)}
@@ -292,6 +300,77 @@ def test_animation_shares_one_scale(pole_shoe_result: Result, tmp_path: Path) ->
         animate([half], tmp_path / "history.avi")
     with pytest.raises(ValueError, match="history is empty"):
         animate([], tmp_path / "history.gif")
+
+
+def test_a_cut_along_y_goes_through_every_patch_there(pole_shoe_result: Result, tmp_path: Path) -> None:
+    figure = pole_shoe_result.plot("pressure", x=(0.0, 30e-3))
+    axes = figure.axes[0]
+    assert axes.get_xlabel() == "y [mm]"
+    column = (
+        pole_shoe_result.points[0] == pole_shoe_result.points[0][np.abs(pole_shoe_result.points[0]).argmin()]
+    )
+    drawn = np.concatenate([stairs.get_data().values for stairs in axes.patches[:2]])
+    np.testing.assert_array_equal(np.sort(drawn), np.sort(pole_shoe_result.pressure[column] / 1e6))
+    assert len(axes.patches) == 4
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "x = \N{MINUS SIGN}1.5 mm",
+        "x = 28.5 mm",
+    ]
+    # the steps have the borders of the cells, which are 3 mm wide
+    np.testing.assert_allclose(np.diff(axes.patches[0].get_data().edges), 3.0)
+    names = {path.name for path in pole_shoe_result.save(tmp_path)}
+    assert {"pressure_lines_along_y.png", "vertical_displacement_lines_along_y.png"} <= names
+    assert pole_shoe_result.save(tmp_path)
+
+
+@pytest.mark.parametrize("quantity", drawable(mtb.solve_tangential(PATCH, ROLL, mtb.Coulomb(0.3))))
+@pytest.mark.parametrize("margin", [0, 2, 24])
+def test_a_map_shows_the_contact_and_not_the_grid(quantity: str, margin: int) -> None:
+    """The patch takes about half of the frame or more, however large the grid; none of it is cut off."""
+    field = reference.elliptic_pressure(1e3, (2e-3, 2e-3), (16, 16), mtb.steel, mtb.steel, margin)
+    rolling = mtb.solve_tangential(field, ROLL, mtb.Coulomb(0.3))
+    axes = rolling.plot(quantity).axes[0]
+    low, high = 1e-3 * np.array([axes.get_xlim(), axes.get_ylim()]).T
+    x, y = rolling.points[:2, rolling.status > 0]
+    assert low[0] < x.min() < x.max() < high[0]
+    assert low[1] < y.min() < y.max() < high[1]
+    filled = (rolling.status > 0).sum() * rolling.area[0, 0] / np.prod(high - low)
+    assert filled > 0.45
+
+
+def test_a_map_of_contact_everywhere_shows_the_grid(pole_shoe_result: Result) -> None:
+    everywhere = dataclasses.replace(pole_shoe_result, status=np.full_like(pole_shoe_result.status, 2))
+    axes = everywhere.plot("pressure").axes[0]
+    x, y = pole_shoe_result.points[:2] * 1e3
+    assert axes.get_xlim()[0] <= x.min() < x.max() <= axes.get_xlim()[1]
+    assert axes.get_ylim()[0] <= y.min() < y.max() <= axes.get_ylim()[1]
+
+
+def test_every_frame_says_what_it_shows(
+    pole_shoe_result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    above = Figure.suptitle
+    monkeypatch.setattr(
+        Figure, "suptitle", lambda self, text, **k: said.append(text) or above(self, text, **k)
+    )
+    more = dataclasses.replace(
+        pole_shoe_result,
+        summary={**pole_shoe_result.summary, "friction": 0.6, "velocity": 3.0, "length": 0.2},
+    )
+    less = dataclasses.replace(pole_shoe_result, summary={**pole_shoe_result.summary, "length": 0.09})
+    animate([less, more], tmp_path / "a.gif")
+    animate([less, less], tmp_path / "a.gif", x=0.0)
+    animate([less, less], tmp_path / "a.gif", captions=["t = 0 s", "t = 1 s"])
+    assert said[:2] == ["friction 0.5, length 90 mm", "friction 0.6, length 200 mm"]
+    assert said[2:] == ["step 1 of 2", "step 2 of 2", "t = 0 s", "t = 1 s"]
+    with pytest.raises(ValueError, match="captions are 1: one for each of 2 results is needed"):
+        animate([less, less], tmp_path / "a.gif", captions=["t = 0 s"])
+
+
+def test_the_words_are_those_that_are_checked() -> None:
+    """What a type checker accepts as a field is what can be drawn."""
+    assert get_args(words.Field) == tuple(QUANTITIES)
 
 
 def test_limits_set_the_scale(pole_shoe_result: Result) -> None:

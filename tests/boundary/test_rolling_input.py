@@ -17,6 +17,7 @@ from mtb_rs import reference
 
 PATCH = reference.elliptic_pressure(1e3, (2e-3, 3e-3), (10, 12), mtb.steel, mtb.steel)
 MU = mtb.Coulomb(0.3)
+FALLING = mtb.FallingFriction(0.4, 0.2, 0.01)
 ROLL = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
 LINE = reference.line_pressure(1e5, 3e-3, 20, mtb.steel, mtb.steel)
 TWO = mtb.PressureField(np.array([[1e8, 0.0, 1e8]] * 3), (1e-3, 1e-3), mtb.steel, None)
@@ -34,7 +35,7 @@ def patch(**changes: object) -> mtb.PressureField:
     [
         (lambda: mtb.Rolling(creepage=(np.nan, 0, 0)), "creepage"),
         (lambda: mtb.Rolling(creepage=(0, 0)), "creepage"),
-        (lambda: mtb.Rolling(speed=0.0), "speed is 0.0"),
+        (lambda: mtb.Rolling(velocity=0.0), "velocity is 0.0"),
         (lambda: mtb.Rolling(step=-1.0), "step is -1.0"),
         (lambda: mtb.Rolling(creepage=("1", 0, 0)), "creepage[0] is '1'"),
         (lambda: mtb.Rolling(creepage=1e-3), "3 finite numbers are needed"),
@@ -90,7 +91,7 @@ def patch(**changes: object) -> mtb.PressureField:
         (lambda: mtb.polach(patch(pressure=0 * PATCH.pressure), (0, 0, 0), MU), "zero everywhere"),
         (lambda: mtb.polach(LINE, (0, 0, 0), MU), "line contact"),
         (lambda: mtb.polach(TWO, (0, 0, 0), MU, semi_axes=(1e-3, 1e-3)), "2 separate contacts"),
-        (lambda: mtb.polach(PATCH, (0, 0, 0), MU, speed=0.0), "speed is 0.0"),
+        (lambda: mtb.polach(PATCH, (0, 0, 0), MU, velocity=0.0), "velocity is 0.0"),
         (lambda: mtb.polach(PATCH, (0, 0, 0), 0.3), "friction is 0.3"),
         (lambda: mtb.polach(PATCH, (0, 0, 0), MU, reduction=1.0), "reduction is 1.0"),
         (lambda: mtb.kalker_coefficients(20.0, 0.3), "ratio is 20"),
@@ -250,3 +251,29 @@ def test_a_distance_common_to_all_points_costs_no_digits():
     far = mtb.solve_normal(bowl + 100.0, 1e-4, lower=mtb.steel, upper=mtb.steel, force=1e-2)
     assert far.normal_force == pytest.approx(1e-2, rel=1e-9)
     np.testing.assert_allclose(far.pressure, near.pressure, rtol=1e-3, atol=1e-3 * near.pressure.max())
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda **v: np.array(mtb.Rolling(creepage=(1e-3, 0.0, 0.0), **v).velocity), "Rolling"),
+        (lambda **v: mtb.creep_curve(PATCH, [(2e-3, 0.0, 0.0)], FALLING, **v), "creep_curve"),
+        (lambda **v: mtb.fastsim(PATCH, (2e-3, 0.0, 0.0), FALLING, **v).force, "fastsim"),
+        (lambda **v: mtb.fastsim_curve(PATCH, [(2e-3, 0.0, 0.0)], FALLING, **v), "fastsim_curve"),
+        (lambda **v: mtb.polach(PATCH, (2e-3, 0.0, 0.0), FALLING, **v), "polach"),
+    ],
+)
+def test_the_old_name_of_the_velocity_still_works(call, name):
+    with pytest.warns(DeprecationWarning, match=f"argument speed of {name} is called velocity now") as caught:
+        old = call(speed=2.0)
+    assert [Path(one.filename).name for one in caught] == ["test_rolling_input.py"]
+    np.testing.assert_array_equal(old, call(velocity=2.0))
+    with pytest.raises(TypeError, match="both velocity and speed"):
+        call(velocity=2.0, speed=2.0)
+
+
+def test_old_names_of_the_velocity_can_be_read():
+    with pytest.warns(DeprecationWarning, match=r"Rolling\.speed is called velocity now"):
+        assert mtb.Rolling(velocity=3.0).speed == 3.0
+    with pytest.warns(DeprecationWarning, match="is called slip_speed now"):
+        assert FALLING.sliding(speed=0.5) == FALLING.sliding(0.5)

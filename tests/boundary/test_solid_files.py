@@ -41,6 +41,7 @@ def test_bodies_are_written_with_their_stress(tmp_path: Path) -> None:
     assert carried == pytest.approx(0.5 * result.force[0], rel=0.05)
 
 
+@pytest.mark.coarse
 def test_a_half_body_is_written_whole() -> None:
     scene = mtb.scenes.pole_shoe_on_rail(spacing=(9e-3, 7.8e-3), height=7.45e-3)
     solids = view.solid_meshes(scene.solve(model="elastic-both"))

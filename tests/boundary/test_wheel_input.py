@@ -63,6 +63,7 @@ def test_lengths_of_the_track_move_the_wheel(tmp_path):
     assert step.patches[0].contact_angle == pytest.approx(other.patches[0].contact_angle, abs=1e-6)
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:the peak pressure is")
 def test_a_flange_in_contact_is_told():
     flange = mtb.scenes.wheel_on_rail(lateral=7e-3, force=75e3, spacing=5e-4)

@@ -88,7 +88,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "ResultantError": lambda: mtb.ResultantError("a"),
     "Rigid": lambda: mtb.Rigid(),
     "Rolling": lambda: ROLL,
-    "Scene": lambda: mtb.scenes.wheel_on_rail(),
+    "Scene": lambda: mtb.scenes.block_on_plane(),
     "Shift": lambda: mtb.Shift((1e-6, 0.0)),
     "StartOfSliding": lambda: mtb.scenes.paraboloid_on_plane(points=8).start_of_sliding([(1e-6, 0.0)]),
     "StaticKinetic": lambda: mtb.StaticKinetic(0.3, 0.2),
@@ -104,6 +104,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
     "ViewError": lambda: mtb.ViewError("a"),
     "WheelPatch": lambda: wheel_step().patches[0],
+    "WheelScene": lambda: mtb.scenes.wheel_on_rail(),
     "WheelState": lambda: wheel_step().state,
     "WheelStep": wheel_step,
 }
@@ -117,6 +118,7 @@ def test_something_of_every_public_class_is_looked_at() -> None:
     assert sorted(MADE) == sorted(public())
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", sorted(MADE))
 def test_public_objects_show_themselves_in_one_line_and_equal_their_copies(name: str) -> None:
     thing = MADE[name]()
@@ -147,6 +149,7 @@ def test_public_objects_show_themselves_in_one_line_and_equal_their_copies(name:
     assert thing != "something else"
 
 
+@pytest.mark.coarse
 def test_equal_scenes_and_results_are_equal_and_others_are_not() -> None:
     for make in (mtb.scenes.pole_shoe_on_rail, mtb.scenes.wheel_on_rail, mtb.scenes.block_on_plane):
         assert make() == make()

@@ -43,6 +43,7 @@ def test_staggered_on_both_sides_of_its_predicted_limit(height: float, friction:
     assert not caught.value.result.report.converged
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("ratio", [2.0, 5.0])
 def test_sliding_exists_below_mu_sym_and_wedging_is_named_above(ratio: float) -> None:
     scene = mtb.scenes.block_on_plane(height=0.1 * ratio, friction=0.1, spacing=0.0125)
@@ -57,6 +58,7 @@ def test_sliding_exists_below_mu_sym_and_wedging_is_named_above(ratio: float) ->
     assert named == pytest.approx(limit, rel=0.01)
 
 
+@pytest.mark.coarse
 def test_gauss_seidel_cycles_where_active_sets_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     low, middle, high = study("complementarity", monkeypatch).examine(2.0, 6, [0.05, 0.5, 1.5])
     # one solution below mu_sym: both find it at first, then only the active sets; far above there is none
@@ -68,6 +70,7 @@ def test_gauss_seidel_cycles_where_active_sets_solve(monkeypatch: pytest.MonkeyP
     assert (high["positive_definite"], high["active_set_iterations"]) == (0, "none")
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("lower", [mtb.steel, mtb.Material(70e9, 0.33), mtb.Material(3e9, 0.38)])
 def test_increments_meet_the_direct_solution(lower: mtb.Material) -> None:
     scene = mtb.scenes.paraboloid_on_plane(points=12, lower=lower)
@@ -130,7 +133,7 @@ def test_falling_friction_with_memory_is_smooth_and_without_it_says_so() -> None
 def test_friction_that_falls_at_once_has_no_state_without_a_memory() -> None:
     hertz = mtb.hertz(10e3, semi_axes=(4e-3, 3e-3), lower=mtb.steel, upper=mtb.steel)
     patch = hertz.on_grid((20, 20), (0.42e-3, 0.32e-3))
-    motion = mtb.Rolling(creepage=(1.9e-4, 0.0, 0.2), speed=10.0)
+    motion = mtb.Rolling(creepage=(1.9e-4, 0.0, 0.2), velocity=10.0)
     for half_slip, memory in ((1e-2, None), (1.2e-3, 10e-6)):
         law = mtb.FallingFriction(static=0.35, kinetic=0.05, half_slip=half_slip, memory=memory)
         assert mtb.solve_tangential(patch, motion, law).report.converged
@@ -177,6 +180,7 @@ def test_facets_too_coarse_for_the_approach_are_refused(monkeypatch: pytest.Monk
         facets.gap_error(4, 1e-7)
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:young_modulus of the")
 def test_scales_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     scales = study("scales", monkeypatch)

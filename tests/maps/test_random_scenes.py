@@ -62,6 +62,7 @@ def check_contact(result: mtb.Result, *, moved: bool) -> None:
     assert result.report.force_balance["relative_error"] < 1e-8
 
 
+@pytest.mark.coarse
 @MODEST
 @given(
     seed=seeds,
@@ -119,6 +120,7 @@ def test_half_spaces(
         assert abs(result.normal_force / given_load["force"] - 1.0) < 1e-9
 
 
+@pytest.mark.coarse
 @settings(MODEST, max_examples=20)
 @given(
     slenderness=st.floats(0.2, 5.0),

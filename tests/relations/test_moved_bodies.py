@@ -243,6 +243,7 @@ def solved(arrangement: str, load: str, towards: float) -> mtb.Result:
 PLACES = st.tuples(st.sampled_from(ARRANGEMENTS), st.sampled_from(LOADS), st.sampled_from([0.3, -2.0]))
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", MAPS)
 @FEW
 @given(PLACES)
@@ -276,6 +277,7 @@ def test_so_are_its_start_of_sliding_and_its_steps(name: str, arrangement: str) 
     close(other.force, turned, np.abs(turned).max(), 1e-8)
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_a_pose_lower_by_the_approach_is_the_approach(arrangement: str) -> None:
     far, near = (placed(arrangement, "approach", Map()).with_(approach=d) for d in (8e-6, 3e-6))

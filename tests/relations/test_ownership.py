@@ -216,6 +216,7 @@ def spoil(value: Any) -> None:
         value.clear()
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", MAKERS)
 def test_objects_own_what_they_keep(name: str) -> None:
     make, given = MAKERS[name]
@@ -232,6 +233,7 @@ def test_objects_own_what_they_keep(name: str) -> None:
                 kept.flags.writeable = True
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     "name", ["Coulomb", "TangentialState", "NormalResult", "Result", "StepResult", "WheelStep"]
 )

@@ -104,6 +104,7 @@ def test_what_no_ready_scene_takes_stays_through_changes() -> None:
     )
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("build", "arguments"),
     [

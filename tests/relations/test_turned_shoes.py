@@ -111,6 +111,7 @@ def test_a_shoe_hardly_aside_of_a_worn_rail_is_a_centred_one(model: str, depth: 
     assert -centred.force[2] == pytest.approx(3e6 * strip, rel=2e-3)
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
 def test_mirrored_rails_give_mirrored_poles(model: str) -> None:
     left, right = (shoe(model, rail=worn(1e-3, side), lateral=1e-3 * side) for side in (1.0, -1.0))

@@ -33,6 +33,7 @@ def honesty() -> Iterator[ModuleType]:
         yield importlib.import_module("honesty")
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("kind", "arguments"),
     [
@@ -153,6 +154,7 @@ def test_levels_of_a_free_spacing_are_reused(solved: list[Level]) -> None:
     assert result.pressure.size == solved[-1].problem.n
 
 
+@pytest.mark.coarse
 def test_a_tolerance_out_of_reach_is_approached_and_not_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(auto, "MOST_OPERATIONS", 2e10)
     # all of the foot stays in contact: at friction 0.5 an edge that opens makes single estimates jump
@@ -194,6 +196,7 @@ def test_the_result_says_what_was_modelled_what_not_and_how_good_it_is() -> None
     assert 0.5 * apart < size < 2.0 * apart
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("scene", "model"),
     [
@@ -214,6 +217,7 @@ def test_a_given_model_that_leaves_something_out_says_so() -> None:
     assert "left out: elasticity of the rail beyond the half-space (not estimated" in str(result)
 
 
+@pytest.mark.coarse
 def test_a_large_grid_leaves_out_the_coupling_where_it_does_not_matter() -> None:
     scene = mtb.scenes.paraboloid_on_plane(points=48, friction=0.3, lower=carbide)
     loose, tight = scene.solve(tolerance=0.1), scene.solve(tolerance=1e-3)

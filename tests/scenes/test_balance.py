@@ -62,6 +62,7 @@ def test_reported_reactions_are_those_of_the_finite_elements(name):
     check(result, {"left pole", "right pole"})
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", ["driven", "uneven"])
 def test_the_rail_passes_on_what_presses_it(name):
     result = SCENES[name]().with_(attraction="both").solve(model="elastic-both")

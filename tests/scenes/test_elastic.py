@@ -75,6 +75,7 @@ def test_thin_shoe_against_calculix():
     assert (np.abs(u - ref["uz_s"])[inner] / np.abs(ref["uz_s"][inner])).mean() < 0.03
 
 
+@pytest.mark.coarse
 def test_conditions_of_contact_hold_for_elastic_bodies():
     scenes = {
         "shoe": mtb.scenes.pole_shoe_on_rail(spacing=6e-3),
@@ -112,6 +113,7 @@ def test_the_supports_decide_what_reaches_the_rail():
     assert guided.force[2] == pytest.approx(free.force[2], rel=2e-3)
 
 
+@pytest.mark.coarse
 def test_wedging_is_named_and_never_returned_as_an_answer():
     with pytest.raises(mtb.ConvergenceError, match="no sliding equilibrium: the body wedges") as caught:
         mtb.scenes.block_on_plane(height=0.5, spacing=1e-2).solve(model="elastic-upper")

@@ -24,6 +24,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(("name", "scene"), SCENES, ids=[name for name, _ in SCENES])
 def test_conditions_of_contact_hold(name, scene):
     r = scene.solve(model="half-space")
@@ -55,6 +56,7 @@ def test_conditions_of_contact_hold(name, scene):
     assert r.normal_force == pytest.approx(float((p * r.area).sum()), rel=1e-12)
 
 
+@pytest.mark.coarse
 def test_like_materials_decouple_and_unlike_ones_do_not():
     plain = mtb.scenes.paraboloid_on_plane(points=18, friction=0.0).solve()
     like = mtb.scenes.paraboloid_on_plane(points=18, friction=0.5).solve()
@@ -77,6 +79,7 @@ def test_like_materials_couple_a_little_on_the_crown_of_a_rail():
     assert rubbed.max() == pytest.approx(1.008 * plain.max(), rel=5e-4)
 
 
+@pytest.mark.coarse
 def test_turning_the_sliding_direction_turns_the_solution():
     along_x = mtb.scenes.paraboloid_on_plane(points=16, upper=rubber).solve()
     along_y = mtb.scenes.paraboloid_on_plane(points=16, upper=rubber, sliding_direction=(0, 1)).solve()
@@ -86,6 +89,7 @@ def test_turning_the_sliding_direction_turns_the_solution():
     assert backwards.force[0] < 0.0 < along_x.force[0]
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:young_modulus of the")
 def test_scaling_is_exact():
     """Lengths times 2^k, moduli times 2^m: the solution scales to rounding, at any size."""
@@ -102,6 +106,7 @@ def test_scaling_is_exact():
         np.testing.assert_allclose(scaled.approach, length * base.approach, rtol=1e-10)
 
 
+@pytest.mark.coarse
 def test_force_and_approach_are_two_views_of_one_state():
     pressed = mtb.scenes.paraboloid_on_plane(points=20, upper=rubber).solve()
     moved = dataclasses.replace(
@@ -113,6 +118,7 @@ def test_force_and_approach_are_two_views_of_one_state():
     assert moved.approach == pressed.approach
 
 
+@pytest.mark.coarse
 def test_moments_free_the_tilts():
     r = np.hypot(*np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-1, 1, 15)))
     gap = np.where(r < 0.75, 0.0, 1.0)
@@ -239,6 +245,7 @@ def test_bad_input_is_named(call, message):
         call()
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("points", [13, 14])
 def test_a_symmetric_scene_is_solved_as_its_half(points):
     """Same numbers to rounding as the whole, which the least asymmetry brings back."""
@@ -261,6 +268,7 @@ def test_a_symmetric_scene_is_solved_as_its_half(points):
     np.testing.assert_allclose(shoe.pressure, uneven.pressure, rtol=1e-7)
 
 
+@pytest.mark.coarse
 def test_a_solved_scene_is_the_normal_contact_of_rolling():
     wheel = mtb.scenes.wheel_on_rail(spacing=4e-4).solve()
     roll = mtb.solve_tangential(wheel, motion=mtb.Rolling(creepage=(1e-3, 0, 0)), friction=mtb.Coulomb(0.3))
@@ -284,6 +292,7 @@ cork = mtb.Material(young_modulus=30e6, poisson_ratio=0.0)
 ramp = np.tile(np.linspace(0.0, 0.6, N), (N, 1))
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     "scene",
     [
@@ -334,6 +343,7 @@ def test_more_points_than_the_memory_holds_are_refused():
         mtb.scenes.pole_shoe_on_rail(spacing=0.2e-3, lateral=1e-4).solve(model="half-space")
 
 
+@pytest.mark.coarse
 def test_a_changed_copy_of_a_scene_has_the_gap_and_the_bodies_it_says():
     other = BOWL[:, ::-1] + 1e-6 * np.linspace(0.0, 1.0, N)
     for changed in (UNLIKE.with_(gap=other), dataclasses.replace(UNLIKE, gap=other)):

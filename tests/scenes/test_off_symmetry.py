@@ -60,6 +60,7 @@ def test_a_reversed_slide_gives_the_mirror_image(scene: Callable[..., mtb.Scene]
         np.testing.assert_allclose(p, q[:, ::-1], rtol=0, atol=1e-9 * p.max())
 
 
+@pytest.mark.coarse
 def test_a_reversed_slide_on_an_elastic_rail_gives_the_mirror_image() -> None:
     ahead, back = (
         mtb.scenes.pole_shoe_on_rail(spacing=(6e-3, 5.2e-3), sliding_direction=direction).solve(

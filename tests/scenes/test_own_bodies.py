@@ -93,6 +93,7 @@ def attempted(scene: mtb.Scene) -> mtb.Result | str:
         return str(error)
 
 
+@pytest.mark.coarse
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.sampled_from(CASES))
 def test_every_way_of_asking_gives_the_same_numbers(case: tuple[Any, ...]) -> None:
@@ -124,6 +125,7 @@ def test_every_way_of_asking_gives_the_same_numbers(case: tuple[Any, ...]) -> No
     assert (np.hypot(*begun.traction) <= bound).all()
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("upper", ["driven", "half-space"])
 def test_far_from_rest_a_start_is_the_sliding_state(upper: str) -> None:
     below = "clamped" if upper == "half-space" else "half-space"
@@ -138,6 +140,7 @@ def test_far_from_rest_a_start_is_the_sliding_state(upper: str) -> None:
     np.testing.assert_allclose(start.force[-1], result.force[:2], rtol=1e-6, atol=1e-3)
 
 
+@pytest.mark.coarse
 def test_a_sweeps_value_is_the_scene_made_with_it() -> None:
     scene = scene_of(("driven", "half-space", "pull", "number", "upper", (1.0, 0.0)))
     other = body(upper=True, held="driven", shift=0.01)
@@ -167,6 +170,7 @@ def test_a_sweeps_value_is_the_scene_made_with_it() -> None:
         assert table.columns["force_x"][at] == pytest.approx(alone.force[0], rel=1e-12, abs=1e-9)
 
 
+@pytest.mark.coarse
 def test_a_sweep_in_processes_and_with_a_checkpoint(tmp_path: Path) -> None:
     scene = scene_of(("driven", "clamped", "pull", "number", "both", (1.0, 0.0)))
     pulls = [1e6, 2e6, 3e6]
@@ -215,6 +219,7 @@ def test_a_further_load_makes_nothing_of_the_geometry_again(monkeypatch: pytest.
     np.testing.assert_array_equal(twin.solve().pressure, first.pressure)
 
 
+@pytest.mark.coarse
 def test_what_differs_between_bodies_is_not_mixed_up() -> None:
     """Bodies of one mesh that differ in one thing only have solutions of their own."""
     mesh = block_mesh(np.linspace(-0.04, 0.04, 7), np.linspace(-0.02, 0.02, 5), 0.03)
@@ -257,6 +262,7 @@ def test_a_field_in_a_table_and_one_for_each_pole_are_carried_to_other_cells() -
         np.testing.assert_allclose(result.force, expected.force, rtol=1e-9, atol=1e-3)
 
 
+@pytest.mark.coarse
 def test_models_are_named_as_results_name_them() -> None:
     scene = scene_of(("half-space", "clamped", "force", "number", "upper", (1.0, 0.0)))
     assert scene.solve("elastic-lower").model == "elastic-lower"

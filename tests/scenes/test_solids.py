@@ -16,6 +16,7 @@ def clamped(mesh, **options):
     )
 
 
+@pytest.mark.coarse
 def test_a_block_from_a_mesh_equals_the_built_in_block():
     x = np.linspace(-0.05, 0.05, 11)
     body = clamped(block_mesh(x, x, 0.1, clamped=True))
@@ -29,6 +30,7 @@ def test_a_block_from_a_mesh_equals_the_built_in_block():
     np.testing.assert_allclose(general.force, built_in.force, rtol=1e-6, atol=1e-3)
 
 
+@pytest.mark.coarse
 def test_a_surface_of_any_shape_in_millimetres():
     pytest.importorskip("gmsh")
     cylinder = trimesh.creation.cylinder(radius=40.0, height=50.0, sections=48)
@@ -90,6 +92,7 @@ def test_bad_input_is_named():
         mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, gap=np.ones((5, 5)), magnetic_pressure=1e6).solve()
 
 
+@pytest.mark.coarse
 def test_an_elastic_lower_body_under_all_loads():
     x = np.linspace(-0.05, 0.05, 5)
     mesh = block_mesh(x, x, 0.05).moved(np.diag([1.0, -1.0, -1.0]))
@@ -115,6 +118,7 @@ def block(*, upper, **options):
     return mtb.ElasticBody(mesh.moved(shift=(0.0, 0.0, -0.04)), steel, "top", held, **options)
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("lower", ["half-space", "rigid", "elastic"])
 def test_a_given_gap_on_any_grid_keeps_raised_regions_free(lower):
     below = {"half-space": steel, "rigid": mtb.Rigid(), "elastic": block(upper=False)}[lower]
@@ -166,6 +170,7 @@ def cambered(mesh, radius, level, rise):
     return mtb.TetraMesh(nodes, mesh.cells, mesh.node_sets)
 
 
+@pytest.mark.coarse
 def test_a_face_at_an_angle_to_the_grid_presses_a_half_space_alike():
     """Hats at its border are cut by the face: what they move is that of the part that is left."""
     x, y = np.linspace(-0.04, 0.04, 13), np.linspace(-0.02, 0.02, 7)
@@ -183,6 +188,7 @@ def test_a_face_at_an_angle_to_the_grid_presses_a_half_space_alike():
     assert forces[1] == pytest.approx(forces[0], rel=5e-3)
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:magnetic_pressure reaches")
 def test_faces_of_both_bodies_make_the_gap():
     x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
@@ -220,6 +226,7 @@ def test_faces_of_both_bodies_make_the_gap():
         assert result.report.force_balance["relative_error"] < 1e-9
 
 
+@pytest.mark.coarse
 def test_a_curved_face_keeps_all_of_its_pull():
     x, y = np.linspace(-0.04, 0.04, 17), np.linspace(-0.02, 0.02, 5)
     mesh = cambered(block_mesh(x, y, 0.04), 0.3, 0.0, 1.0)
@@ -231,6 +238,7 @@ def test_a_curved_face_keeps_all_of_its_pull():
     assert result.normal_force == pytest.approx(3e6 * 0.08 * 0.04, rel=1e-9)
 
 
+@pytest.mark.coarse
 def test_a_round_face_on_a_wider_body_is_in_balance():
     pytest.importorskip("gmsh")
     punch = trimesh.creation.cylinder(radius=0.02, height=0.03, sections=40).apply_translation((0, 0, 0.015))
@@ -262,6 +270,7 @@ def test_a_body_within_another_is_suspected():
         mtb.Scene(*pair, spacing=1e-2, force=5e3).solve()
 
 
+@pytest.mark.coarse
 def test_meshes_too_coarse_for_their_contact_are_told():
     x = np.linspace(-0.04, 0.04, 9)
     flat = block_mesh(x, x, 0.04)
@@ -297,6 +306,7 @@ def test_a_steep_contact_is_told():
     np.testing.assert_allclose(result.initial_gap, 0.0, atol=1e-12)
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:the upper body deforms")
 def test_linear_tetrahedra_become_quadratic_unless_wanted():
     x = np.linspace(-0.02, 0.02, 9)
@@ -354,6 +364,7 @@ def test_a_bent_arm_of_linear_tetrahedra_bends_as_a_beam(tmp_path):
     assert stiff.core.reactions(u, free, (0.0, 0.0, 0.0))[0][1][2] > 1.2 * beam
 
 
+@pytest.mark.coarse
 def test_a_rounded_edge_within_the_contact_face_is_told():
     """Its edge is inside of cells, and no kink tells where: the flat part would end before it."""
     x = np.linspace(-0.04, 0.04, 17)
@@ -376,6 +387,7 @@ def test_a_rounded_edge_within_the_contact_face_is_told():
     solve(1e-5)
 
 
+@pytest.mark.coarse
 def test_a_flat_face_at_an_angle_has_no_facets():
     """What rounding makes of a plane is no curve."""
     x = np.linspace(-0.02, 0.02, 9)
@@ -419,6 +431,7 @@ def chamfered(slope, end, spacing, *, ends=False):
     return mtb.Scene(body, steel, spacing=spacing, friction=0.2).solve()
 
 
+@pytest.mark.coarse
 def test_a_kink_within_cells_divides_them():
     """A face that ends at the kink, on a finer grid, is the truth: nothing behind the kink touches."""
     truth = chamfered(0.1, 0.0213, 3e-3, ends=True).normal_force
@@ -428,6 +441,7 @@ def test_a_kink_within_cells_divides_them():
         assert found.area.sum() == pytest.approx(0.08 * 0.04, rel=1e-9)
 
 
+@pytest.mark.coarse
 def test_a_roof_presses_with_both_sides_alike():
     """A ridge within cells: as the grid moves over it, its two sides share the force."""
     x = np.linspace(-0.04, 0.04, 25)
@@ -443,6 +457,7 @@ def test_a_roof_presses_with_both_sides_alike():
     np.testing.assert_allclose(forces, forces[-1], rtol=0.02)
 
 
+@pytest.mark.coarse
 def test_no_point_lies_beside_the_face():
     """A face with a round border: the hats of nodes beside it press where the rest of them lies."""
     pytest.importorskip("gmsh")
@@ -468,6 +483,7 @@ def crowned(radius=8.0):
     return mtb.Profile.from_points(y, -(y**2) / (2 * radius))
 
 
+@pytest.mark.coarse
 def test_a_surface_and_a_function_make_the_same_gap():
     radius = 8.0
     x, y = np.meshgrid(np.linspace(-0.04, 0.04, 41), np.linspace(-0.04, 0.04, 41))
@@ -502,6 +518,7 @@ def test_a_surface_and_a_function_make_the_same_gap():
         worn_pair(gap=lambda x, y: np.zeros(2)).solve()
 
 
+@pytest.mark.coarse
 def test_an_upper_surface_presses_as_its_mirror_image_from_below():
     x, y = np.linspace(-0.02, 0.02, 13), np.linspace(-0.01, 0.01, 7)
     mesh = block_mesh(x, y, 0.02).moved(np.diag([1.0, -1.0, -1.0]))
@@ -520,6 +537,7 @@ def test_an_upper_surface_presses_as_its_mirror_image_from_below():
     np.testing.assert_allclose(ball.pressure, graph.pressure, atol=0.02 * graph.pressure.max())
 
 
+@pytest.mark.coarse
 def test_a_contact_of_two_cells_is_told_with_any_gap():
     radius = 0.5
     at = np.linspace(-0.02, 0.02, 17), np.linspace(-0.01, 0.01, 9)
@@ -529,6 +547,7 @@ def test_a_contact_of_two_cells_is_told_with_any_gap():
             worn_pair(gap=gap).solve()
 
 
+@pytest.mark.coarse
 def test_beside_an_opponent_there_is_no_contact():
     narrow = worn_pair(lower=mtb.Rigid(mtb.BodySurface.block(0.02, 0.03)), spacing=2e-3).solve()
     assert narrow.area.sum() == pytest.approx(0.02 * 0.02, rel=1e-6)

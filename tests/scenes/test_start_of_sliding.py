@@ -21,6 +21,7 @@ def block(height: float, friction: float) -> mtb.Scene:
     )
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     "scene",
     [block(0.1, 0.5), block(0.5, 0.2), mtb.scenes.pole_shoe_on_rail(friction=0.5, spacing=6e-3)],

@@ -16,6 +16,7 @@ from mtb_rs.symmetry import folded
 BUILD = {"shoe": mtb.scenes.pole_shoe_on_rail, "paraboloid": mtb.scenes.paraboloid_on_plane}
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("kind", "model", "arguments"),
     [
@@ -65,6 +66,7 @@ def test_what_is_not_symmetric_is_not_halved(kind: str, model: str, arguments: d
     assert folded(BUILD[kind](**arguments).problem(model)) is None
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_body_held_on_one_side_is_not_halved(side: str) -> None:
     """Points, gap and prescribed motion are symmetric; the body is not."""

@@ -42,6 +42,7 @@ def pushed(share: float) -> mtb.Scene:
     return layout.with_(magnetic_pressure=None, force=force, moments=(0.0, -0.01 * share * force))
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("make", "start", "model"),
     [(block, 0.2, "elastic-upper"), (leaning, 0.1, "auto"), (pushed, 1.0, "half-space")],
@@ -67,6 +68,7 @@ def test_the_margin_says_at_which_load_a_body_tips_over(
     assert caught.value.result.report.tipping_margin == pytest.approx(1.01, abs=1e-6)
 
 
+@pytest.mark.coarse
 def test_where_no_load_determines_the_force_there_is_no_tipping_margin() -> None:
     gap = 1e-3 * np.hypot(*np.mgrid[-1:1:9j, -1:1:9j])
     scene = mtb.Scene(mtb.steel, mtb.steel, gap=gap, approach=1e-5, spacing=1e-3)
@@ -76,6 +78,7 @@ def test_where_no_load_determines_the_force_there_is_no_tipping_margin() -> None
     assert "tipping" not in str(clamped)
 
 
+@pytest.mark.coarse
 def test_a_state_that_has_jammed_says_so() -> None:
     def scene(friction: float) -> mtb.Scene:
         return mtb.scenes.block_on_plane(height=0.5, friction=friction, supports="clamped-top", spacing=0.02)

@@ -70,6 +70,7 @@ def in_two_threads():
         return sum(threads.map(lambda work: work(), (by_fourier, many_cells_densely)))
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_a_forked_process_solves_as_its_parent():
     here = [np.asarray(work()) for work in WORK] + [in_two_threads()]

@@ -73,7 +73,7 @@ def test_a_step_solves_what_the_general_solver_does_under_the_same_field(side, s
     motion = mtb.Rolling(
         creepage=tuple(patch.creepage),
         angle=0.0 if sense > 0.0 else np.pi,
-        speed=abs(patch.rolling_speed),
+        velocity=abs(patch.rolling_speed),
     )
     truth = mtb.solve_tangential(field, motion, mtb.Coulomb(mu))
     assert {1, 2} <= set(np.unique(truth.status))
@@ -126,7 +126,7 @@ def test_steady_rolling_over_a_step_is_as_far_from_transient_as_the_docs_say(bef
             patch.pressure, (5e-4, 5e-4), mtb.steel, mtb.steel, (patch.x[0], patch.y[0])
         )
         law = mtb.Coulomb(np.where(patch.points[0] <= 0.0, before, behind))
-        roll = mtb.Rolling(creepage=tuple(patch.creepage), speed=V, transient=state is not None)
+        roll = mtb.Rolling(creepage=tuple(patch.creepage), velocity=V, transient=state is not None)
         solved = mtb.solve_tangential(field, roll, law, state=state, tolerance=1e-5)
         state = solved.state
         steady.append(patch.traction[0].sum())

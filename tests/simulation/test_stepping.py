@@ -32,6 +32,7 @@ SCENES = {
 }
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", SCENES)
 def test_a_step_equals_a_solve(name):
     scene, model = SCENES[name]

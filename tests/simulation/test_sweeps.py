@@ -51,6 +51,7 @@ def killed_once(result):
     return {"pid": os.getpid()}
 
 
+@pytest.mark.coarse
 def test_a_sweep_is_its_scenes_in_a_table(tmp_path):
     seen = []
     table = mtb.sweep(
@@ -95,6 +96,7 @@ def test_arguments_changed_by_hand_stay_when_the_geometry_is_varied():
     assert table["force_x"][0] == pytest.approx(-0.25 * table["force_z"][0], rel=1e-2)
 
 
+@pytest.mark.coarse
 def test_the_geometry_is_varied_beside_what_any_scene_has():
     falling = paraboloid().with_(friction=mtb.VelocityTable([0.0, 10.0], [0.4, 0.2]))
     table = mtb.sweep(falling, {"points": [8, 10], "velocity": [0.0, 10.0]})
@@ -103,6 +105,7 @@ def test_the_geometry_is_varied_beside_what_any_scene_has():
     np.testing.assert_allclose(ratio, [[0.4, 0.2], [0.4, 0.2]], rtol=1e-9)
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("kind", ["threads", "processes"])
 def test_any_executor_gives_the_same(kind):
     want = mtb.sweep(paraboloid(), GRID)
@@ -116,6 +119,7 @@ def test_any_executor_gives_the_same(kind):
         np.testing.assert_allclose(got[name], want[name], rtol=1e-12)
 
 
+@pytest.mark.coarse
 def test_an_interrupted_sweep_goes_on(tmp_path):
     path = tmp_path / "sweep.jsonl"
 
@@ -170,6 +174,7 @@ FRICTIONS = {
 }
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("kind", FRICTIONS)
 @pytest.mark.parametrize("where", ["grid", "scene"])
 def test_a_checkpoint_tells_callables_apart(kind, where, tmp_path):
@@ -185,6 +190,7 @@ def test_a_checkpoint_tells_callables_apart(kind, where, tmp_path):
         swept(0.5)
 
 
+@pytest.mark.coarse
 def test_a_checkpoint_knows_its_measure_and_the_globals_of_functions(tmp_path, monkeypatch):
     def swept(measure=None):
         return mtb.sweep(
@@ -219,6 +225,7 @@ def test_a_key_is_the_same_in_another_process():
     assert len(keys) == 1
 
 
+@pytest.mark.coarse
 def test_what_hides_its_content_has_no_checkpoint(tmp_path):
     lock = threading.Lock()
     friction = {"f": lambda x, y: 0.1 + 0 * x * lock.locked()}
@@ -240,6 +247,7 @@ DAMAGE = [
 ]
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(("number", "line"), DAMAGE, ids=[str(line[:30]) for _, line in DAMAGE])
 def test_a_damaged_checkpoint_is_named_with_its_line(number, line, tmp_path):
     path = tmp_path / "sweep.jsonl"
@@ -251,6 +259,7 @@ def test_a_damaged_checkpoint_is_named_with_its_line(number, line, tmp_path):
         mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
 
 
+@pytest.mark.coarse
 def test_no_digit_of_a_checkpoint_changes_unseen(tmp_path):
     path = tmp_path / "sweep.jsonl"
     mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
@@ -261,6 +270,7 @@ def test_no_digit_of_a_checkpoint_changes_unseen(tmp_path):
         mtb.sweep(paraboloid(), {"friction": [0.2]}, checkpoint=path)
 
 
+@pytest.mark.coarse
 def test_a_checkpoint_stays_the_file_it_is(tmp_path):
     """Its link, its mode, its lines: only new ones are added."""
     path, link = tmp_path / "sweep.jsonl", tmp_path / "link"
@@ -281,6 +291,7 @@ def test_a_checkpoint_stays_the_file_it_is(tmp_path):
     assert path.read_bytes() == b'{"precious": 1}'
 
 
+@pytest.mark.coarse
 def test_two_sweeps_with_one_checkpoint_lose_nothing(tmp_path):
     path = tmp_path / "sweep.jsonl"
     inner = []
@@ -296,6 +307,7 @@ def test_two_sweeps_with_one_checkpoint_lose_nothing(tmp_path):
     assert seen == [6]
 
 
+@pytest.mark.coarse
 def test_a_checkpoint_is_of_one_version(tmp_path, monkeypatch):
     mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c")
     monkeypatch.setattr("mtb_rs.sweeps.__version__", "0.0.1")
@@ -310,6 +322,7 @@ def failing_once(result):
     return {}
 
 
+@pytest.mark.coarse
 def test_what_the_machine_failed_in_is_tried_again(tmp_path, monkeypatch):
     swept = functools.partial(
         mtb.sweep, paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path / "c", measure=failing_once
@@ -413,6 +426,7 @@ def test_workers_do_not_outlive_their_sweep(slow_sweep):
     assert soon(lambda: all(map(is_gone, workers)))
 
 
+@pytest.mark.coarse
 def test_a_killed_worker_loses_nothing(tmp_path, monkeypatch):
     monkeypatch.setenv("MTB_TEST_MARK", str(tmp_path / "killed"))
     path = tmp_path / "sweep.jsonl"
@@ -423,6 +437,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, monkeypatch):
     assert len(set(table["pid"].ravel())) == 1
 
 
+@pytest.mark.coarse
 def test_a_case_that_kills_its_worker_is_recorded_and_stops_nobody(tmp_path, monkeypatch):
     path = tmp_path / "sweep.jsonl"
     table = mtb.sweep(paraboloid(), GRID, executor=2, checkpoint=path, measure=deadly)
@@ -538,6 +553,7 @@ def test_a_path_on_the_command_line_is_beside_the_case(tmp_path, capsys):
     assert not (tmp_path / "no").exists()
 
 
+@pytest.mark.coarse
 def test_a_table_draws_its_lines():
     table = mtb.sweep(paraboloid(), {"friction": [0.3, 0.1], "force": [1e6, 5e6, -1.0]})
     axes = table.plot("peak_pressure").axes[0]
@@ -558,6 +574,7 @@ def test_a_table_draws_its_lines():
     assert [t.get_text() for t in labelled.get_xticklabels()] == ["wet", "dry"]
 
 
+@pytest.mark.coarse
 def test_netcdf_names_the_extra(monkeypatch, tmp_path):
     table = mtb.sweep(paraboloid(), {"friction": [0.1]})
     for package in ("h5netcdf", "xarray"):
@@ -566,6 +583,7 @@ def test_netcdf_names_the_extra(monkeypatch, tmp_path):
             table.to_netcdf(tmp_path / "sweep.nc")
 
 
+@pytest.mark.coarse
 def test_netcdf_keeps_labels_and_units(tmp_path):
     xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
     pytest.importorskip("h5netcdf", reason="h5netcdf (extra sweep) is not installed")
@@ -593,6 +611,7 @@ def test_pictures_name_the_units_of_the_arguments():
     assert fields.plot().axes[0].get_xlabel() == "magnetic pressure"
 
 
+@pytest.mark.coarse
 def test_netcdf_takes_all_labels_and_messages(tmp_path):
     xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
     pytest.importorskip("h5netcdf", reason="h5netcdf (extra sweep) is not installed")
@@ -619,6 +638,7 @@ def test_netcdf_takes_all_labels_and_messages(tmp_path):
         assert data["status"].values.tolist() == [r"OSError: no file \udcff\0 there"]
 
 
+@pytest.mark.coarse
 def test_dask_with_processes():
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "processes": True}

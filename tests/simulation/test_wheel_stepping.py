@@ -65,6 +65,7 @@ def test_the_ready_scene_steps_without_a_warning_and_two_level_wheels_on_it_do_n
     assert level.vertical_force["right"] == 0.0
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(("lateral", "spacing"), [(0.0, 5e-4), (6.2e-3, 2e-4)])
 def test_a_step_solves_the_scene(lateral, spacing):
     still = scene(lateral, 36e3, spacing)
@@ -327,6 +328,7 @@ def hollow(depth=1.5e-4):
     return mtb.Profile.from_points(y, 0.025 * y + depth * np.exp(-(((y + 4e-3) / 4e-3) ** 2)))
 
 
+@pytest.mark.coarse
 def test_places_on_one_plane_are_solved_together():
     still = scene(wheel=hollow(), rail=round_head(), rail_inclination=0.0)
     contact = still.prepare(friction=mtb.Coulomb(0.3))

@@ -84,6 +84,7 @@ def _active_set(matrix: Array, offset: Array) -> Array:
     raise AssertionError("no solution")
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("sizes", "heights", "materials", "friction", "direction", "attraction"),
     [

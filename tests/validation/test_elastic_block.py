@@ -111,6 +111,7 @@ def test_block_against_finite_elements(
     assert np.mean(np.abs(u_ours - u_ref) / np.abs(u_ref)) < 0.02
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize(
     ("height", "expected", "off"), [(0.05, 0.3671, 0.004), (0.1, 0.554, 0.004), (0.25, 1.395, 0.006)]
 )

@@ -41,6 +41,7 @@ def errors(result: mtb.Result) -> dict[str, float]:
     }
 
 
+@pytest.mark.coarse
 def test_direct_method_converges() -> None:
     table = [errors(solved(n)) for n in GRIDS]
     for name, bound, rate in [

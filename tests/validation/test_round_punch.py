@@ -12,6 +12,7 @@ import mtb_rs as mtb
 RADIUS, FORCE = 0.02, 1e4
 
 
+@pytest.mark.coarse
 @pytest.mark.filterwarnings("ignore:young_modulus of the upper body")
 def test_a_rigid_round_punch() -> None:
     pytest.importorskip("gmsh")

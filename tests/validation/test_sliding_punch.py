@@ -80,6 +80,7 @@ def test_like_materials_decouple_exactly() -> None:
     assert np.abs(slides.traction[0] - 0.5 * slides.pressure).max() < 1e-9 * slides.pressure.max()
 
 
+@pytest.mark.coarse
 def test_unlike_materials_lean_the_paraboloid_and_the_mirror_image_leans_back() -> None:
     def pressure(direction: tuple[float, float]) -> np.ndarray:
         scene = mtb.scenes.paraboloid_on_plane(

@@ -189,7 +189,7 @@ def test_traction_curve_of_the_europrinter(model: str) -> None:
     rows = rows[rows["model"] == model]
     patch = reference.elliptic_pressure(106.7e3, (6.3e-3, 12.6e-3), (42, 42), BODY, BODY)
     creepages = np.stack([rows["cksi"], 0.0 * rows["cksi"], 0.0 * rows["cksi"]], axis=1)
-    forces = mtb.creep_curve(patch, creepages, friction, layer=layer, speed=10.0)
+    forces = mtb.creep_curve(patch, creepages, friction, layer=layer, velocity=10.0)
     assert np.abs(forces[:, 0] + rows["Fx_N"]).max() < 1e-3 * 0.33 * 106.7e3
 
 

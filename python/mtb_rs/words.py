@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The words that arguments take, each list once: for type checkers and for :func:`mtb_rs.check.choice`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Literal, TypedDict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
+    from matplotlib.colors import Colormap  # noqa: TID251 (only for type checkers)
+
+#: What of a scene is modelled.
+Model = Literal["auto", "half-space", "elastic-upper", "elastic-lower", "elastic-both"]
+#: The algorithm of :meth:`mtb_rs.Scene.solve`.
+Method = Literal["direct", "incremental", "staggered"]
+#: What a tolerance is about.
+Quantity = Literal["pressure", "force", "displacement"]
+#: What is drawn in the plane, and what in space besides.
+Field = Literal[
+    "pressure",
+    "traction",
+    "longitudinal_traction",
+    "lateral_traction",
+    "slip",
+    "longitudinal_slip",
+    "lateral_slip",
+    "friction_coefficient",
+    "dissipation",
+    "gap",
+    "initial_gap",
+    "status",
+    "vertical_displacement",
+    "longitudinal_displacement",
+    "lateral_displacement",
+]
+Stress = Literal["von_mises"]
+#: Kinds of picture in the plane, and in space.
+Flat = Literal["map", "line"]
+Space = Literal["3d"]
+Body = Literal["upper", "lower"]
+Limits = tuple[float, float]
+
+
+class FlatOptions(TypedDict, total=False):
+    """Of a picture in the plane; see :func:`mtb_rs.plot.plot`."""
+
+    x: float | Iterable[float] | None
+    y: float | Iterable[float] | None
+    body: Body
+    limits: Limits | None
+    ax: Axes | None
+    title: str | None
+    cmap: str | Colormap | None
+    figsize: tuple[float, float] | None
+
+
+class StressOptions(TypedDict, total=False):
+    """Of a picture of stresses in space; see :func:`mtb_rs.view.view_von_mises`."""
+
+    limits: Limits | None
+    scale: float | None
+    off_screen: bool | None
+    size: tuple[int, int]
+
+
+class SpaceOptions(StressOptions, total=False):
+    """Of a picture in space; see :func:`mtb_rs.view.view`."""
+
+    body: Body
+
+
+#: Which bodies the magnetic pressure pulls.
+Attraction = Literal["upper", "both"]
+#: Ways of holding the ready elastic bodies.
+Held = Literal["driven-top", "clamped-top", "points", "fixed-points"]
+#: Wheels of a wheelset.
+Wheels = Literal["left", "right", "both"]
+#: Wheels, or rails, of one side.
+Side = Literal["left", "right"]
+#: Pressure at the start of sliding.
+Pressing = Literal["held", "follows"]
+#: The border of the grid in the normal contact of half-spaces, and how that is solved.
+Edge = Literal["auto", "error", "sharp", "grow"]
+Convolution = Literal["auto", "dense", "fft"]
+#: How normal and tangential contact are coupled.
+Coupling = Literal["one-way", "full"]
+#: Traction bound of the simplified theory.
+Bound = Literal["parabolic", "elliptic"]
+#: Lengths in files.
+Unit = Literal["m", "mm", "um", "in"]
+#: Ways between the points of a profile, and ways that z of its file may point.
+Interpolation = Literal["smooth", "linear"]
+ZAxis = Literal["up", "down", "guess"]
