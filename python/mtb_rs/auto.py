@@ -93,7 +93,8 @@ class Level:
             points, lower = self.problem.points, self.problem.lower
             u = displaced(lower, coefficients[:2], coefficients[2], motion, points, -1.0)
             moved = self.problem.on_grid(-np.einsum("in,in->n", u, points.normal))
-            return GridField(self.problem.axes(), moved, moved if hats else None)
+            known = self.problem.on_grid(np.ones(points.gap.size, dtype=bool), False)
+            return GridField(self.problem.axes(), moved, moved if hats else None, known)
         means = self.problem.on_grid(mean_tractions(self.problem, coefficients)[2])
         pressure = self.problem.on_grid(coefficients[2])
         return GridField(self.problem.axes(), means, pressure if hats else None)

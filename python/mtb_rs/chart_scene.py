@@ -62,6 +62,8 @@ class Fields:
     spacing : (dx, dy) [m]
     hats : (n,) [Pa] or None
         Coefficients of the pressure, where it is made of hats.
+    known : (n,) bool or None
+        Points on the bodies, where not all are.
     """
 
     axes: list[tuple[Patch, Array, Array]]
@@ -70,11 +72,12 @@ class Fields:
     force: Array
     spacing: Spacing
     hats: Array | None = None
+    known: NDArray[np.bool_] | None = None
 
     def _comparable(self, name: str) -> GridField:
         means = getattr(self, name)
         hats = None if self.hats is None else self.hats if name == "pressure" else means
-        return GridField(self.axes, means, hats)
+        return GridField(self.axes, means, hats, self.known if name == "displacement" else None)
 
     def errors(self, reference: Fields, skip_border: bool) -> dict[str, float]:
         """Relative errors against a finer solution."""
@@ -217,6 +220,7 @@ def fields_of(scene: Scene, result: Result, spacing: Spacing) -> Fields:
         result.force,
         sheet.spacing,
         hats,
+        result.area.ravel() > 0.0,
     )
 
 

@@ -40,11 +40,14 @@ class GridField:
         At each point: average over its cell, or weighted with its hat.
     hats : (n,) or None
         Coefficients of the hats; None for cells.
+    known : (n,) bool or None
+        Points that have a value, where not all do: beside a body nothing is displaced.
     """
 
     axes: Sequence[tuple[Patch, Array, Array]]
     means: Array
     hats: Array | None = None
+    known: NDArray[np.bool_] | None = None
 
 
 def difference(fine: GridField, rough: GridField, *, skip_border: bool) -> float | None:
@@ -61,6 +64,11 @@ def difference(fine: GridField, rough: GridField, *, skip_border: bool) -> float
         # where the fine grid does not reach it says nothing
         gap[~rows.any(axis=1)] = 0.0
         gap[:, ~columns.any(axis=1)] = 0.0
+        if fine.known is not None and rough.known is not None:
+            # a mean over what has no value is none
+            share = rows @ patch.view(fine.known.astype(float)) @ columns.T
+            nowhere = ~coarse.view(rough.known) | (share < 1.0 - 1e-9)
+            gap[nowhere] = mean[nowhere] = 0.0
         if skip_border:
             inner = tuple(slice(1, -1) if n > 2 else slice(None) for n in mean.shape)
             gap, mean = gap[inner], mean[inner]

@@ -99,6 +99,15 @@ def test_a_program_that_brakes(compiled, library, contact, tmp_path):
 
 
 @LANGUAGES
+def test_a_program_that_brakes_with_bodies_of_ones_own(compiled, library, own_body, tmp_path):
+    path = tmp_path / "own.mtbc"
+    own_body.save(path)
+    done = run(compiled("ride", library, tmp_path), library, path)
+    assert done.returncode == 0, done.stderr
+    check_ride(done.stdout, own_body)
+
+
+@LANGUAGES
 @pytest.mark.parametrize("is_mapped", [False, True])
 def test_a_program_that_runs_on_wheels(is_mapped, compiled, library, wheels, contact, tmp_path):
     prepared, path = wheels

@@ -96,6 +96,32 @@ def test_a_ride_is_that_of_python(unit, contact):
         assert row["peak_pressure"] == pytest.approx(step.pressure.max(), rel=1e-9)
 
 
+def test_a_ride_of_bodies_of_ones_own_is_that_of_python(own_body, library, tmp_path):
+    unit = tmp_path / "own.fmu"
+    own_body.save_fmu(unit, library, pose={"pitch": 0.0}, velocity=20.0)
+    assert validate_fmu(str(unit)) == []
+    time = np.linspace(0.0, 1.0, 6)
+    signals = np.zeros(
+        6, [("time", float), ("velocity.x", float), ("velocity.y", float), ("pose.pitch", float)]
+    )
+    signals["time"], signals["velocity.x"], signals["velocity.y"] = time, 30.0 - 25.0 * time, 3.0 * time
+    signals["pose.pitch"] = 2e-5 * np.sin(9.0 * time)
+    out = fmpy.simulate_fmu(
+        str(unit), stop_time=1.0, output_interval=0.2, step_size=0.2, input=signals, output=OUTPUTS
+    )
+    own, forces = own_body.copy(), []
+    for row, (_, along, across, pitch) in zip(out[1:], signals, strict=False):
+        step = own.step([np.nan, np.nan, np.nan, np.nan, pitch, np.nan], (along, across))
+        told = np.array([row[name] for name in LOAD])
+        forces.append(step.force)
+        np.testing.assert_allclose(told[:3], step.force, rtol=1e-9, atol=1e-9 * abs(step.force[2]))
+        np.testing.assert_allclose(told[3:], step.moment, rtol=1e-9, atol=1e-9 * np.abs(step.moment).max())
+        assert row["friction_power"] == pytest.approx(step.friction_power, rel=1e-9)
+        assert row["peak_pressure"] == pytest.approx(step.pressure.max(), rel=1e-9)
+    # the inputs matter
+    assert np.ptp(forces, axis=0)[0] > 0.1 * abs(forces[0][0])
+
+
 def test_outputs_of_the_initialisation_and_states(slave, contact):
     shoe, reference, _ = slave
     own = contact.copy()
