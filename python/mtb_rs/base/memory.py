@@ -33,6 +33,14 @@ def of_sliding(points: int, frictional: bool = True) -> float:
     return _mtb_rs.sliding_memory(points, frictional)
 
 
+def amount(size: float) -> str:
+    """Memory [bytes] in words, in the unit that leaves a tenth or more in front of the point."""
+    unit, factor = next(
+        (u, f) for u, f in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)) if size >= 0.1 * f or u == "kB"
+    )
+    return f"{size / factor:.1f} {unit}"
+
+
 def say(needed: float, what: str) -> None:
     """Warns of a solve that takes more than half of the free memory.
 
@@ -45,7 +53,7 @@ def say(needed: float, what: str) -> None:
     free = available()
     # what there is not is refused by the solve itself
     if free is not None and SAID_FROM * free < needed <= free:
-        warn(f"{what} may take {needed / 1e9:.1f} GB of memory; {free / 1e9:.1f} GB are free")
+        warn(f"{what} may take {amount(needed)} of memory; {amount(free)} are free")
 
 
 def refuse(needed: float, what: str, advice: str) -> None:
@@ -67,6 +75,5 @@ def refuse(needed: float, what: str, advice: str) -> None:
     free = available()
     if free is not None and needed > free:
         raise ValueError(
-            f"{what} would take {needed / 1e9:.1f} GB of memory; {max(free, 0.0) / 1e9:.1f} GB are free: "
-            f"{advice}"
+            f"{what} would take {amount(needed)} of memory; {amount(max(free, 0.0))} are free: {advice}"
         )

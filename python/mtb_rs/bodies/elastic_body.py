@@ -619,12 +619,6 @@ class ElasticBody:
             return (self.supports[0].name,)
         return tuple(f"{k + 1} {s.name}" for k, s in enumerate(self.supports))
 
-    def respond(self, sampling: _mtb_rs.Sampling, force: Array) -> Array:
-        """Displacement (3, n) [m] of the contact points, their frame, by forces on the nodes (3, N) [N]."""
-        none = np.zeros((0, 9))
-        u = self.core.solve(force, np.zeros(self.case_values.size), none, np.zeros(0))
-        return self.core.observe(sampling, u)
-
     def recover(
         self,
         sampling: _mtb_rs.Sampling,

@@ -109,16 +109,20 @@ def _is_twin(left: ElasticPart, first: Patch, points: SheetPoints, solid: Elasti
     return alike(*there["gap"]) and all(alike(a * flip, b) for a, b in (there[k] for k in vectors))
 
 
+def _mirrored(where: Any) -> Any:
+    """Where the mirror y = 0 puts a side known by name, or points (k, 3)."""
+    if isinstance(where, str):
+        return {"left": "right", "right": "left"}.get(where, where)
+    return np.asarray(where) * [1.0, -1.0, 1.0]
+
+
 def _twin(
     left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints, pull: Array
 ) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
     """The right pole, known from the left one."""
     # rows are numbered with y rising on both sides, so the mirror turns their order round
     original = np.arange(pull.size).reshape(patch.ny, patch.nx)[::-1].ravel()
-    supports = [
-        s if isinstance(s.where, str) else replace(s, where=np.asarray(s.where) * [1.0, -1.0, 1.0])
-        for s in left.body.supports
-    ]
+    supports = [replace(s, where=_mirrored(s.where)) for s in left.body.supports]
     body = ElasticBody(left.body.mesh.mirrored(), left.body.material, "contact", supports, "right pole")
     flip = np.array([[1.0], [-1.0], [1.0]])
     # translations and points are vectors, rotations are not: the mirror keeps what it flips in the others

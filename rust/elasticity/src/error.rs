@@ -1,3 +1,4 @@
+use mtb_operator::amount;
 use thiserror::Error;
 
 /// What the bodies of this crate refuse.
@@ -147,7 +148,8 @@ pub enum Error {
     },
     /// A problem too large to start.
     #[error(
-        "{unknowns} unknowns need {gigabytes:.1} GB and {teraflop:.1} TFlop to factorise; the limits are {gigabytes_limit:.1} GB and {teraflop_limit:.1} TFlop, and the machine has {available:.1} GB free: coarsen the mesh"
+        "{unknowns} unknowns need {} and {teraflop:.1} TFlop to factorise; the limits are {} and {teraflop_limit:.1} TFlop, and the machine has {} free: coarsen the mesh",
+        amount(*.gigabytes), amount(*.gigabytes_limit), amount(*.available)
     )]
     TooLarge {
         /// Unknown displacements.

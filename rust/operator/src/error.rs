@@ -1,5 +1,7 @@
 use thiserror::Error;
 
+use crate::memory::amount;
+
 /// What the constructors of this crate refuse.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -20,7 +22,8 @@ pub enum Error {
     },
     /// More points than the memory holds.
     #[error(
-        "{points} contact points take {gigabytes:.1} GB; the limit is {limit:.0} GB, and the machine has {available:.1} GB free: take fewer, larger cells"
+        "{points} contact points take {}; the limit is {}, and the machine has {} free: take fewer, larger cells",
+        amount(*.gigabytes), amount(*.limit), amount(*.available)
     )]
     Memory {
         /// Points asked for.

@@ -35,7 +35,7 @@ pub use folded::{Folded, Unfolded};
 pub use fourier::{Kernel, Transform};
 pub use grid::Grid;
 pub use linear::LinearOperator;
-pub use memory::{MEMORY_LIMIT, available_memory, check_dense, check_memory};
+pub use memory::{MEMORY_LIMIT, amount, available_memory, check_dense, check_memory};
 pub use monitor::{Monitor, Progress, unmonitored};
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};

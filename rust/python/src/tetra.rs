@@ -279,24 +279,6 @@ impl PyTetraBody {
         components(py, u, 3)
     }
 
-    /// Nodal forces (3, N) [N] of tractions (3, q) [Pa] at surface points.
-    fn surface_force<'py>(
-        &self,
-        py: Python<'py>,
-        face: Numbers<'py>,
-        barycentric: Table<'py>,
-        weight: Floats<'py>,
-        traction: Table<'py>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let unused = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let frames = vec![unused; weight.len()];
-        let points = surface_points(&face, &barycentric, &weight, &frames)?;
-        let [x, y, z] = rows3(&traction, points.len(), "traction")?;
-        let traction: Vec<[f64; 3]> = (0..points.len()).map(|q| [x[q], y[q], z[q]]).collect();
-        let force = enter(py, |_| self.0.surface_force(&points, &traction))?;
-        components(py, force, 3)
-    }
-
     /// Nodal forces (3, N) [N] of tractions (3, n) [Pa] at contact points, frame of the sampling.
     fn contact_force<'py>(
         &self,
