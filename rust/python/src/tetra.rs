@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::{bad_input, enter};
-use crate::operator::{PyCompliance, rows3};
+use crate::operator::PyCompliance;
 
 type Floats<'py> = PyReadonlyArray1<'py, f64>;
 type Table<'py> = PyReadonlyArray2<'py, f64>;
