@@ -24,6 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from .owning import Held
+
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, range, slice, type(...), np.generic, Enum)
 #: This package.
 _OWN = __name__.partition(".")[0]
@@ -81,7 +83,7 @@ class _Words:
             return f"{value.shape}{value.dtype}{content}"
         if isinstance(value, np.ndarray):
             return f"{value.shape}{self.of(value.tolist())}"
-        if type(value) in (dict, MappingProxyType):
+        if type(value) in (dict, Held, MappingProxyType):
             return "{" + ",".join(f"{self.of(k)}:{self.of(v)}" for k, v in value.items()) + "}"
         if type(value) in (list, tuple):
             return "[" + ",".join(map(self.of, value)) + "]"

@@ -33,7 +33,7 @@ def frozen(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def owned(value: Any) -> Any:
-    """`value` with the arrays it holds frozen; lists become tuples, mappings dictionaries of its own."""
+    """`value` with the arrays it holds frozen; lists become tuples, mappings are copied and held."""
     if isinstance(value, np.ndarray):
         return frozen(value)
     if isinstance(value, tuple) and hasattr(value, "_make"):
@@ -41,8 +41,21 @@ def owned(value: Any) -> Any:
     if type(value) in (list, tuple):
         return tuple(owned(entry) for entry in value)
     if isinstance(value, Mapping):
-        return {name: owned(entry) for name, entry in value.items()}
+        return Held((name, owned(entry)) for name, entry in value.items())
     return value
+
+
+class Held(dict[Any, Any]):
+    """A dictionary that nobody can change; its copies and unions are plain ones."""
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("this mapping belongs to an object that does not change: make a new one with dict(...)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Held, (dict(self),)
 
 
 def owning(made: type[C]) -> type[C]:
@@ -88,7 +101,8 @@ def _built(made: type[C], keep: Callable[[Any], None]) -> type[C]:
 def own(self: Any) -> None:
     """Freezes what an instance of a frozen dataclass keeps."""
     for entry in fields(self):
-        value = getattr(self, entry.name, None)
+        # what it was given: what it notes down for itself later it may change
+        value = getattr(self, entry.name, None) if entry.init else None
         if isinstance(value, (np.ndarray, list, tuple, Mapping)):
             object.__setattr__(self, entry.name, owned(value))
 

@@ -262,7 +262,50 @@ def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
         node = int(used[np.argmax(wrong)])
         raise ValueError(f"node {node} of the mesh is {points[node].tolist()}: finite numbers are needed")
     nodes = points[used] * scale
-    return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64)))
+    sets = {name: np.searchsorted(used, own[np.isin(own, used)]) for name, own in _node_sets(mesh).items()}
+    return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64), sets))
+
+
+def _node_sets(mesh: Any) -> dict[str, Index]:
+    """Nodes of the named sets of a meshio object; those of its points go before those of its cells.
+
+    Sets of cells, of any dimension, stand for their nodes: physical groups of gmsh and groups of MED too.
+    """
+    blocks = [np.asarray(block.data, dtype=np.int64) for block in mesh.cells]
+    found: dict[str, list[Index]] = {}
+    for name, chosen in mesh.cell_sets.items():
+        if str(name).startswith("gmsh:"):  # what gmsh bounds its entities by, not named by anyone
+            continue
+        for block, own in zip(blocks, chosen, strict=True):
+            if own is not None:
+                found.setdefault(str(name), []).append(block[np.asarray(own, dtype=np.int64)].ravel())
+    for name, (tag, dimension) in _groups(mesh):
+        # gmsh numbers the groups of each dimension by themselves
+        for cells, block, tags in zip(mesh.cells, blocks, mesh.cell_data["gmsh:physical"], strict=True):
+            if cells.dim == dimension:
+                found.setdefault(name, []).append(block[np.asarray(tags) == tag].ravel())
+    for tag, names in getattr(mesh, "cell_tags", {}).items():
+        for name in names:
+            for block, tags in zip(blocks, mesh.cell_data.get("cell_tags", ()), strict=False):
+                found.setdefault(str(name), []).append(block[np.asarray(tags) == tag].ravel())
+    sets = {name: np.unique(np.concatenate(parts)) for name, parts in found.items()}
+    tagged: dict[str, list[Index]] = {}
+    for tag, names in getattr(mesh, "point_tags", {}).items():
+        for name in names:
+            own = np.flatnonzero(np.asarray(mesh.point_data.get("point_tags", ())) == tag)
+            tagged.setdefault(str(name), []).append(own)
+    sets.update({name: np.unique(np.concatenate(parts)) for name, parts in tagged.items()})
+    sets.update(
+        {str(name): np.unique(np.asarray(own, dtype=np.int64)) for name, own in mesh.point_sets.items()}
+    )
+    return sets
+
+
+def _groups(mesh: Any) -> list[tuple[str, Any]]:
+    """Physical groups of gmsh by name: their tag and dimension, unless they are sets of cells already."""
+    if "gmsh:physical" not in mesh.cell_data:
+        return []
+    return [(str(name), tag) for name, tag in mesh.field_data.items() if name not in mesh.cell_sets]
 
 
 def upright(mesh: TetraMesh) -> TetraMesh:

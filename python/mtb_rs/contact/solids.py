@@ -401,6 +401,8 @@ def _apart(
                 height = body.heights(thinned(whole[upper], found[upper]))
             elif body.surface is not None:
                 height = height_of(body.surface, x, y, upper=upper)
+                if not np.isfinite(height).any():
+                    _check_outlook(body.surface, x, y, upper=upper)
             else:
                 height = np.full(x.size, layout.level())
             apart = apart + height if upper else apart - height
@@ -409,6 +411,16 @@ def _apart(
         mask[np.flatnonzero(mask)[~there]] = False
         found[upper] = mask
     return found, apart[there]
+
+
+def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> None:
+    """A sheet that no side of the other body sees may be wound the other way round."""
+    if np.isfinite(height_of(surface, x, y, upper=not upper)).any():
+        name, looks, must = ("upper", "up", "down") if upper else ("lower", "down", "up")
+        raise ValueError(
+            f"the surface of the {name} body looks {looks} where the elastic body lies: it must look {must}; "
+            "turn the order of the corners of its triangles round"
+        )
 
 
 def function_values(name: str, function: Callable[[Array, Array], Any], x: Array, y: Array) -> Array:

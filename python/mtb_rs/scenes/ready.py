@@ -43,7 +43,8 @@ def _scene(build: F) -> F:
         scene = build(*args, **kwargs)
         arguments = owned(dict(bound.arguments))
         object.__setattr__(scene, "recipe", (wrapped, arguments))
-        scene.inputs.update({k: v for k, v in arguments.items() if v is not None})
+        given = {k: v for k, v in arguments.items() if v is not None}
+        object.__setattr__(scene, "inputs", owned({**scene.inputs, **given}))
         return scene
 
     for name in ("__name__", "__qualname__", "__doc__", "__module__"):
