@@ -49,7 +49,9 @@ class Held(dict[Any, Any]):
     """A dictionary that nobody can change; its copies and unions are plain ones."""
 
     def _refuse(self, *_: Any, **__: Any) -> Any:
-        raise TypeError("this mapping belongs to an object that does not change: make a new one with dict(...)")
+        raise TypeError(
+            "this mapping belongs to an object that does not change: make a new one with dict(...)"
+        )
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse

@@ -179,7 +179,7 @@ def lower_side(
     assert isinstance(layout, ShoeLayout)
     clock = time.perf_counter()
     lines = [_grid_lines(sheet, patch) for patch in patches]
-    x, rows = _thinned(lines[0][0]), [np.sort(np.abs(y)) for _, y in lines]
+    x, rows = _thinned(_shared_lines([x for x, _ in lines])), [np.sort(np.abs(y)) for _, y in lines]
     if image is not None and not layout.shoe.profile.is_symmetric:
         image = None
     half = image is not None
@@ -433,6 +433,18 @@ def _grid_lines(sheet: ContactSheet, patch: Patch) -> tuple[Array, Array]:
     """x of the columns and y of the rows of a patch of nodes [m], of a turned one their means."""
     x, y = patch.view(sheet.nodes.points[0]), patch.view(sheet.nodes.points[1])
     return x.mean(axis=0), y.mean(axis=1)
+
+
+def _shared_lines(lines: Sequence[Array]) -> Array:
+    """Evenly spaced lines over all patches, which a turned shoe shifts against each other.
+
+    Those of one patch alone would favour it, and neither turn nor mirror would change nothing.
+    """
+    if all(alike(lines[0], other) for other in lines[1:]):
+        return lines[0]
+    low, high = min(x[0] for x in lines), max(x[-1] for x in lines)
+    counts = [round((high - low) / float(np.diff(x).mean())) for x in lines]
+    return np.linspace(low, high, max(*counts, *(x.size - 1 for x in lines)) + 1)
 
 
 def _thinned(lines: Array) -> Array:
