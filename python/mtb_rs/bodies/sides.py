@@ -38,6 +38,8 @@ class Side:
         Of all loads but the contact's on a unit of each motion.
     includes_motion : bool
         Whether the reported displacement contains the rigid part.
+    is_pulled_at_face : bool
+        Whether a magnetic pressure moves its contact points; otherwise only its resultant counts.
     state
         What the body needs to recover its inside from a solution (finite elements).
     operations : float
@@ -49,6 +51,7 @@ class Side:
     motions: Array
     work: Array
     includes_motion: bool = False
+    is_pulled_at_face: bool = True
     state: Any = None
     operations: float = 0.0
 

@@ -264,7 +264,7 @@ class BodyContact:
         Parameters
         ----------
         pull : (n,) [Pa]
-            Magnetic pressure on it. A half-space above is not moved by it: its resultant presses.
+            Magnetic pressure on it.
         wrench : (6,)
             Force [N] and moment about its centre of volume [N m] spread over an elastic body.
         """
@@ -273,10 +273,9 @@ class BodyContact:
             part = replace(body.part, pull=pull, spread=wrench).on(body.condensed)
             return elastic_side([part], [body.condensed], [body.condensed.compliance], self.points)
         displacement = np.zeros((3, n))
-        if body.compliance is not None and not upper and pull.any():
-            displacement = moved_by(
-                body.compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), self.points, -1.0
-            )
+        if body.compliance is not None and pull.any():
+            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
+            displacement = moved_by(body.compliance, load, self.points, 1.0 if upper else -1.0)
         return Side(body.compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
 
 

@@ -410,6 +410,8 @@ class PosedScene:
             load = np.stack([0.0 * pull, 0.0 * pull, -pull])
             lower = replace(lower, displacement=moved_by(lower.compliance, load, points, -1.0))
         upper = half_space_side(_simple(self.upper), sheet.patches, interact=False)
+        # the thesis' basic model
+        upper = replace(upper, is_pulled_at_face=False)
         gap = points.gap
         loads: dict[str, Any] = {}
         if self.approach is not None:

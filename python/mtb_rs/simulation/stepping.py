@@ -566,13 +566,8 @@ def pull_response(problem: ContactProblem, pull: Array, attraction: str) -> Arra
     points, n = problem.points, problem.n
     apart = np.zeros((3, n))
     work = []
-    # a half-space above is pressed by the resultant, one below is moved by what pulls it
-    sides = [
-        (problem.upper, 1.0, True, problem.upper.includes_motion),
-        (problem.lower, -1.0, attraction == "both", True),
-    ]
-    for side, into, is_pulled, is_moved in sides:
-        if is_pulled and is_moved and side.compliance is not None:
+    for side, into, is_pulled in ((problem.upper, 1.0, True), (problem.lower, -1.0, attraction == "both")):
+        if is_pulled and side.is_pulled_at_face and side.compliance is not None:
             zero = np.zeros(n)
             moved = side.compliance.displacement(np.stack([zero, zero, -pull]))
             moved[2] *= into
