@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from ..geometry.triangles import Surface
 from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
 from .supports import Guide, Support, Where, is_box, select
+
+if TYPE_CHECKING:
+    from .mesh_files import Geometry
 
 #: Bodies larger than this are suspected to be in millimetres [m].
 SUSPICIOUS_SIZE = 10.0
@@ -275,6 +278,8 @@ class ElasticBody:
     name: str = "body"
     linear: bool = False
     _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False)
+    #: What its mesh was made of, where that is known.
+    _geometry: Geometry | None = field(default=None, init=False, repr=False)
 
     __repr__ = one_line
 
@@ -377,12 +382,41 @@ class ElasticBody:
         linear : bool
             Whether ready tetrahedra of four nodes stay so; see :class:`ElasticBody`.
         """
-        from .mesh_files import read_mesh  # brings trimesh
+        from .mesh_files import Geometry, read_mesh  # brings trimesh
 
         mesh = read_mesh(
             path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
         )
-        return cls(mesh, material, contact, supports, name, linear)
+        body = cls(mesh, material, contact, supports, name, linear)
+        object.__setattr__(body, "_geometry", Geometry.of(path_or_mesh, unit, size, mesh))
+        return body
+
+    @property
+    def size(self) -> float | None:
+        """Size [m] of the tetrahedra that its solid or surface was filled with; None for a mesh as given.
+
+        A copy with another mesh or other supports (`dataclasses.replace`), and one from another process,
+        count as given.
+        """
+        return None if self._geometry is None else self._geometry.size
+
+    def resized(self, size: float) -> ElasticBody:
+        """The same solid or surface, filled with tetrahedra of another size [m] at its contact.
+
+        Raises
+        ------
+        ValueError
+            If its mesh was given, the file has changed since, or it cannot be filled so.
+        """
+        if self._geometry is None:
+            raise ValueError(
+                f"{self.name} has no size: its mesh was given as it is; a body from a STEP, IGES or STL "
+                "file, or from another closed surface, can be meshed again"
+            )
+        mesh = self._geometry.mesh(size, lambda points, whole: select(points, {}, self.contact, whole))
+        body = replace(self, mesh=mesh)
+        object.__setattr__(body, "_geometry", replace(self._geometry, size=float(size)))
+        return body
 
     def named(self, name: str) -> ElasticBody:
         """The same body, with all that is known of it, under another name."""

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +113,56 @@ def read_mesh(
     if hasattr(source, "cells_dict") and hasattr(source, "points"):
         return _from_meshio(source, scale)
     raise ValueError(f"{source!r} is no mesh: a path, a trimesh, meshio or TetraMesh object is needed")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A solid or closed surface that can be meshed again.
+
+    Attributes
+    ----------
+    source
+        Path or trimesh object, of its own.
+    unit : "m", "mm", "um" or "in"
+    size : float [m]
+        Of the tetrahedra that it was filled with.
+    digest : str
+        Of the file as it was then.
+    """
+
+    source: Any
+    unit: Unit
+    size: float
+    digest: str
+
+    @classmethod
+    def of(cls, source: Any, unit: Unit, size: float | None, mesh: TetraMesh) -> Geometry | None:
+        """What `mesh` was made of; None where it was given."""
+        extent = float(np.ptp(mesh.nodes, axis=0).max())
+        size = extent / 15.0 if size is None else float(size)
+        if isinstance(source, trimesh.Trimesh):
+            return cls(source.copy(), unit, size, "")
+        if isinstance(source, (str, Path)) and Path(source).suffix.lower() in SOLID_FILES + SURFACE_FILES:
+            path = Path(source).absolute()
+            return cls(path, unit, size, _digest(path))
+        return None
+
+    def mesh(self, size: float, near: Near) -> TetraMesh:
+        """Tetrahedra of another size [m].
+
+        Raises
+        ------
+        ValueError
+            As :func:`read_mesh`, or if the file is another one now.
+        """
+        if isinstance(self.source, Path) and self.source.is_file() and _digest(self.source) != self.digest:
+            raise ValueError(f"{self.source} has changed since its solid was meshed: make the body anew")
+        return read_mesh(self.source, self.unit, size=size, near=near)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_surface(path: Path) -> trimesh.Trimesh:

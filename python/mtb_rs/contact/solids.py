@@ -145,9 +145,9 @@ class BodyLayout:
         return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
 
     def is_coarser_than(self, spacing: Spacing) -> bool:
-        """Whether the mesh of a body is too coarse for cells of `spacing` (dx, dy) [m]."""
+        """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""
         bodies = [self.body] if self.opponent is None else [self.body, self.opponent]
-        return any(_coarse(body, spacing) for body in bodies)
+        return any(body.size is None and _coarse(body, spacing) for body in bodies)
 
     def level(self) -> float:
         """Height of the sheet [m]: the end of the face."""

@@ -74,6 +74,7 @@ def page(chart: Chart) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<style>{_STYLE}</style></head>\n"
         f"<body><h1>{title}</h1>\n<p>Error of the {chart.quantity} against: {escape(chart.reference)}{own}. "
+        f"{escape(chart.remark)}{' ' if chart.remark else ''}"
         "Times are medians of processor seconds. The grey line joins the points that no other one beats in "
         "both time and error. Point at a mark to read it, click a name to fade its series.</p>\n"
         f"<p>{keys}</p>\n{_drawing(chart)}\n{_table(chart)}\n"

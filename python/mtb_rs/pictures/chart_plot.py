@@ -100,7 +100,9 @@ def draw(chart: Chart) -> Figure:
     sizes = sorted((p.time, p.unknowns) for p in efficient)
     ends = f"; grey line: {sizes[0][1]} to {sizes[-1][1]} points" if len(sizes) > 1 else ""
     figure.suptitle(chart.title, x=0.02, ha="left", fontsize=11, fontweight="bold", color=INK)
-    axes.set_title(f"error against: {chart.reference}{ends}", loc="left", fontsize=8.5, color="0.35")
+    remark = f"\n{chart.remark}" if chart.remark else ""
+    caption = f"error against: {chart.reference}{ends}{remark}"
+    axes.set_title(caption, loc="left", fontsize=8.5, color="0.35")
     axes.set_ylabel(f"error of the {chart.quantity} [%]", fontsize=9)
     figure.legend(
         *axes.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=8.5, frameon=False

@@ -112,6 +112,8 @@ class Chart:
         Which error is drawn; the CSV holds all.
     figures : tuple of Figure
         Known from elsewhere.
+    remark : str
+        What its errors do not hold, one sentence.
     """
 
     title: str
@@ -120,6 +122,7 @@ class Chart:
     reference_error: float | None = None
     quantity: Quantity = "pressure"
     figures: tuple[Figure, ...] = ()
+    remark: str = ""
 
     @property
     def series(self) -> tuple[str, ...]:
