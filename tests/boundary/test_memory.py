@@ -135,6 +135,55 @@ with cache.memory_only():
     assert re.search(r"has [0-9.]+ [GM]B free", message)
 
 
+@linux
+@pytest.mark.parametrize(
+    "call",
+    [
+        'mtb.scenes.block_on_plane(spacing=1e-3).solve("half-space", method="incremental")',
+        'mtb.scenes.pole_shoe_on_rail(spacing=3e-4).solve("half-space", method="incremental")',
+        'mtb.scenes.block_on_plane(spacing=2e-3, friction=0.3).start_of_sliding([1e-6], model="half-space")',
+        "mtb.solve_tangential(rolling, mtb.Shift((1e-7, 0.0)), mtb.Coulomb(0.3))",
+        "mtb.solve_tangential(rolling, mtb.Rolling((1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))",
+        "mtb.scenes.paraboloid_on_plane(points=120).prepare()",
+    ],
+)
+def test_methods_beside_the_direct_one_refuse_what_the_process_cannot_have(call):
+    body = f"""
+field = np.broadcast_to(1e8, (1000, 1000))
+rolling = mtb.PressureField(field, (1e-5, 1e-5), lower=mtb.steel, upper=mtb.steel)
+leave(400 << 20)
+warnings.simplefilter("ignore")
+before = used()
+try:
+    print({call})
+except ValueError as error:
+    assert "take fewer, larger cells" in str(error), error
+    assert used() - before < 200e6
+    print("refused")
+"""
+    assert child(body) == "refused"
+
+
+@linux
+@pytest.mark.parametrize("motion", ["mtb.Shift((1e-7, 0.0))", "mtb.Rolling((1e-3, 0.0, 0.0))"])
+def test_what_rolling_takes_is_what_was_said(motion):
+    body = f"""
+def roll(n):
+    x = np.linspace(-1.0, 1.0, n)
+    bump = np.maximum(1.0 - x**2 - (x**2)[:, None], 0.2)
+    field = mtb.PressureField(1e8 * bump, (1e-5, 1e-5), lower=mtb.steel, upper=mtb.steel)
+    mtb.solve_tangential(field, {motion}, mtb.Coulomb(0.3))
+roll(8)
+before = used()
+roll(240)
+print(used() - before)
+"""
+    kind = "shift" if "Shift" in motion else "steady"
+    taken, said = float(child(body)), 240**2 * memory.ROLLING_CELL[kind]
+    assert 0.8 * taken < said + 5e6
+    assert said < 1.5 * taken + 5e6
+
+
 def test_estimates_grow_as_the_matrices_do():
     assert memory.of_sliding(2000) == pytest.approx(4.0 * memory.of_sliding(1000))
     assert memory.of_sliding(1000, frictional=False) < memory.of_sliding(1000)

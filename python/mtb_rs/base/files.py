@@ -145,6 +145,55 @@ def check_readable(path: str | os.PathLike[str], what: str = "file", most: int =
     return where
 
 
+#: Bytes of a triangle in a file of a surface, at most: text with normals; packed archives hold more in less.
+TRIANGLE = 300
+PACKED_TRIANGLE = 30
+
+
+def check_surface_file(path: str | os.PathLike[str], what: str, most: int) -> Path:
+    """The path of a file of a triangulated surface that another library is to read.
+
+    Parameters
+    ----------
+    path : path
+    what : str
+        What the file is, for the message.
+    most : int
+        Triangles up to which it is read. A binary STL file tells their number, of others the size bounds it.
+
+    Raises
+    ------
+    ValueError
+        As :func:`check_readable`; if the file holds more triangles.
+    """
+    kind = Path(path_of("path", path)).suffix.lower()
+    bytes_each = PACKED_TRIANGLE if kind == ".3mf" else TRIANGLE
+    where = check_readable(path, what, DATA)
+    size = where.stat().st_size
+    if kind == ".stl" and size >= 84:
+        with where.open("rb") as stream:
+            count = int.from_bytes(stream.read(84)[80:], "little")
+        if size == 84 + 50 * count:
+            check_triangles(count, most, f"{what} {where}")
+    if size > bytes_each * most:
+        raise _unreadable(
+            what,
+            where,
+            f"it has {size:.3g} bytes: at most {bytes_each * most:.3g} are read, enough for {most} "
+            "triangles; thin it out first (decimate or remesh it)",
+        )
+    return where
+
+
+def check_triangles(count: int, most: int, what: str) -> None:
+    """ValueError, about `what`, if a surface has more triangles than `most`."""
+    if count > most:
+        raise ValueError(
+            f"{what} has {count} triangles: at most {most} are taken; thin it out first (decimate or remesh "
+            "it to about the size of the cells of the contact)"
+        )
+
+
 def _unreadable(what: str, path: object, why: str, kind: type[ValueError] = ValueError) -> ValueError:
     colon = "" if what else ":"
     return kind(f"{what} {path}{colon} cannot be read: {why}".lstrip())

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .. import _mtb_rs
 from .check import warn
 
@@ -11,6 +13,10 @@ SAID_FROM = 0.5
 #: What a scene takes for each cell of its sheet, from laying it to its result by convolutions [bytes]; dense
 #: matrices come on top and are counted apart.
 SCENE_CELL = 950.0
+#: What it takes besides for each pair of points in one line of it, to compare it with a coarser one [bytes].
+SCENE_LINE = 8.0
+#: What a patch takes for each of its cells to roll or to be shifted, most of it spectra [bytes].
+ROLLING_CELL = {"steady": 1150.0, "transient": 950.0, "shift": 950.0}
 #: The part of it that is still to come when the sheet is laid [bytes].
 SOLVED_CELL = 700.0
 
@@ -39,6 +45,16 @@ def amount(size: float) -> str:
         (u, f) for u, f in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)) if size >= 0.1 * f or u == "kB"
     )
     return f"{size / factor:.1f} {unit}"
+
+
+def of_scene(sides: Sequence[tuple[int, int]]) -> float:
+    """Memory [bytes] that a scene takes at most whose grids have so many cells along their sides (nx, ny)."""
+    return sum(SCENE_CELL * nx * ny + SCENE_LINE * (nx**2 + ny**2) for nx, ny in sides)
+
+
+def of_matrices(points: int, matrices: int) -> float:
+    """Memory [bytes] of dense matrices over so many points, at their peak."""
+    return 8.0 * matrices * float(points) ** 2
 
 
 def say(needed: float, what: str) -> None:

@@ -574,8 +574,8 @@ class ElasticBody:
     ) -> Condensed:
         """The body as its contact points see it, from the cache if it is there.
 
-        Ctrl-C is answered between the stages and inside factorisation, substitutions and products; ordering,
-        assembly and symbolic factorisation are one piece each.
+        Ctrl-C is answered between the stages and inside assembly, factorisation, substitutions and products;
+        nested dissection and each of the two stages of the symbolic factorisation are one piece.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..base.check import path_of, positive
-from ..base.files import check_readable
+from ..base.files import check_readable, check_surface_file, check_triangles
 from ..base.words import Unit
 from ..geometry.profiles import metres
 from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
@@ -37,6 +37,8 @@ ELEMENTS_A_TURN = 16
 SMALLEST = 4.0
 #: Most bytes of a file of a mesh or a solid.
 MOST_BYTES = 1_000_000_000
+#: Most triangles of a closed surface: gmsh takes about 0.1 ms for each of them.
+MOST_GIVEN = 300_000
 #: Triangles from which on the size is taken for a mistake.
 MOST_TRIANGLES = 2_000_000
 
@@ -104,6 +106,7 @@ def read_mesh(
         if is_solid or path.suffix.lower() in SURFACE_FILES:
             if is_solid:
                 return solid(path, size, near)
+            check_surface_file(path, "mesh file", MOST_GIVEN)
             surface = read_surface(path)
             try:
                 return filled(np.asarray(surface.vertices) * scale, np.asarray(surface.faces), size, near)
@@ -385,6 +388,7 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
         )
     if not len(triangles):
         raise ValueError("the surface has no triangles")
+    check_triangles(len(triangles), MOST_GIVEN, "the surface")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         wrong = triangles[(triangles < 0) | (triangles >= len(vertices))][0]
         raise ValueError(f"triangles name the vertex {wrong}: there are 0 to {len(vertices) - 1}")

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import path_of, reals
+from ..base.check import reals
+from ..base.files import check_surface_file, check_triangles
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.words import Unit
@@ -20,6 +21,9 @@ from ..geometry.contact_points import ContactSheet, contact_sheet, spacing_pair
 from ..geometry.profiles import Profile, as_profile, metres
 
 Array = NDArray[np.float64]
+
+#: Most triangles of a surface: each takes about 10 us and 1 kB.
+MOST_TRIANGLES = 1_000_000
 
 
 class BodySurface:
@@ -100,7 +104,8 @@ class BodySurface:
         """Triangles (m, 3), counter-clockwise seen from outside, of `vertices` (3, n) [m].
 
         Between its vertices the surface is curved: cubics fitted around them stand behind the facets.
-        Edges sharper than 30 degrees stay edges. `closed` bodies must be watertight.
+        Edges sharper than 30 degrees stay edges. `closed` bodies must be watertight. At most a million are
+        taken.
         """
         points = reals("vertices", vertices)
         if points.ndim != 2 or points.shape[0] != 3:
@@ -110,6 +115,7 @@ class BodySurface:
             raise ValueError(
                 f"triangles has shape {faces.shape}, {faces.dtype}: (m, 3) of integers is needed"
             )
+        check_triangles(len(faces), MOST_TRIANGLES, name)
         if faces.size and faces.min() < 0:
             raise ValueError(f"triangles holds {faces.min()}: vertices are counted from 0")
         core = _mtb_rs.BodySurface.mesh(
@@ -138,9 +144,7 @@ class BodySurface:
         from .mesh_files import MissingExtra, extra_mesh
 
         scale = metres(unit)
-        path = path_of("path", path)
-        if not path.is_file():
-            raise ValueError(f"mesh file {str(path)!r} does not exist")
+        path = check_surface_file(path, "mesh file", MOST_TRIANGLES)
         if path.stat().st_size == 0:
             raise ValueError(f"mesh file {str(path)!r} is empty")
         try:

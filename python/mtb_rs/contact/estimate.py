@@ -13,6 +13,7 @@ from ..base.plain import plain
 from ..geometry.contact_points import Patch
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 #: Order at which pressures converge in the spacing, away from sharp edges.
 ORDER = 1.0
@@ -105,9 +106,13 @@ def _averaging(points: Array, onto: Array, are_cells: tuple[bool, bool]) -> Arra
     half = 0.5 * np.diff(breaks)
     middle = breaks[:-1] + half
     at = np.concatenate([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)])
-    tested = _basis(points, ends[0], at, are_cells[0]) * np.concatenate([half, half])
-    total = tested.sum(axis=1, keepdims=True)
-    product = tested @ _basis(onto, ends[1], at, are_cells[1]).T
+    weight = np.concatenate([half, half])
+    product = np.zeros((points.size, onto.size))
+    total = np.zeros((points.size, 1))
+    for row, tested in _basis(points, ends[0], at, are_cells[0]):
+        np.add.at(total[:, 0], row, tested * weight)
+        for column, value in _basis(onto, ends[1], at, are_cells[1]):
+            np.add.at(product, (row, column), tested * value * weight)
     return np.asarray(np.divide(product, total, out=np.zeros_like(product), where=total > 0.0))
 
 
@@ -121,9 +126,16 @@ def _ends(points: Array, are_cells: bool) -> Array:
     return np.concatenate([[2 * points[0] - middle[0]], middle, [2 * points[-1] - middle[-1]]])
 
 
-def _basis(points: Array, ends: Array, at: Array, are_cells: bool) -> Array:
-    """Values (points, at) of the functions of the points."""
+def _basis(points: Array, ends: Array, at: Array, are_cells: bool) -> list[tuple[Index, Array]]:
+    """Numbers and values of the functions that are not zero `at` places: of one cell, or two hats."""
+    last = points.size - 1
     if are_cells:
-        return np.asarray((at >= ends[:-1, None]) & (at < ends[1:, None]), dtype=float)
-    step = (points[-1] - points[0]) / (points.size - 1)
-    return np.asarray(np.maximum(1.0 - np.abs(at - points[:, None]) / step, 0.0))
+        cell = np.searchsorted(ends, at, side="right") - 1
+        return [(np.clip(cell, 0, last), ((cell >= 0) & (cell <= last)).astype(float))]
+    place = (at - points[0]) / (points[-1] - points[0]) * last
+    first = np.floor(place).astype(np.intp)
+    found = []
+    for hat in (first, first + 1):
+        value = np.where((hat >= 0) & (hat <= last), np.maximum(1.0 - np.abs(place - hat), 0.0), 0.0)
+        found.append((np.clip(hat, 0, last), value))
+    return found

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import reals
 from ..base.errors import ConvergenceError
+from ..base.memory import of_matrices, refuse
 from ..base.owning import solved
 from ..base.plain import plain
 from ..friction.laws import InterfaceLayer
@@ -19,6 +20,13 @@ from .coupled_start import CoupledContact, CoupledState, advance
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
+
+
+def check_room(points: int, matrices: int = 54) -> None:
+    """ValueError if the memory does not hold the matrices of the start of sliding, by default coupled."""
+    refuse(
+        of_matrices(points, matrices), f"the start of sliding of {points} points", "take fewer, larger cells"
+    )
 
 
 @solved
@@ -101,6 +109,7 @@ def start_of_sliding(
             raise ValueError(f"{name} must hold {n} finite numbers of at least 0")
     mu = np.broadcast_to(np.asarray(friction, dtype=float), (n,))
     steps = pushes(displacements)
+    check_room(n, 16)
     matrix = np.block([[compliance.influence(row, column) for column in "xy"] for row in "xy"])
     if layer is not None:
         matrix[np.diag_indices(2 * n)] += layer.flexibility

@@ -119,7 +119,7 @@ class BodyLayout:
         size = high - low
         area = float(size[0]), float(size[1])
         nx, ny = cells_over(area, spacing)
-        check_room(nx * ny, spacing)
+        check_room([(nx, ny)], spacing)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
         gap = np.zeros((ny + 1, nx + 1))

@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import _mtb_rs
 from ..base.check import positive, whole
+from ..base.memory import of_matrices, refuse
 from ..bodies.sides import Side
 from ..geometry.contact_points import SheetPoints
 from ..results.result import Displacement, Result
@@ -70,6 +71,9 @@ def staggered(
     friction = problem.friction
     if not isinstance(friction, np.ndarray):
         raise ValueError("method is 'staggered': friction that depends on pressure is not part of it")
+    # the blocks of half-spaces are those of the whole, in whose units a half's own matrices are few
+    matrices = 18 if fold is None else 12
+    refuse(of_matrices(given.n, matrices), f"the staggered loop over {given.n} points", "take larger cells")
     lower = sided_influence(problem.lower.compliance, problem.direction, friction, upper=False)
     upper = sided_influence(half_space.compliance, problem.direction, friction, upper=True)
     structure = sided_influence(problem.upper.compliance, problem.direction, friction, upper=True)

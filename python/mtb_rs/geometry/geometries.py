@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -110,10 +111,14 @@ def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
     return cells_along(size[0], spacing[0]), cells_along(size[1], spacing[1])
 
 
-def check_room(cells: int, spacing: Spacing) -> None:
-    """ValueError if the memory does not hold a scene of so many cells; asked before any of them is made."""
+def check_room(sides: Sequence[tuple[int, int]], spacing: Spacing) -> None:
+    """ValueError if the memory does not hold a scene with grids of so many cells along their sides (nx, ny).
+
+    Asked before any of them is made.
+    """
+    cells = sum(nx * ny for nx, ny in sides)
     memory.refuse(
-        memory.SCENE_CELL * cells,
+        memory.of_scene(sides),
         f"spacing is {spacing[0]:g} x {spacing[1]:g} m: a contact of {cells} cells",
         "take fewer, larger cells",
     )
@@ -138,7 +143,7 @@ class FieldLayout:
         if min(nx // thin[0], ny // thin[1]) < 1:
             raise ValueError(f"spacing is {spacing} m: wider than the whole field")
         nx, ny = nx // thin[0], ny // thin[1]
-        check_room(nx * ny, spacing)
+        check_room([(nx, ny)], spacing)
         # the middle of each group of cells, by the mean of its cells
         gap = self.gap[: ny * thin[1], : nx * thin[0]].reshape(ny, thin[1], nx, thin[0]).mean(axis=(1, 3))
         dx, dy = self.step[0] * thin[0], self.step[1] * thin[1]
@@ -174,7 +179,7 @@ class ParaboloidLayout:
         """Points `spacing` apart; each is the centre of a cell."""
         count = [n + 1 for n in cells_over((self.width, self.width), spacing)]
         dx, dy = (self.width / (n - 1) for n in count)
-        check_room(count[0] * count[1], spacing)
+        check_room([(count[0], count[1])], spacing)
         fields = []
         for extra in (0, 1):
             x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
@@ -210,7 +215,7 @@ class BlockLayout:
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Equal cells that fill the foot of the block."""
         nx, ny = cells_over((self.width, self.length), spacing)
-        check_room(nx * ny, spacing)
+        check_room([(nx, ny)], spacing)
         dx, dy = self.width / nx, self.length / ny
         cells = flat_points(centred(nx, dx), centred(ny, dy), np.zeros((ny, nx)))
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
@@ -254,12 +259,11 @@ class ShoeLayout:
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """One grid per pole over the conforming strip."""
-        shoe, cells = self.shoe, 0
+        shoe, grids = self.shoe, []
         for side in shoe.sides:
             ends = shoe.profile.arc_length([side * shoe.inner_edge, side * shoe.conforming_to])
-            nx, ny = cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing)
-            cells += nx * ny
-        check_room(cells, spacing)
+            grids.append(cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing))
+        check_room(grids, spacing)
         return self.shoe.sheet(spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:
@@ -337,7 +341,7 @@ class WheelLayout:
         if spacing != place.spacing:
             place = place_wheel({**dict(self.arguments), "spacing": spacing})
         ny, nx = place.gap.shape
-        check_room(nx * ny, spacing)
+        check_room([(nx, ny)], spacing)
         dx, dy = place.spacing
         cells = flat_points(place.x, place.y, place.gap)
         # corners by averages; a half-space scene has no use for more

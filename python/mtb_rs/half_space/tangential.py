@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
+from ..base import memory
 from ..base.check import choice, number, numbers, pair, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.owning import check_finite, owning, solved
@@ -365,6 +366,10 @@ def _prepare(
         field.start[0] + cut[1].start * field.spacing[0],
         field.start[1] + cut[0].start * field.spacing[1],
     )
+    nx, ny = key.shape
+    needed, what = memory.ROLLING_CELL[key.motion] * nx * ny, f"the tangential contact of {nx} x {ny} cells"
+    memory.refuse(needed, what, "take fewer, larger cells")
+    memory.say(needed, what)
     return _operators(key), cut, origin
 
 

@@ -22,6 +22,7 @@ from ..contact.incremental import IncrementalOptions, finish_incremental, solve_
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
     StartOfSliding,
+    check_room,
     coupled_contact,
     horizontal,
     start_of_sliding,
@@ -77,6 +78,7 @@ def slide_from_rest(
     if model == "auto":
         model = "elastic-upper" if can_be_elastic(scene.layout, "elastic-upper") else "half-space"
     problem = scene.problem(model)
+    check_room(problem.n)
     problem = replace(problem, direction=np.zeros((2, problem.n)))
     solution = solve_direct(problem, with_margin=False)
     if solution.status != "solved":

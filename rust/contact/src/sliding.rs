@@ -81,7 +81,12 @@ impl SlidingMatrix {
     ) -> Result<Self, Error> {
         let n = compliance.points();
         check("direction", direction, 2 * n)?;
-        check_memory(n, memory(n, frictional), MEMORY_LIMIT)?;
+        let blocks = 1 + direction
+            .chunks(n.max(1))
+            .filter(|part| frictional && part.iter().any(|d| *d != 0.0))
+            .count();
+        let of_bodies = blocks as f64 * compliance.influence_memory();
+        check_memory(n, memory(n, frictional) + of_bodies, MEMORY_LIMIT)?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
         look(monitor)?;

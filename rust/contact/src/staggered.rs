@@ -4,12 +4,17 @@
 //! the elastic body twice, once as a half-space and once as finite elements; [`crate::sliding`] with the
 //! body's own compliance does not, and needs no factor.
 
-use faer::Mat;
-use faer::linalg::solvers::{Solve, SolveLstsq};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+use faer::linalg::solvers::SolveLstsq;
+use faer::{Mat, c64};
 use mtb_complementarity::linear::{Border, Options, Problem, Solution, Status, solve};
+use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, Progress};
 
 use crate::error::{Error, check};
+use crate::sliding::look;
 
 /// The two maps between which the scheme goes to and fro, at n contact points.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +123,7 @@ pub fn staggered(
                     value,
                 });
             }
-            None => *factor.insert(best_factor(problem, &contact.pressure)?.0),
+            None => *factor.insert(best_factor(problem, &contact.pressure, monitor)?.0),
         };
         let response = times(problem.structure, &contact.pressure);
         let largest = response
@@ -206,8 +211,12 @@ impl Staggered<'_> {
 /// `f > max |1 + l|^2 / (2 Re(1 + l))`; for real `l` the best is the middle of the smallest and the largest `1 + l`.
 ///
 /// # Errors
-/// Wrong lengths.
-pub fn best_factor(problem: &Staggered<'_>, pressure: &[f64]) -> Result<(f64, f64), Error> {
+/// Wrong lengths, an interruption.
+pub fn best_factor(
+    problem: &Staggered<'_>,
+    pressure: &[f64],
+    monitor: Monitor<'_>,
+) -> Result<(f64, f64), Error> {
     let n = problem.gap.len();
     if pressure.len() != n {
         return Err(Error::Shape {
@@ -234,12 +243,12 @@ pub fn best_factor(problem: &Staggered<'_>, pressure: &[f64]) -> Result<(f64, f6
             0.0
         }
     });
-    let solved = bordered.partial_piv_lu().solve(&rhs);
-    let iteration = solved.subrows(0, k).to_owned();
-    let values = iteration.eigenvalues();
-    // dense kernels leave the workers slow
-    mtb_operator::reset_workers();
-    let Ok(values) = values else {
+    let solved = Lu::new(bordered, faer::get_global_parallelism(), monitor)?.solve(
+        rhs.as_ref(),
+        faer::get_global_parallelism(),
+        monitor,
+    )?;
+    let Some(values) = eigenvalues(solved.subrows(0, k).to_owned(), monitor)? else {
         return Ok((f64::NAN, f64::NAN));
     };
     let (mut least, mut largest, mut limit) = (f64::INFINITY, 0.0_f64, 0.0_f64);
@@ -256,6 +265,31 @@ pub fn best_factor(problem: &Staggered<'_>, pressure: &[f64]) -> Result<(f64, f6
     }
     let best = (0.5 * (least + largest)).max(1.05 * limit);
     Ok((best, limit))
+}
+
+/// Time between two looks at a wish to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Eigenvalues of a matrix; `None` where none were found.
+///
+/// They are computed in one piece, of seconds for a thousand points, so on a thread of their own: after an
+/// interruption it is left to come to its end.
+fn eigenvalues(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Option<Vec<c64>>, Error> {
+    let (send, receive) = mpsc::channel();
+    std::thread::spawn(move || {
+        // nobody may wait any more
+        let _ = send.send(matrix.eigenvalues().ok());
+    });
+    let found = loop {
+        match receive.recv_timeout(LOOK) {
+            Ok(found) => break found,
+            Err(RecvTimeoutError::Timeout) => look(monitor)?,
+            Err(RecvTimeoutError::Disconnected) => break None,
+        }
+    };
+    // dense kernels leave the workers slow
+    mtb_operator::reset_workers();
+    Ok(found)
 }
 
 /// Entry of a border column scaled to a largest entry of one.

@@ -66,7 +66,7 @@ fn below_the_predicted_factor_it_never_settles() {
     // full contact, so that the set does not change and the prediction is exact
     let gap = vec![-1.0; N];
     let problem = problem(&s, &t, &gap);
-    let (best, limit) = best_factor(&problem, &[1.0; N]).unwrap();
+    let (best, limit) = best_factor(&problem, &[1.0; N], &unmonitored).unwrap();
     assert!(limit < best);
     let run = |factor| staggered(&problem, &options(Some(factor), 0), &unmonitored).unwrap();
     let above = run(1.05 * limit);

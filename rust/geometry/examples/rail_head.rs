@@ -15,7 +15,7 @@ fn main() -> Result<(), mtb_geometry::Error> {
             contact_modulus: 114e9, // steel on steel
         };
         let contact = pair.contact(load)?;
-        let field = pair.gap(&contact, [0.2e-3, 0.2e-3], 1.0)?;
+        let field = pair.gap(&contact, [0.2e-3, 0.2e-3], 1.0, &mtb_geometry::unwatched)?;
         let least = field.gap.iter().copied().fold(f64::INFINITY, f64::min);
         println!(
             "{:12.1}  {:19.2}  {:14.3}",

@@ -4,10 +4,12 @@ use rayon::prelude::*;
 
 use crate::error::{finite, out_of_range, positive};
 use crate::sheet::{SheetPoint, cell_count};
-use crate::{ContactSheet, Error, Found, SheetGrid, SheetPoints, Surface};
+use crate::{ContactSheet, Error, Found, Look, SheetGrid, SheetPoints, Surface};
 
 /// More points than this are taken for a mistake in the spacing.
-const MOST_POINTS: f64 = 2e7;
+const MOST_POINTS: f64 = 1e7;
+/// Points between two looks at a wish to stop: a few tenths of a second.
+const POINTS_UNWATCHED: usize = 20_000;
 /// Share of the approach that the facets may be off.
 const SMALL: f64 = 0.1;
 
@@ -57,7 +59,7 @@ impl SurfacePair<'_> {
     /// let plane = HeightSurface::Plane { height: 0.0 };
     /// let ball = HeightSurface::Paraboloid { radii: [0.1, 0.1] };
     /// let pair = SurfacePair { lower: &plane, upper: &ball, reach: 0.01 };
-    /// let gap = pair.sheet([-1e-3, 1e-3], [-1e-3, 1e-3], [5e-4, 5e-4], None).unwrap();
+    /// let gap = pair.sheet([-1e-3, 1e-3], [-1e-3, 1e-3], [5e-4, 5e-4], None, &mtb_geometry::unwatched).unwrap();
     /// assert!((gap.sheet.cells.gap[0] - 0.75e-3_f64.powi(2) / 0.1).abs() < 1e-15);
     /// ```
     pub fn sheet(
@@ -66,6 +68,7 @@ impl SurfacePair<'_> {
         y: [f64; 2],
         spacing: [f64; 2],
         approach: Option<f64>,
+        look: Look<'_>,
     ) -> Result<SurfaceGap, Error> {
         positive("reach", self.reach)?;
         let mut counts = [0; 2];
@@ -85,13 +88,15 @@ impl SurfacePair<'_> {
             counts[i] = cell_count(range[1] - range[0], positive(names[2], spacing[i])?);
             steps[i] = (range[1] - range[0]) / counts[i] as f64;
         }
-        if counts[0] as f64 * counts[1] as f64 > MOST_POINTS {
-            let accepted = format!("it takes more than {MOST_POINTS:e} cells");
-            return Err(out_of_range(
-                "spacing",
-                spacing[0].min(spacing[1]),
-                accepted,
-            ));
+        let [nx, ny] = counts.map(|count| count as f64);
+        if nx * ny > MOST_POINTS {
+            return Err(Error::TooManyPoints {
+                nx,
+                ny,
+                dx: spacing[0],
+                dy: spacing[1],
+                most: MOST_POINTS,
+            });
         }
         let [nx, ny] = counts;
         let line = |n: usize, shift: f64, start: f64, step: f64| -> Vec<f64> {
@@ -100,10 +105,12 @@ impl SurfacePair<'_> {
         let cells = self.measure(
             &line(nx, 0.5, x[0], steps[0]),
             &line(ny, 0.5, y[0], steps[1]),
+            look,
         )?;
         let nodes = self.measure(
             &line(nx + 1, 0.0, x[0], steps[0]),
             &line(ny + 1, 0.0, y[0], steps[1]),
+            look,
         )?;
         let least = cells
             .iter()
@@ -157,34 +164,43 @@ impl SurfacePair<'_> {
     }
 
     /// The gap over every point of a grid, x fastest.
-    fn measure(&self, x: &[f64], y: &[f64]) -> Result<Vec<Measured>, Error> {
-        (0..x.len() * y.len())
-            .into_par_iter()
-            .map(|k| {
-                let (x, y) = (x[k % x.len()], y[k / x.len()]);
-                // on the last line of a body rounding decides, so look a hair inside as well
-                let below = self
-                    .lower
-                    .top(x, y)
-                    .or_else(|| self.lower.top(x * INWARDS, y * INWARDS))
-                    .ok_or(Error::NoSurface { x, y })?;
-                let position = [x, y, below.distance];
-                let above = self.upper.cast(position, below.normal, self.reach);
-                Ok(Measured {
-                    point: SheetPoint {
-                        position,
-                        normal: below.normal,
-                        along: [1.0, 0.0],
-                        arc_length: y,
-                        gap: above.map_or(f64::INFINITY, |hit| hit.distance),
-                    },
-                    rise: below.normal[2],
-                    facet_error: below.facet_error * below.normal[2]
-                        + above.map_or(0.0, |hit| hit.facet_error),
-                    nearest: above.is_some_and(|hit| hit.found == Found::Nearest),
+    fn measure(&self, x: &[f64], y: &[f64], look: Look<'_>) -> Result<Vec<Measured>, Error> {
+        let count = x.len() * y.len();
+        let mut measured = Vec::with_capacity(count);
+        for start in (0..count).step_by(POINTS_UNWATCHED) {
+            let round = (start..count.min(start + POINTS_UNWATCHED)).into_par_iter();
+            let found: Vec<Measured> = round
+                .map(|k| {
+                    let (x, y) = (x[k % x.len()], y[k / x.len()]);
+                    // on the last line of a body rounding decides, so look a hair inside as well
+                    let below = self
+                        .lower
+                        .top(x, y)
+                        .or_else(|| self.lower.top(x * INWARDS, y * INWARDS))
+                        .ok_or(Error::NoSurface { x, y })?;
+                    let position = [x, y, below.distance];
+                    let above = self.upper.cast(position, below.normal, self.reach);
+                    Ok(Measured {
+                        point: SheetPoint {
+                            position,
+                            normal: below.normal,
+                            along: [1.0, 0.0],
+                            arc_length: y,
+                            gap: above.map_or(f64::INFINITY, |hit| hit.distance),
+                        },
+                        rise: below.normal[2],
+                        facet_error: below.facet_error * below.normal[2]
+                            + above.map_or(0.0, |hit| hit.facet_error),
+                        nearest: above.is_some_and(|hit| hit.found == Found::Nearest),
+                    })
                 })
-            })
-            .collect()
+                .collect::<Result<_, Error>>()?;
+            measured.extend(found);
+            if look().is_break() {
+                return Err(Error::Interrupted);
+            }
+        }
+        Ok(measured)
     }
 }
 
@@ -194,7 +210,7 @@ const INWARDS: f64 = 1.0 - 1e-12;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Closure, HeightField, HeightSurface, PoleShoe, Profile, SurfaceMesh};
+    use crate::{Closure, HeightField, HeightSurface, PoleShoe, Profile, SurfaceMesh, unwatched};
 
     /// A height field over a square as an open mesh, looking down.
     fn facetted(n: usize, half: f64, f: impl Fn(f64, f64) -> f64) -> SurfaceMesh {
@@ -238,7 +254,7 @@ mod tests {
                 upper,
                 reach: 5e-3,
             };
-            pair.sheet([-5e-3, 5e-3], [-5e-3, 5e-3], [1e-3, 1e-3], None)
+            pair.sheet([-5e-3, 5e-3], [-5e-3, 5e-3], [1e-3, 1e-3], None, &unwatched)
                 .unwrap()
         };
         let exact = gap(&smooth).sheet.cells.gap;
@@ -270,7 +286,13 @@ mod tests {
                 upper: &mesh,
                 reach: 0.02,
             };
-            pair.sheet([-2e-3, 2e-3], [-2e-3, 2e-3], [5e-4; 2], Some(1e-6))
+            pair.sheet(
+                [-2e-3, 2e-3],
+                [-2e-3, 2e-3],
+                [5e-4; 2],
+                Some(1e-6),
+                &unwatched,
+            )
         };
         let error = sheet(4).unwrap_err();
         assert!(matches!(error, Error::FacetsTooCoarse { .. }), "{error}");
@@ -295,7 +317,13 @@ mod tests {
             upper: &rail,
             reach: 1e-3,
         };
-        let flat = pair.sheet([-45e-3, 45e-3], [6e-3, 21.6e-3], [3e-3, 3e-3], None);
+        let flat = pair.sheet(
+            [-45e-3, 45e-3],
+            [6e-3, 21.6e-3],
+            [3e-3, 3e-3],
+            None,
+            &unwatched,
+        );
         let flat = flat.unwrap();
         assert!(flat.sheet.cells.gap.iter().all(|g| g.abs() < 1e-16));
         let shoe = PoleShoe {
@@ -311,7 +339,13 @@ mod tests {
         };
         let area = |sheet: &ContactSheet| sheet.areas.iter().sum::<f64>();
         let sheet = shoe.sheet([3e-3, 3e-4]).unwrap();
-        let fine = pair.sheet([-45e-3, 45e-3], [6e-3, 21.6e-3], [3e-3, 3e-4], None);
+        let fine = pair.sheet(
+            [-45e-3, 45e-3],
+            [6e-3, 21.6e-3],
+            [3e-3, 3e-4],
+            None,
+            &unwatched,
+        );
         assert!((area(&fine.unwrap().sheet) / area(&sheet) - 1.0).abs() < 1e-5);
     }
 
@@ -328,7 +362,7 @@ mod tests {
                 upper,
                 reach: 0.01,
             };
-            match pair.sheet(x, [-1e-3, 1e-3], [spacing; 2], Some(1e-6)) {
+            match pair.sheet(x, [-1e-3, 1e-3], [spacing; 2], Some(1e-6), &unwatched) {
                 Ok(_) => String::from("accepted"),
                 Err(error) => error.to_string(),
             }
@@ -338,7 +372,7 @@ mod tests {
         assert!(message(&block, &plane, [-0.02, 0.02], 1e-3).contains("no surface at"));
         assert!(message(&plane, &block, [1e-3, -1e-3], 1e-3).contains("x to is -0.001"));
         assert!(message(&plane, &block, x, 0.0).contains("spacing along x is 0"));
-        assert!(message(&plane, &block, x, 1e-8).contains("more than 2e7"));
+        assert!(message(&plane, &block, x, 1e-8).contains("at most 10000000 are accepted"));
         assert!(message(&plane, &plane, x, 1e-3).contains("accepted"));
     }
 }

@@ -158,9 +158,12 @@ pub enum Error {
         /// End that is reached, in the profile's own frame [m].
         end: f64,
     },
+    /// The look at a wish to stop found one.
+    #[error("interrupted")]
+    Interrupted,
     /// A contact too large for its spacing.
     #[error(
-        "the contact takes {nx} x {ny} points at a spacing of {dx} x {dy} m: at most {most} are accepted, so a larger spacing or less overlap is needed"
+        "the contact takes {nx} x {ny} points at a spacing of {dx} x {dy} m: at most {most} are accepted, so a larger spacing is needed, or a smaller contact"
     )]
     TooManyPoints {
         /// Points along the rail.

@@ -15,6 +15,8 @@
 //!
 //! **References.** [EN13674-1] for the rail, [EN13715] for the wheel, [Steininger2025] for the shoe.
 
+use std::ops::ControlFlow;
+
 mod between;
 mod error;
 mod mesh;
@@ -33,6 +35,14 @@ pub use sheet::{ContactSheet, SheetGrid, SheetPoints};
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{GapField, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad};
+
+/// Asked now and then by what takes long; `Break` makes it stop with [`Error::Interrupted`].
+pub type Look<'a> = &'a dyn Fn() -> ControlFlow<()>;
+
+/// The look that never interrupts.
+pub fn unwatched() -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// The examples of the README.
 #[cfg(doctest)]

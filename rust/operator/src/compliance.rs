@@ -30,6 +30,12 @@ pub trait Compliance: Send + Sync {
         displacement: &mut [f64],
     );
 
+    /// Memory [bytes] that [`Compliance::add_influence`] takes for one pair of components, besides the matrix
+    /// that it adds to: what is needed meanwhile, and what is kept afterwards.
+    fn influence_memory(&self) -> f64 {
+        0.0
+    }
+
     /// Adds `scale` times the influence coefficients [m/Pa] to `matrix`, row-major,
     /// row = observed point, column = loaded point.
     ///
@@ -56,6 +62,11 @@ pub trait Compliance: Send + Sync {
     }
 }
 
+/// Bytes of a square matrix.
+pub(crate) fn square(points: usize) -> f64 {
+    8.0 * (points as f64).powi(2)
+}
+
 /// Several compliances acting on the same contact points: their displacements add.
 pub struct Sum<'a>(pub Vec<&'a dyn Compliance>);
 
@@ -75,6 +86,10 @@ impl Compliance for Sum<'_> {
         for c in &self.0 {
             c.add_displacement(observed, loaded, scale, traction, displacement);
         }
+    }
+
+    fn influence_memory(&self) -> f64 {
+        self.0.iter().map(|c| c.influence_memory()).sum()
     }
 
     fn add_influence(
@@ -123,6 +138,10 @@ impl Compliance for Mirrored<'_> {
         let scale = scale * mirror(observed, loaded);
         self.0
             .add_displacement(observed, loaded, scale, traction, displacement);
+    }
+
+    fn influence_memory(&self) -> f64 {
+        self.0.influence_memory()
     }
 
     fn add_influence(

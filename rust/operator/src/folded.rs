@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use crate::compliance::square;
 use crate::{Compliance, Component};
 
 /// A compliance under loads that are mirror images of themselves about the plane y = 0.
@@ -66,6 +67,10 @@ impl Compliance for Folded {
         }
     }
 
+    fn influence_memory(&self) -> f64 {
+        square(self.source.len()) + self.inner.influence_memory()
+    }
+
     fn add_influence(
         &self,
         observed: Component,
@@ -127,6 +132,10 @@ impl Compliance for Unfolded {
         for (u, &(k, image)) in displacement.iter_mut().zip(&self.source) {
             *u += if image { sign * moved[k] } else { moved[k] };
         }
+    }
+
+    fn influence_memory(&self) -> f64 {
+        square(self.kept.len()) + self.half.influence_memory()
     }
 
     fn add_influence(

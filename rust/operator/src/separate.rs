@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use crate::compliance::square;
 use crate::{Compliance, Component};
 
 /// Bodies that touch the same opponent but not each other; their points follow one another.
@@ -30,6 +31,14 @@ impl Compliance for Separate {
             );
             start = part.end;
         }
+    }
+
+    fn influence_memory(&self) -> f64 {
+        let each = self
+            .0
+            .iter()
+            .map(|c| square(c.points()) + c.influence_memory());
+        each.sum()
     }
 
     fn add_influence(
@@ -110,6 +119,10 @@ impl Compliance for Reflected {
         for (u, &i) in displacement.iter_mut().zip(&self.original) {
             *u += moved[i];
         }
+    }
+
+    fn influence_memory(&self) -> f64 {
+        square(self.points()) + self.inner.influence_memory()
     }
 
     fn add_influence(

@@ -59,6 +59,11 @@ impl Compliance for Pair {
         Sum(parts).add_displacement(observed, loaded, scale, traction, displacement);
     }
 
+    fn influence_memory(&self) -> f64 {
+        let parts = [&self.lower, &self.upper].into_iter().flatten();
+        parts.map(|c| c.influence_memory()).sum()
+    }
+
     fn add_influence(
         &self,
         observed: mtb_operator::Component,
@@ -281,7 +286,7 @@ pub(crate) fn solve_staggered<'py>(
     };
     let (solution, limit) = enter(py, |monitor| {
         let solution = staggered(&problem, &options, monitor)?;
-        let (_, limit) = best_factor(&problem, &solution.contact.pressure)?;
+        let (_, limit) = best_factor(&problem, &solution.contact.pressure, monitor)?;
         Ok::<_, mtb_contact::Error>((solution, limit))
     })?;
     let out = PyDict::new(py);

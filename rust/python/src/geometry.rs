@@ -1,11 +1,13 @@
 //! Profiles, surfaces, sheets and gaps.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use mtb_geometry::{
     Closure, ContactSheet, HeightField, HeightSurface, Interpolation, PoleShoe, SheetPoints,
     Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
 };
+use mtb_operator::{Monitor, Progress};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -152,6 +154,14 @@ fn sheet(py: Python<'_>, sheet: ContactSheet) -> PyResult<Bound<'_, PyDict>> {
     Ok(fields)
 }
 
+/// A look at a wish to stop, of work that tells no progress.
+fn look(monitor: Monitor<'_>) -> ControlFlow<()> {
+    monitor(Progress {
+        iteration: 0,
+        residual: f64::NAN,
+    })
+}
+
 /// Sheet of a pole shoe on a rail, as a dictionary of plain arrays.
 #[pyfunction]
 #[pyo3(signature = (rail, *, length, inner_edge, conforming_to, outer_edge, relief_slope, poles, lateral, yaw, spacing))]
@@ -223,9 +233,9 @@ pub(crate) fn wheel_on_rail_gap<'py>(
         },
         WheelRailLoad::Approach,
     );
-    let (contact, field) = enter(py, |_| {
+    let (contact, field) = enter(py, |monitor| {
         let contact = pair.contact(load)?;
-        let field = pair.gap(&contact, spacing, scale)?;
+        let field = pair.gap(&contact, spacing, scale, &|| look(monitor))?;
         Ok::<_, mtb_geometry::Error>((contact, field))
     })?;
     let fields = PyDict::new(py);
@@ -358,7 +368,9 @@ pub(crate) fn surface_gap<'py>(
         upper: upper.0.as_ref(),
         reach,
     };
-    let gap = enter(py, |_| pair.sheet(x, y, spacing, approach))?;
+    let gap = enter(py, |monitor| {
+        pair.sheet(x, y, spacing, approach, &|| look(monitor))
+    })?;
     let fields = sheet(py, gap.sheet)?;
     fields.set_item("facet_error", gap.facet_errors.into_pyarray(py))?;
     fields.set_item("nearest", gap.nearest.into_pyarray(py))?;

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use mtb_contact::sliding::displacement;
-use mtb_operator::{Compliance, Component, Folded, Reflected, Separate, Unfolded, check_dense};
+use mtb_operator::{
+    Compliance, Component, Folded, MEMORY_LIMIT, Reflected, Separate, Unfolded, check_memory,
+};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -45,7 +47,8 @@ impl PyCompliance {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (observed, loaded) = (component(observed)?, component(loaded)?);
         let n = self.0.points();
-        check_dense(n, 1).map_err(|error| bad_input(&error))?;
+        let needed = 8.0 * (n as f64).powi(2) + self.0.influence_memory();
+        check_memory(n, needed, MEMORY_LIMIT).map_err(|error| bad_input(&error))?;
         let matrix = apart(py, || {
             let mut matrix = vec![0.0; n * n];
             self.0.add_influence(observed, loaded, 1.0, &mut matrix);

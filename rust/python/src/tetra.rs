@@ -7,6 +7,7 @@ use mtb_elasticity::tetra::{
     SurfacePoint, TetraBody, TetraMesh,
 };
 use mtb_elasticity::{Error, Material};
+use mtb_operator::{MEMORY_LIMIT, check_memory};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -376,6 +377,7 @@ pub(crate) fn flexibility(
             blocks.shape()
         )));
     }
+    check_memory(n, Flexibility::memory(n), MEMORY_LIMIT).map_err(|error| bad_input(&error))?;
     let blocks = flat(blocks.as_slice())?.to_vec();
     let body = Flexibility::new(flat(weights.as_slice())?.to_vec(), blocks);
     Ok(PyCompliance(Arc::new(

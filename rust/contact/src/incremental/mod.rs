@@ -10,7 +10,7 @@ mod surface;
 
 use mtb_complementarity::Error as Complementarity;
 use mtb_complementarity::linear::{Options, Problem, Status, solve};
-use mtb_operator::{Compliance, Component, Monitor, Progress};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, Progress, check_memory};
 
 use crate::error::{Error, check, check_positive};
 use side::Side;
@@ -121,13 +121,15 @@ const RESOLVED: f64 = 1e-4;
 /// force is exceeded the last increment is taken back and replaced by shorter ones.
 ///
 /// # Errors
-/// Wrong lengths, numbers that are not finite or not positive where they must be, an interruption.
+/// Wrong lengths, numbers that are not finite or not positive where they must be, more points than the memory
+/// holds, an interruption.
 pub fn incremental(
     contact: &IncrementalContact<'_>,
     options: &IncrementalOptions,
     monitor: Monitor<'_>,
 ) -> Result<IncrementalSolution, Error> {
     let n = contact.check(options)?;
+    check_memory(n, memory(contact, n), MEMORY_LIMIT)?;
     let mut run = Run::new(contact, options, n);
     let mut step = run.first_step();
     run.reach = options.distance_tolerance.unwrap_or(2.0 * step);
@@ -167,6 +169,12 @@ pub fn incremental(
         }
     }
     Ok(run.finish(&state, status, history))
+}
+
+/// Memory [bytes]: the matrix, the active block of a complementarity problem, and what its factors take.
+fn memory(contact: &IncrementalContact<'_>, n: usize) -> f64 {
+    let bodies = [contact.lower, contact.upper].into_iter().flatten();
+    24.0 * (n as f64).powi(2) + bodies.map(Compliance::influence_memory).sum::<f64>()
 }
 
 /// Counts and the matrices that stay the same.

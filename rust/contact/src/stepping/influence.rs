@@ -1,4 +1,4 @@
-use mtb_operator::{Compliance, Component, Monitor, check_dense};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory};
 
 use crate::error::{Error, check};
 use crate::sliding::look;
@@ -23,7 +23,8 @@ impl Influence {
     pub fn of(compliance: &dyn Compliance, monitor: Monitor<'_>) -> Result<Self, Error> {
         let n = compliance.points();
         // three blocks, the one being turned, and the factors
-        check_dense(n, 6)?;
+        let needed = 48.0 * (n as f64).powi(2) + 3.0 * compliance.influence_memory();
+        check_memory(n, needed, MEMORY_LIMIT)?;
         let block = |component| -> Result<Vec<f64>, Error> {
             let mut rows = vec![0.0; n * n];
             compliance.add_influence(Component::Normal, component, 1.0, &mut rows);

@@ -1,10 +1,13 @@
+use mtb_operator::Monitor;
+use mtb_operator::dense::Watch;
 use rayon::prelude::*;
 
 use super::element;
+use super::factorised::poll;
 use super::mesh::TetraMesh;
 use super::ordering::Graph;
 use super::support::{Source, Unknowns};
-use crate::Material;
+use crate::{Error, Material};
 
 /// Lower triangle of a symmetric matrix by columns, rows sorted.
 pub(super) struct Lower {
@@ -24,15 +27,25 @@ pub(super) struct System {
 /// Elements whose matrices are formed at once: bounds the memory, keeps the threads busy.
 const BATCH: usize = 512;
 
+/// Operations that an entry of an element's matrix counts for: quadrature, and a search for its place.
+const ENTRY: f64 = 100.0;
+
 /// Assembles the stiffness of `unknowns`, whose own unknowns are numbered node by node along `order`.
+///
+/// # Errors
+/// [`Error::Interrupted`].
 pub(super) fn assemble(
     mesh: &TetraMesh,
     material: Material,
     graph: &Graph,
     order: &[usize],
     unknowns: &Unknowns,
-) -> System {
+    monitor: Monitor<'_>,
+) -> Result<System, Error> {
     let mut stiffness = pattern(graph, order, unknowns);
+    poll(monitor, 1)?;
+    let mut watch = Watch::new(monitor);
+    let entries = (3 * mesh.order().nodes_per_tet()).pow(2) as f64;
     let mut pull: Vec<Vec<f64>> = unknowns
         .cases
         .iter()
@@ -61,8 +74,11 @@ pub(super) fn assemble(
                 .collect();
             scatter(&sources, matrix, &mut stiffness, &mut pull);
         }
+        watch
+            .spend(ENTRY * entries * batch.len() as f64)
+            .map_err(|_| Error::Interrupted)?;
     }
-    System { stiffness, pull }
+    Ok(System { stiffness, pull })
 }
 
 fn scatter(sources: &[Source], matrix: &[f64], stiffness: &mut Lower, pull: &mut [Vec<f64>]) {

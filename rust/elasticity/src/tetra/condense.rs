@@ -163,8 +163,9 @@ fn round(operations: f64, most: usize) -> usize {
 impl TetraBody {
     /// The body condensed onto the contact points of a sampling of its surface.
     ///
-    /// The monitor is asked between its stages, every few supernodes of the numeric factorisation and every few
-    /// groups of contact points. Ordering, assembly and symbolic factorisation are one piece each.
+    /// The monitor is asked between its stages, every few elements of the assembly, supernodes of the numeric
+    /// factorisation and groups of contact points. Nested dissection, and each of the two stages of the
+    /// symbolic factorisation, are one piece.
     ///
     /// # Errors
     /// [`Error::NotOnBoundary`], [`Error::NoArea`]; [`Error::Loose`] if neither supports nor contact
@@ -179,7 +180,7 @@ impl TetraBody {
         let modes = self.held_by_contact(sampling)?;
         let n = sampling.n_points();
         // the blocks, and their copy in the compliance that is made of them
-        let kept = 2.0 * (BLOCKS.len() * 8) as f64 * (n as f64).powi(2);
+        let kept = 2.0 * Flexibility::memory(n);
         check_memory(n, kept, limits.bytes)?;
         let factored = self.factored(limits, monitor)?;
         let mut cost = factored.cost;

@@ -89,6 +89,11 @@ impl Flexibility {
         Ok(Flexibility { weights, blocks })
     }
 
+    /// Memory [bytes] of the blocks of so many points.
+    pub fn memory(points: usize) -> f64 {
+        8.0 * 6.0 * (points as f64).powi(2)
+    }
+
     /// Area of each contact point [m2].
     pub fn weights(&self) -> &[f64] {
         &self.weights

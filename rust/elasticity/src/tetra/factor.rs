@@ -16,6 +16,7 @@ use mtb_operator::{Monitor, reset_workers};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
+use super::factorised::poll;
 use super::numeric::factorise;
 
 /// Why a factorisation stopped.
@@ -41,10 +42,13 @@ impl From<Unfactored> for Failure {
 pub(super) struct Symbolic(pub(super) SymbolicSupernodalCholesky<usize>);
 
 impl Symbolic {
-    pub(super) fn new(matrix: &Lower) -> Result<Self, Failure> {
+    /// The monitor is asked between the stages.
+    pub(super) fn new(matrix: &Lower, monitor: Monitor<'_>) -> Result<Self, Failure> {
+        let look = || poll(monitor, 2).map_err(|_| Failure::Interrupted);
         let n = matrix.start.len() - 1;
         let nnz = matrix.row.len();
         let upper = transposed_pattern(matrix);
+        look()?;
         let request = prefactorize_symbolic_cholesky_scratch::<usize>(n, nnz)
             .or(factorize_supernodal_symbolic_cholesky_scratch::<usize>(n));
         let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
@@ -52,6 +56,7 @@ impl Symbolic {
         let mut tree = vec![0; n];
         let mut counts = vec![0; n];
         let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, upper.as_ref(), stack);
+        look()?;
         factorize_supernodal_symbolic_cholesky(
             upper.as_ref(),
             tree,

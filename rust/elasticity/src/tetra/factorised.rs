@@ -97,13 +97,24 @@ impl TetraBody {
             self.mesh.nodes().len(),
             self.mesh.cells().chunks_exact(per_tet),
         );
-        let order = postordered(&graph, &nested_dissection(&graph, &active));
+        poll(monitor, 0)?;
+        let dissected = nested_dissection(&graph, &active);
+        poll(monitor, 0)?;
+        let order = postordered(&graph, &dissected);
+        poll(monitor, 0)?;
         let unknowns = self.claims.number(&order, &pins);
         cost.ordering_s = clock.elapsed().as_secs_f64();
         poll(monitor, 0)?;
 
         let clock = Instant::now();
-        let system = assemble(&self.mesh, self.material, &graph, &order, &unknowns);
+        let system = assemble(
+            &self.mesh,
+            self.material,
+            &graph,
+            &order,
+            &unknowns,
+            monitor,
+        )?;
         let mut case_load = system.pull;
         for (load, case) in case_load.iter_mut().zip(&unknowns.cases) {
             if let Some(unknown) = case.unknown {
@@ -128,7 +139,7 @@ impl TetraBody {
                 unknowns: unknowns.n,
             },
         };
-        let symbolic = Symbolic::new(&system.stiffness).map_err(describe)?;
+        let symbolic = Symbolic::new(&system.stiffness, monitor).map_err(describe)?;
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
         let bytes = 8.0 * entries as f64;

@@ -243,7 +243,7 @@ mod tests {
     }
 
     fn ours(matrix: &Lower, watch: &mut Watch<'_>) -> Result<Vec<f64>, Failure> {
-        let Ok(symbolic) = Symbolic::new(matrix) else {
+        let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
         factorise(&symbolic.0, &symbolic.supernode_of(), matrix, watch)
@@ -251,7 +251,7 @@ mod tests {
 
     /// The factor by faer's own loop.
     fn theirs(matrix: &Lower) -> Result<Vec<f64>, LltError> {
-        let Ok(symbolic) = Symbolic::new(matrix) else {
+        let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
         let n = symbolic.0.nrows();
@@ -275,7 +275,7 @@ mod tests {
 
     /// Entries of a factor that count, each with its column.
     fn lower(matrix: &Lower, values: &[f64]) -> Vec<(usize, f64)> {
-        let Ok(Symbolic(structure)) = Symbolic::new(matrix) else {
+        let Ok(Symbolic(structure)) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
         let mut entries = Vec::new();
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn a_mesh_has_the_factor_that_faer_finds_with_a_look_at_the_monitor_in_bounded_work() {
         let matrix = bricks(20, 20, 8);
-        let Ok(symbolic) = Symbolic::new(&matrix) else {
+        let Ok(symbolic) = Symbolic::new(&matrix, &unmonitored) else {
             panic!("too little memory")
         };
         let ends = symbolic.0.supernode_end();

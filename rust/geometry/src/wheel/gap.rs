@@ -4,12 +4,15 @@ use rayon::prelude::*;
 
 use super::section::Section;
 use super::{WheelOnRail, WheelRailContact};
-use crate::Error;
 use crate::error::{out_of_range, positive};
 use crate::root;
+use crate::{Error, Look};
 
 /// More points than this are taken for a mistake in the spacing.
-const MOST_POINTS: f64 = 1e8;
+const MOST_POINTS: f64 = 1e7;
+/// Points between two looks at a wish to stop, and of a row at once: about a tenth of a second.
+const POINTS_UNWATCHED: usize = 100_000;
+const OF_A_ROW: usize = 5_000;
 /// Cells kept free around the overlap, so that a contact estimated a little small still fits.
 const MARGIN: f64 = 2.0;
 
@@ -55,13 +58,14 @@ impl WheelOnRail {
     /// lowering and moving along the normal differ.
     ///
     /// # Errors
-    /// A spacing that is not positive or leaves fewer than 3 points, a scale below 0.1, profiles that
-    /// end inside the overlap.
+    /// A spacing that is not positive, leaves fewer than 3 points or takes more than ten millions, a scale
+    /// below 0.1, profiles that end inside the overlap; an interruption by `look`.
     pub fn gap(
         &self,
         contact: &WheelRailContact,
         spacing: [f64; 2],
         scale: f64,
+        look: Look<'_>,
     ) -> Result<GapField, Error> {
         self.check()?;
         let dx = positive("spacing along x", spacing[0])?;
@@ -142,8 +146,13 @@ impl WheelOnRail {
             return Err(out_of_range("spacing", dx.max(dy), accepted));
         }
         if size.0 * size.1 > MOST_POINTS {
-            let accepted = format!("it takes more than {MOST_POINTS:e} points");
-            return Err(out_of_range("spacing", dx.min(dy), accepted));
+            return Err(Error::TooManyPoints {
+                nx: size.0,
+                ny: size.1,
+                dx,
+                dy,
+                most: MOST_POINTS,
+            });
         }
         let (nx, ny) = (size.0 as usize, size.1 as usize);
         let middle = last_x as usize;
@@ -154,17 +163,29 @@ impl WheelOnRail {
         };
         let guess = [contact.rail_position, contact.wheel_position];
         let mut gap = vec![0.0; nx * ny];
-        gap.par_chunks_mut(nx).enumerate().for_each(|(row, line)| {
-            let s = (low + row as f64) * dy;
-            let (below, _) = rail_cut.height(s, guess[0] + cos * s);
-            let mut wheel_v = guess[1] + cos * s;
-            for i in 0..=middle {
-                let (above, v) = wheel_cut(i as f64 * dx).height(s, wheel_v);
-                wheel_v = v;
-                line[middle + i] = above - below;
-                line[middle - i] = above - below;
+        let columns: Vec<usize> = (0..=middle).collect();
+        for part in columns.chunks(OF_A_ROW) {
+            let rows = POINTS_UNWATCHED.div_ceil(part.len());
+            for (round, lines) in gap.chunks_mut(rows * nx).enumerate() {
+                lines
+                    .par_chunks_mut(nx)
+                    .enumerate()
+                    .for_each(|(row, line)| {
+                        let s = (low + (round * rows + row) as f64) * dy;
+                        let (below, _) = rail_cut.height(s, guess[0] + cos * s);
+                        let mut wheel_v = guess[1] + cos * s;
+                        for &i in part {
+                            let (above, v) = wheel_cut(i as f64 * dx).height(s, wheel_v);
+                            wheel_v = v;
+                            line[middle + i] = above - below;
+                            line[middle - i] = above - below;
+                        }
+                    });
+                if look().is_break() {
+                    return Err(Error::Interrupted);
+                }
             }
-        });
+        }
         let lowest = (0..ny)
             .min_by(|&a, &b| gap[a * nx + middle].total_cmp(&gap[b * nx + middle]))
             .unwrap_or(0);

@@ -39,7 +39,7 @@ const WIDEST: f64 = 10.0;
 /// let load = WheelRailLoad::Force { vertical: 36e3, contact_modulus: 114e9 };
 /// let contact = pair.contact(load).unwrap();
 /// assert!((contact.angle.to_degrees() - 23.4).abs() < 0.3);
-/// let field = pair.gap(&contact, [2e-4, 2e-4], 1.0).unwrap();
+/// let field = pair.gap(&contact, [2e-4, 2e-4], 1.0, &mtb_geometry::unwatched).unwrap();
 /// assert_eq!(field.gap.len(), field.nx * field.ny);
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::Interpolation;
+use crate::{Interpolation, unwatched};
 
 const STEEL: f64 = 208e9 / 0.91 / 2.0;
 
@@ -34,7 +34,7 @@ fn cylinder_on_round_rail_has_the_closed_gap() {
     // gauge face at half the gauge: the circle is 14 mm below its top at sqrt(80^2 - 66^2)
     let half_width = (0.08_f64.powi(2) - 0.066_f64.powi(2)).sqrt();
     assert!((contact.origin[0] - (0.7175 + half_width)).abs() < 1e-9);
-    let field = pair.gap(&contact, [5e-4, 2e-4], 1.5).unwrap();
+    let field = pair.gap(&contact, [5e-4, 2e-4], 1.5, &unwatched).unwrap();
     for row in 0..field.ny {
         for column in 0..field.nx {
             let x = field.start[0] + field.spacing[0] * column as f64;
@@ -74,7 +74,7 @@ fn cone_makes_the_contact_angle() {
             contact.angle
         );
         // seen in its own plane the rail is the same circle, the wheel is straight across
-        let field = pair.gap(&contact, [1e-4, 1e-4], 1.0).unwrap();
+        let field = pair.gap(&contact, [1e-4, 1e-4], 1.0, &unwatched).unwrap();
         let middle = field.nx / 2;
         let row = |row: usize| field.gap[row * field.nx + middle];
         let bend = (row(0) - 2.0 * row(field.ny / 2) + row(2 * (field.ny / 2)))
@@ -132,7 +132,7 @@ fn gap_of_standard_profiles_equals_brute_force() {
         ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
     };
     let contact = pair.contact(WheelRailLoad::Approach(70e-6)).unwrap();
-    let field = pair.gap(&contact, [1e-3, 4e-4], 1.2).unwrap();
+    let field = pair.gap(&contact, [1e-3, 4e-4], 1.2, &unwatched).unwrap();
     let exact = |row: usize, column: usize| {
         let x = field.start[0] + field.spacing[0] * column as f64;
         let s = field.start[1] + field.spacing[1] * row as f64;
@@ -152,7 +152,7 @@ fn least_gap_is_zero_and_converges_quadratically_on_the_grid() {
     let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
     let contact = pair.contact(WheelRailLoad::Approach(40e-6)).unwrap();
     for spacing in [4e-4, 1e-4] {
-        let field = pair.gap(&contact, [spacing; 2], 1.0).unwrap();
+        let field = pair.gap(&contact, [spacing; 2], 1.0, &unwatched).unwrap();
         let least = field.gap.iter().copied().fold(f64::INFINITY, f64::min);
         // half a spacing off, with the largest curvature at hand (1/13 mm)
         assert!(
@@ -186,7 +186,8 @@ fn jagged_profiles_stay_within_their_rounding() {
     let load = WheelRailLoad::Approach(70e-6);
     let contact = rough.contact(load).unwrap();
     assert!((contact.angle - smooth.contact(load).unwrap().angle).abs() < 3e-3);
-    let [a, b] = [&smooth, &rough].map(|pair| pair.gap(&contact, [2e-4, 1e-4], 1.0).unwrap());
+    let [a, b] =
+        [&smooth, &rough].map(|pair| pair.gap(&contact, [2e-4, 1e-4], 1.0, &unwatched).unwrap());
     assert_eq!((a.nx, a.ny), (b.nx, b.ny));
     for (a, b) in a.gap.iter().zip(&b.gap) {
         assert!((a - b).abs() < 4e-6, "{a} {b}");
@@ -223,7 +224,9 @@ fn impossible_pairs_are_named() {
     assert!(message(&short, load).contains("end of the wheel profile"));
     let contact = pair.contact(load).unwrap();
     for spacing in [0.0, f64::NAN, 1.0, 1e-9] {
-        let error = pair.gap(&contact, [spacing, 1e-4], 1.0).unwrap_err();
+        let error = pair
+            .gap(&contact, [spacing, 1e-4], 1.0, &unwatched)
+            .unwrap_err();
         assert!(error.to_string().contains("spacing"), "{error}");
     }
 }
@@ -269,6 +272,7 @@ fn a_straight_pose_has_the_gap_of_the_pair() {
                 },
                 [4e-4, 4e-4],
                 1.0,
+                &unwatched,
             )
             .unwrap();
         let start = straight.start.map(|s| (s / 4e-4).round() as i64);

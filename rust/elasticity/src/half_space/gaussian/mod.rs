@@ -4,7 +4,7 @@ mod bins;
 mod moments;
 mod rays;
 
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, Progress, check_dense};
 use rayon::prelude::*;
 
 use super::integrals::SurfaceIntegrals;
@@ -162,6 +162,7 @@ impl GaussianBasis {
     /// [`Error::Interrupted`] when the monitor asks for it.
     pub fn integrals(&self, monitor: Monitor<'_>) -> Result<(SurfaceIntegrals, Vec<f64>), Error> {
         let n = self.len();
+        check_dense(n, 5)?;
         let moments = self.moments();
         let mut integrals = SurfaceIntegrals {
             points: n,

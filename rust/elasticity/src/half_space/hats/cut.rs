@@ -368,6 +368,13 @@ impl Compliance for CutHats {
         add_product(self.block(observed, loaded), scale, traction, displacement);
     }
 
+    fn influence_memory(&self) -> f64 {
+        let square = |n: usize| 8.0 * (n as f64).powi(2);
+        // the block, that of the whole, and meanwhile those of the hats and half of the way to the points
+        let meanwhile = 2.0 * square(self.hats.len()) + square(self.weights.len());
+        square(self.weights.len()) + self.whole.influence_memory() + meanwhile
+    }
+
     fn add_influence(
         &self,
         observed: Component,

@@ -261,6 +261,10 @@ impl Compliance for HatHalfSpace {
         add_product(self.block(observed, loaded), scale, traction, displacement);
     }
 
+    fn influence_memory(&self) -> f64 {
+        8.0 * (self.points() as f64).powi(2)
+    }
+
     fn add_influence(
         &self,
         observed: Component,
