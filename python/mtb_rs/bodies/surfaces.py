@@ -144,6 +144,8 @@ class BodySurface:
         from .mesh_files import MissingExtra, extra_mesh
 
         scale = metres(unit)
+        if not path_of("path", path).exists():
+            raise ValueError(f"mesh file {str(path)!r} does not exist")
         path = check_surface_file(path, "mesh file", MOST_TRIANGLES)
         if path.stat().st_size == 0:
             raise ValueError(f"mesh file {str(path)!r} is empty")
