@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import reals
+from ..base.check import path_of, reals
 from ..base.files import check_surface_file, check_triangles
 from ..base.owning import owning
 from ..base.plain import plain
