@@ -222,6 +222,11 @@ def pole_shoe_sheet(
     yaw: float,
     spacing: tuple[float, float],
 ) -> dict[str, Any]: ...
+def read_columns(
+    text: str,
+    names: tuple[list[str], list[str]],
+    units: tuple[list[tuple[str, float]], list[tuple[str, float]]],
+) -> _Array: ...
 def wheel_on_rail_gap(
     wheel: Profile,
     rail: Profile,

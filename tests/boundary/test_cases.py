@@ -104,7 +104,7 @@ def test_profiles_of_a_case_come_from_files_beside_it(tmp_path: Path) -> None:
         ('{ unit = "m" }', "rail = .*or a table of file, unit, interpolation, z_axis is needed"),
         ('{ file = "metres.txt", unit = "furlong" }', "rail = .*unit is 'furlong': one of 'm', 'mm'"),
         ("{ file = 3 }", "rail = .*file is 3: a path is needed"),
-        ('"case.toml"', "rail = .*line 2 of the profile file"),
+        ('"case.toml"', "rail = .*profile file .*line 2 of the file"),
     ):
         path = write(tmp_path / "case.toml", text.format(rail))
         with pytest.raises(mtb.CaseError, match=message):

@@ -119,3 +119,60 @@ def test_normalised_units_gels_and_diamond_are_not_questioned(material: mtb.Mate
         asked(mtb.Scene(upper=material, lower=mtb.Rigid(), gap=gap, spacing=x[1] - x[0], force=force).solve)
         == []
     )
+
+
+@pytest.mark.parametrize("given", [3.0, (0.3, 3.0), np.full((6, 30), 30.0), [[0.3, 3.0], 4.0]])
+def test_friction_that_no_pair_of_bodies_has(given: Any) -> None:
+    table = [mtb.VelocityTable([0.0, 10.0], [0.3, 3.0])] if isinstance(given, float) else []
+    for friction in (given, *table):
+        (question,) = asked(
+            lambda: mtb.scenes.pole_shoe_on_rail(friction=friction, velocity=1.0)  # noqa: B023
+        )
+        assert "friction reaches" in question
+    for law in (
+        lambda: mtb.Coulomb(30.0),
+        lambda: mtb.FallingFriction(30.0, 0.2, 0.1),
+        lambda: mtb.TabulatedFriction([0.0, 1.0], [30.0, 20.0]),
+        lambda: mtb.RailFriction([0.0], [30.0]),
+    ):
+        (question,) = asked(law)
+        assert "reaches 30" in question
+    assert asked(lambda: mtb.Coulomb(2.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mtb.scenes.pole_shoe_on_rail(height=28.2), "height is 28.2 m"),
+        (lambda: mtb.scenes.pole_shoe_on_rail(length=9.0, rail_length=10.0), "length is 9 m"),
+        (lambda: mtb.scenes.block_on_plane(width=100.0, length=1.0, height=1.0), "width is 100 m"),
+        (lambda: mtb.scenes.paraboloid_on_plane(force=3e10), "force is 3e"),
+        (lambda: mtb.hertz(36e3, 0.46, upper=mtb.Material(210e3, 0.3)), "young_modulus of the upper body"),
+        (lambda: mtb.hertz(3e10, 0.46), "Hertz' contact is small"),
+        (lambda: mtb.hertz(36e3, 460e-6), "Hertz' contact is small"),
+    ],
+)
+def test_lengths_and_forces_in_other_units(make: Callable[[], Any], words: str) -> None:
+    questions = asked(make)
+    assert any(words in question for question in questions), questions
+
+
+def test_small_scales_and_rough_surfaces_are_not_questioned() -> None:
+    assert asked(lambda: mtb.hertz(1e-6, 1e-6)) == []
+    assert asked(lambda: mtb.scenes.block_on_plane(1e-5, 1e-5, spacing=1e-6)) == []
+    assert asked(lambda: mtb.scenes.paraboloid_on_plane(radius=1e-5, force=1e-6).solve()) == []
+    heights = mtb.roughness(64, 1e-6, rms_height=1e-7, seed=2)
+    gap = heights.max() - heights
+    assert asked(mtb.Scene(mtb.steel, mtb.steel, gap=gap, spacing=1e-6, force=1e-2).solve) == []
+
+
+@pytest.mark.parametrize("lower", [mtb.steel, mtb.Rigid()])
+def test_a_shoe_is_small_in_its_height(lower: mtb.Material | mtb.Rigid) -> None:
+    # its length is three times its height
+    scene = mtb.scenes.pole_shoe_on_rail(
+        friction=0.3, magnetic_pressure=1e6, spacing=12e-3, upper=mtb.Material(10e6, 0.49), lower=lower
+    )
+    (question,) = asked(lambda: scene.solve("elastic-upper"))
+    assert "% of its height of" in question
+    stiffer = scene.with_(upper=mtb.Material(100e6, 0.49))
+    assert asked(lambda: stiffer.solve("elastic-upper")) == []

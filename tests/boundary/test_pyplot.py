@@ -79,3 +79,42 @@ def test_tables_over_the_velocity_come_from_files(tmp_path: Path) -> None:
     path.write_text("0,0.3\n20,a\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"mu\.csv, line 2"):
         mtb.VelocityTable.from_file(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("value,velocity\n0.1,0\n0.2,10\n", (0.1, 0.2)),
+        ("velocity [km/h],value\n0,0.1\n36,0.2\n", (0.1, 0.2)),
+        ("speed (mm/s);p [MPa]\n0;1\n10000;2\n", (1e6, 2e6)),
+        ("# day 3\n\nrun, v [m/s], value\n1, 0, 0.1\n2, 10, 0.2\n", (0.1, 0.2)),
+    ],
+)
+def test_headings_of_velocity_tables_count(tmp_path: Path, text: str, value: tuple[float, float]) -> None:
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    table = mtb.VelocityTable.from_file(tmp_path / "t.csv")
+    assert table.velocity == pytest.approx((0.0, 10.0))
+    assert table.value == pytest.approx(value)
+    case = 'scene = "pole_shoe_on_rail"\nvelocity = 5.0\nfriction = {file = "t.csv"}\n'
+    (tmp_path / "case.toml").write_text(case, encoding="utf-8")
+    assert mtb.load_case(tmp_path / "case.toml").friction == table
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "a,b\n0,1\n1,2\n",
+            "line 1 of the file: the heading .* does not name the columns velocity and value",
+        ),
+        ("velocity [furlong/h],value\n0,1\n", "line 1 of the file: .*known are m/s"),
+        ("velocity;value\n0;0,3\n10;0,2\n", "line 2 of the file: .*decimal commas: write decimal points"),
+        ("velocity,value\n0,1\n1,,2\n", "line 3 of the file: "),
+        ("velocity,value\n0,1\n1,nan\n", "line 3 of the file: .*not two finite numbers, velocity and value"),
+    ],
+)
+def test_velocity_tables_that_cannot_be_read_say_why(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"t\.csv, {message}"):
+        mtb.VelocityTable.from_file(path)

@@ -147,16 +147,27 @@ def test_a_force_at_the_limit_is_refused(share: float) -> None:
         mtb.solve_tangential(PATCH, motion, MU)
 
 
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
 @pytest.mark.parametrize(
-    ("law", "force"), [(mtb.FallingFriction(0.3, 0.15, 0.05), 2900.0), (mtb.StaticKinetic(0.3, 0.2), 2400.0)]
+    ("kind", "numbers", "force"),
+    [(mtb.FallingFriction, (0.3, 0.15, 0.05), 2900.0), (mtb.StaticKinetic, (0.3, 0.2), 2400.0)],
 )
 def test_a_force_beyond_what_a_falling_law_carries_is_refused_soon(
-    law: mtb.FallingFriction | mtb.StaticKinetic, force: float
+    kind: type[mtb.FallingFriction | mtb.StaticKinetic], numbers: tuple[float, ...], force: float
 ) -> None:
+    law = kind(*numbers)
     normal = mtb.hertz(1e4, semi_axes=(4e-3, 3e-3)).on_grid((24, 24), (0.35e-3, 0.27e-3))
     with pytest.raises(mtb.ConvergenceError, match="above the largest one that this") as failure:
         mtb.solve_tangential(normal, mtb.Rolling(force=(force, None)), law)
     assert failure.value.result.report.iterations < 400
+
+
+def test_the_law_that_contact_has_withdrawn_says_so_once() -> None:
+    with pytest.warns(UserWarning, match="withdrawn this law as an artefact of the grid") as caught:
+        law = mtb.StaticKinetic(0.3, 0.2)
+    mtb.solve_tangential(PATCH, mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), law)
+    (warning,) = caught
+    assert warning.filename == __file__
 
 
 def test_a_line_contact_rolls_backwards_as_forwards() -> None:

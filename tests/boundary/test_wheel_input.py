@@ -110,6 +110,7 @@ def test_a_file_that_is_no_profile_says_what_to_do(text, message, tmp_path):
         mtb.Profile.from_file(path)
 
 
+@pytest.mark.filterwarnings("ignore:profile file .* the width")
 def test_columns_are_taken_by_name(tmp_path):
     path = tmp_path / "rail.csv"
     path.write_text("s_mm,y_mm,z_mm\n0,-30,-20\n10,-29,-10\n20,-28,-5\n")

@@ -119,6 +119,7 @@ def test_something_of_every_public_class_is_looked_at() -> None:
 
 
 @pytest.mark.coarse
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
 @pytest.mark.parametrize("name", sorted(MADE))
 def test_public_objects_show_themselves_in_one_line_and_equal_their_copies(name: str) -> None:
     thing = MADE[name]()

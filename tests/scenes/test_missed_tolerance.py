@@ -80,7 +80,9 @@ def test_what_is_said_to_do_does(kind: str) -> None:
             break
         assert not settled or result.error_estimate <= 1.25 * tolerance
         (warning,) = caught
-        found = re.search(r"needs (about )?(?:cells of )?([\d.]+) (mm|µm|points)", str(warning.message))
+        found = re.search(
+            r"needs (?:at least \(.*\) )?(?:cells of )?(about )?([\d.]+) (mm|µm|points)", str(warning.message)
+        )
         assert found is not None
         finer = float(found[2]) * {"mm": 1e-3, "µm": 1e-6, "points": 1}[found[3]]
         assert (value < finer <= 3 * value) if key == "points" else (0.3 * value < finer < value)

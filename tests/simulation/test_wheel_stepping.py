@@ -451,6 +451,7 @@ def test_a_patch_saves_itself(tmp_path):
         np.testing.assert_array_equal(fields["slip"], patch.slip_velocity)
 
 
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
 def test_wheels_come_back_from_their_file(tmp_path):
     path = tmp_path / "wheelset.mtbw"
     laws = (mtb.StaticKinetic(0.4, 0.3), mtb.TabulatedFriction([0.0, 1.0], [0.4, 0.2], 1e-3))

@@ -115,3 +115,37 @@ def test_bad_profiles_are_named(tmp_path: Path) -> None:
         Profile.from_file(words)
     with pytest.raises(ValueError, match="unit is 'cm'"):
         Profile.from_file(words, unit="cm")
+
+
+def test_the_heading_of_a_file_counts(tmp_path: Path) -> None:
+    path = tmp_path / "rail.csv"
+    y = np.linspace(-30.0, 30.0, 121)
+    inner = y[1:-1] * 1e-3
+    z = RAIL.height(y * 1e-3) * 1e3
+    for heading, columns in (
+        ("y [m],z [m]", (y * 1e-3, z * 1e-3)),
+        ("z_um,y (mm)", (z * 1e3, y)),
+        ("station;z/mm;y/mm", (np.arange(y.size), z, y)),
+        ("y,z\nm,m", (y * 1e-3, z * 1e-3)),
+    ):
+        sign = ";" if ";" in heading else ","
+        np.savetxt(path, np.column_stack(columns), delimiter=sign, header=heading, comments="")
+        # the heading says more than the argument
+        profile = Profile.from_file(path, unit="in")
+        assert np.allclose(profile.height(inner), RAIL.height(inner), atol=2e-9), heading
+    for heading, words in (("y [mm],z", "state both"), ("y [furlong],z", "known are m"), ("a,b", "name")):
+        path.write_text(f"{heading}\n0,0\n1,1\n", encoding="utf-8")
+        with pytest.raises(ValueError, match=words):
+            Profile.from_file(path)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1e-3, "mm"), (1.0, "m"), (1e3, "mm")])
+def test_a_width_that_no_rail_has_is_questioned_at_its_file(tmp_path: Path, scale: float, unit: str) -> None:
+    path = tmp_path / "rail.txt"
+    y = np.linspace(-36.0, 36.0, 41)
+    np.savetxt(path, scale * np.column_stack([y, -(y**2) / 600.0]))
+    with pytest.warns(UserWarning, match=r"rail\.txt.*the width of the profile is .* is usual") as caught:
+        profile = Profile.from_file(path, unit=unit)
+    assert caught[0].filename == __file__
+    assert np.ptp(profile.range) == pytest.approx(72.0 * scale * {"m": 1.0, "mm": 1e-3}[unit])
+    pickle.loads(pickle.dumps(profile))

@@ -226,6 +226,7 @@ def test_transient_rolling_ends_in_the_steady_state() -> None:
     assert step.creepage == pytest.approx(creepage)
 
 
+@pytest.mark.filterwarnings("ignore:coefficient reaches")
 def test_unlike_bodies_feel_their_pressure() -> None:
     """Free rolling of unlike cylinders [Johnson1985, ch. 8.2]: traction without creepage force."""
     soft = mtb.Material.from_shear_modulus(1e9, 0.25)
@@ -239,6 +240,7 @@ def test_unlike_bodies_feel_their_pressure() -> None:
     assert np.abs(roll.traction).max() > 0.01 * patch.pressure.max()
 
 
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
 def test_static_and_kinetic_friction_meet_the_law(circle: mtb.PressureField) -> None:
     law = mtb.StaticKinetic(static=0.4, kinetic=0.3)
     for motion in (mtb.Rolling(creepage=(6e-4, 2e-4, 0.1)), mtb.Shift(displacement=(3e-6, 0.0))):

@@ -90,6 +90,7 @@ def test_states_of_other_cells_are_refused_and_older_ones_are_taken() -> None:
     assert np.array_equal(one.traction, two.traction)
 
 
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
 def test_cells_that_stick_report_friction_at_rest() -> None:
     law = mtb.StaticKinetic(0.5, 0.1)
     rng = np.random.default_rng(3)

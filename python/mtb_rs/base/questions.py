@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextvars import ContextVar
 
 from .check import warn
@@ -20,6 +20,15 @@ def ask(questions: Iterable[str], known: Iterable[str] = ()) -> None:
             gathering.append(question)
         elif question not in known:
             warn(question)
+
+
+def unusual(lengths: Mapping[str, float], limits: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Questions about lengths [m] outside what is usual."""
+    return [
+        f"{name} is {lengths[name]:g} m: {low:g} to {high:g} m is usual, and lengths are in metres"
+        for name, (low, high) in limits.items()
+        if not low <= lengths[name] <= high
+    ]
 
 
 @contextlib.contextmanager

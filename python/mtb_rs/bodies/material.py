@@ -8,6 +8,12 @@ from dataclasses import dataclass
 from ..base.check import number, positive
 from ..base.plain import plain
 
+#: Young's moduli [Pa]: up to the first, units are normalised ones; between it and the second only foams,
+#: cork and what hardly changes its volume (rubber, gels) are so soft; diamond has half of the third.
+NORMALISED, SOFT, STIFF = 10.0, 1e6, 2e12
+#: Poisson's ratio from which a material counts as hardly changing its volume.
+RUBBERY = 0.45
+
 
 @dataclass(frozen=True, slots=True)
 @plain
@@ -56,3 +62,19 @@ class Material:
 
 #: Steel of both sources' examples: G = 80 GPa, nu = 0.3.
 steel = Material(young_modulus=208e9, poisson_ratio=0.3)
+
+
+def of_material(side: str, material: Material) -> list[str]:
+    """A question about a modulus that no material has, which is mostly a slip of the unit."""
+    modulus, ratio = material.young_modulus, material.poisson_ratio
+    if NORMALISED < modulus < SOFT and ratio < RUBBERY:
+        return [
+            f"young_modulus of the {side} body is {modulus:g} Pa beside a Poisson's ratio of {ratio:g}: "
+            "only foam is so soft, and moduli are in pascals (steel has 208e9)"
+        ]
+    if modulus > STIFF:
+        return [
+            f"young_modulus of the {side} body is {modulus:g} Pa: nothing is so stiff, and moduli are in "
+            "pascals (steel has 208e9; a half-space that does not deform is Rigid())"
+        ]
+    return []

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,13 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
+from .. import _mtb_rs
+from ..base.check import LARGEST, number, pair, path_of, positive, reals
 from ..base.files import read_text
 from ..base.owning import owning
 from ..base.plain import plain
 from ..geometry.contact_points import Patch
 
 Array = NDArray[np.float64]
+
+#: What files call the columns of a table over the velocity, and their units.
+_COLUMNS = (["velocity", "speed", "v"], ["value"])
+_SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "mph": 0.44704, "ft/s": 0.3048, "knots": 1852.0 / 3600.0}
+_SPEEDS |= dict.fromkeys(("km/h", "kmh", "kph"), 1.0 / 3.6)
+_VALUES = {"-": 1.0, "1": 1.0, "%": 1e-2, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5}
+_VALUES |= {"N/m2": 1.0, "N/m²": 1.0, "N/mm2": 1e6, "N/mm²": 1e6}
 
 #: No pair of bodies rubs more than this; what is larger is a slip of the pen.
 LARGEST_FRICTION = 1e3
@@ -99,33 +105,32 @@ class VelocityTable:
 
     @classmethod
     def from_file(cls, path: str | Path) -> VelocityTable:
-        """Table from a CSV with two columns, velocity [m/s] and value.
+        """Table from a CSV with two columns, a velocity and a value.
 
-        A first line without numbers is a heading.
+        A heading gives their order and units, as ``value [MPa],velocity [km/h]``; without one the first
+        column is the velocity [m/s] and the second one the value in its SI unit. Further columns are left out
+        where the heading names "velocity" and "value".
+
+        Parameters
+        ----------
+        path : str or Path
+            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, or names the line that is not two numbers.
+            If the file cannot be read, or names the line: what is not two numbers, decimal commas, a heading
+            without a velocity, a unit that is not known.
         """
         path = path_of("path", path)
         text = read_text(path, "table")
         try:
-            rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-        except csv.Error as error:
-            raise ValueError(f"table {path} cannot be read: {error}") from error
-        numbers = []
-        for line, row in enumerate(rows, start=1):
-            try:
-                velocity, value = (float(cell) for cell in row)
-            except ValueError:
-                if line == 1:
-                    continue
-                raise ValueError(
-                    f"{path}, line {line}: {shortened(','.join(row))} is not two numbers"
-                ) from None
-            numbers.append((velocity, value))
-        return cls([v for v, _ in numbers], [value for _, value in numbers])
+            velocity, value = _mtb_rs.read_columns(
+                text, _COLUMNS, (list(_SPEEDS.items()), list(_VALUES.items()))
+            )
+        except ValueError as error:
+            raise ValueError(f"table {path}, {error}") from None
+        return cls(velocity.tolist(), value.tolist())
 
     def bracket(self, velocity: float) -> tuple[Any, Any, float]:
         """The two values around `velocity` [m/s] and the weight of the second."""
@@ -220,6 +225,30 @@ def field(
     else:
         values = values.reshape(-1) if kept is None else values.reshape(-1)[kept]
     return _within(name, values, lowest, highest)
+
+
+def numbers_in(spec: Any) -> Iterator[float]:
+    """Numbers in a field as users state it: alone, in arrays (the least and the largest), in lists, as peaks
+    and in tables."""
+    if isinstance(spec, (list, tuple)):
+        for part in spec:
+            yield from numbers_in(part)
+    elif hasattr(spec, "value"):
+        yield from numbers_in(spec.value)
+    elif hasattr(spec, "peak"):
+        yield from numbers_in(spec.peak)
+    elif isinstance(spec, (int, float, np.ndarray, np.number)):
+        values = np.asarray(spec)
+        values = values[np.isfinite(values)] if values.dtype.kind in "fiu" else np.empty(0)
+        if values.size:
+            yield from (float(values.min()), float(values.max()))
+
+
+def check_friction(spec: Any) -> None:
+    """Refuses numbers that are no coefficients of friction, before there are points."""
+    for value in numbers_in(spec):
+        if not 0.0 <= value <= LARGEST_FRICTION:
+            raise ValueError(f"friction is {value:.6g}: numbers from 0 to {LARGEST_FRICTION:g} are needed")
 
 
 def friction_field(

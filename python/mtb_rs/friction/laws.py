@@ -14,10 +14,26 @@ from .. import _mtb_rs
 from ..base.check import number, reals, shortened
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.renamed import renamed
 from ..geometry.contact_points import window
 
 Array = NDArray[np.float64]
+
+
+#: Coefficients of friction above this are mostly percentages, or a slip of the pen: clean metals in vacuum
+#: and soft rubber reach it.
+HIGH_FRICTION = 2.0
+
+
+def of_friction(name: str, largest: float) -> list[str]:
+    """A question about a coefficient of friction that hardly any pair of bodies has."""
+    if largest <= HIGH_FRICTION:
+        return []
+    return [
+        f"{name} reaches {largest:g}: coefficients of friction are numbers such as 0.3, and above "
+        f"{HIGH_FRICTION:g} only soft rubber and clean metals in vacuum have them"
+    ]
 
 
 def _number(name: str, value: float, lowest: float = 0.0, strictly: bool = False) -> float:
@@ -47,6 +63,7 @@ class Coulomb:
             raise ValueError(f"coefficient is {self.coefficient!r}: numbers of at least 0 are needed")
         if values.ndim not in (0, 2):
             raise ValueError(f"coefficient has shape {values.shape}: one number or (ny, nx) is needed")
+        ask(of_friction("coefficient", float(values.max())))
 
     def at_rest(self) -> float:
         """Largest coefficient at rest [-]."""
@@ -61,7 +78,7 @@ class StaticKinetic:
     The jump between the two makes the result depend on the grid: where the slip area ends, and whether
     several states exist, is decided by single cells. CONTACT has withdrawn this law for that reason. The
     total force in full slip is sound, the fields near the edge of the slip area are not: take
-    :class:`FallingFriction` with a memory where they matter.
+    :class:`FallingFriction` with a memory where they matter. A warning says so.
 
     Parameters
     ----------
@@ -76,6 +93,12 @@ class StaticKinetic:
         _number("kinetic", self.kinetic)
         if _number("static", self.static) < self.kinetic:
             raise ValueError(f"static is {self.static:g}: it must not be below kinetic = {self.kinetic:g}")
+        withdrawn = (
+            "StaticKinetic depends on the grid: single cells decide where the slip area ends, and CONTACT "
+            "has withdrawn this law as an artefact of the grid. The total force in full slip is sound; for "
+            "fields near the edge of the slip area take FallingFriction with a memory"
+        )
+        ask([withdrawn, *of_friction("static", self.static)])
 
     def at_rest(self) -> float:
         """Coefficient at rest [-]."""
@@ -116,6 +139,8 @@ class FallingFriction:
         if self.memory is not None:
             _number("memory", self.memory, strictly=True)
         _number("memory_min_slip", self.memory_min_slip, strictly=True)
+        for name in ("static", "kinetic"):
+            ask(of_friction(name, getattr(self, name)))
 
     def at_rest(self) -> float:
         """Coefficient at rest [-]."""
@@ -162,6 +187,7 @@ class TabulatedFriction:
         if self.memory is not None:
             _number("memory", self.memory, strictly=True)
         _number("memory_min_slip", self.memory_min_slip, strictly=True)
+        ask(of_friction("coefficient", float(values.max())))
 
     def at_rest(self) -> float:
         """Coefficient at rest [-]."""
@@ -220,6 +246,7 @@ class RailFriction:
             )
         if np.any(values < 0.0):
             raise ValueError(f"coefficient is {np.min(values):g}: numbers of at least 0 are needed")
+        ask(of_friction("coefficient", float(values.max(initial=0.0))))
         for name, field in (("rail_position", position), ("coefficient", values), ("x", along)):
             object.__setattr__(self, name, field)
 

@@ -14,6 +14,7 @@ from ..base.check import choice, path_of, reals
 from ..base.files import read_text
 from ..base.owning import frozen
 from ..base.plain import same
+from ..base.questions import ask
 from ..base.words import Interpolation, Unit, ZAxis
 from .contact_points import ROUNDING
 
@@ -21,7 +22,8 @@ Array = NDArray[np.float64]
 
 #: Profiles known by name: rail head 60E1 (UIC 60, EN 13674-1), wheel S1002 (EN 13715).
 STANDARD_PROFILES = ("60E1", "S1002")
-
+#: Widths [m] of rails and wheels, toys included.
+USUAL_WIDTH = (5e-3, 0.5)
 
 #: Metres per unit of length.
 UNITS: dict[Unit, float] = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
@@ -95,14 +97,21 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //. A file of more
-            than two columns needs a heading that names y and z.
+            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //. A heading gives
+            their order and units, as ``z [mm], y [mm]``; files of more than two columns need one.
         interpolation : "smooth" or "linear"
         unit : str
             Length unit of files that do not state theirs: "m", "mm", "um" or "in".
         z_axis : "up", "down" or "guess"
             Way of z in the file; guessed, the larger departure from the median height is down: rails
             fall off at their flanks, wheels at their flange.
+
+        A width that no rail or wheel has is warned of: it is mostly a slip of the unit.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or names the line that is not as it should be.
         """
         path = path_of("path", path)
         choice("interpolation", interpolation, Interpolation)
@@ -113,7 +122,9 @@ class Profile:
         except ValueError as error:
             raise ValueError(f"profile file {str(path)!r}: {error}") from None
         recipe = (cls._parsed, (text, metres(unit), z_axis, interpolation, path.name))
-        return cls(core, path.name, recipe)
+        profile = cls(core, path.name, recipe)
+        ask(f"profile file {str(path)!r}: {question}" for question in of_width("profile", profile))
+        return profile
 
     @classmethod
     def _parsed(cls, text: str, unit: float, z_axis: str, interpolation: str, name: str) -> Profile:
@@ -185,6 +196,18 @@ class Profile:
         # between two breaks of either side both are one piece, of at most the third degree
         y = np.concatenate([ends[:-1] + share * np.diff(ends) for share in (0.0, 0.25, 0.5, 0.75)])
         return bool(np.abs(self.height(y) - self.height(-y)).max() <= ROUNDING * size)
+
+
+def of_width(name: str, profile: Profile) -> list[str]:
+    """A question about a profile that is wider or narrower than rails and wheels are."""
+    start, end = profile.range
+    low, high = USUAL_WIDTH
+    if low <= end - start <= high:
+        return []
+    return [
+        f"the width of the {name} is {end - start:.4g} m: {low:g} to {high:g} m is usual; state the unit of "
+        "a file in its heading (y [mm], z [mm]) or by unit=, and lengths in metres elsewhere"
+    ]
 
 
 def as_profile(profile: str | Profile) -> Profile:

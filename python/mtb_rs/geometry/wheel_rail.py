@@ -14,9 +14,9 @@ from .. import _mtb_rs
 from ..base.check import number, positive
 from ..base.owning import owning
 from ..base.plain import plain
-from ..base.questions import ask
+from ..base.questions import ask, unusual
 from .contact_points import spacing_pair
-from .profiles import Profile, as_profile
+from .profiles import Profile, as_profile, of_width
 
 Array = NDArray[np.float64]
 
@@ -30,23 +30,21 @@ USUAL_LENGTHS = {
     "tape_circle": (0.01, 0.2),
     "lateral": (-0.06, 0.06),
 }
-#: Widths [m] of profiles.
-USUAL_WIDTH = (5e-3, 0.5)
+#: Vertical force [N] that no wheel carries: those of the heaviest trains have a quarter of it.
+STRONG_FORCE = 1e6
 
 
 def of_wheel(given: Mapping[str, Any]) -> list[str]:
     """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
     profiles as such."""
-    questions = []
-    lengths = {name: (number(name, given[name], "m"), limits) for name, limits in USUAL_LENGTHS.items()}
+    questions = unusual({name: number(name, given[name], "m") for name in USUAL_LENGTHS}, USUAL_LENGTHS)
+    if given["force"] > STRONG_FORCE:
+        questions.append(
+            f"force is {given['force']:g} N: no wheel carries more than {STRONG_FORCE:g} N, and forces are "
+            "in newtons"
+        )
     for name in ("wheel", "rail"):
-        start, end = given[name].range
-        lengths[f"the width of the {name} profile"] = end - start, USUAL_WIDTH
-    for name, (value, (low, high)) in lengths.items():
-        if not low <= value <= high:
-            questions.append(
-                f"{name} is {value:g} m: {low:g} to {high:g} m is usual, and lengths are in metres"
-            )
+        questions += of_width(f"{name} profile", given[name])
     back, gauge = given["flange_back"], given["gauge"]
     if back >= gauge:
         questions.append(

@@ -12,12 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import positive, whole
 from ..base.owning import solved
 from ..base.plain import plain
-from ..bodies.material import Material, steel
+from ..base.questions import ask
+from ..bodies.material import Material, of_material, steel
 from ..bodies.simple import Rigid, Simple, as_body
 from ..results.report import Report
 from .normal import NormalResult, centres
 
 Array = NDArray[np.float64]
+
+#: Short semi-axis over the relative radius up to which half-spaces stand for curved bodies.
+WIDEST = 0.2
 
 
 def elliptic_integrals(ratio: float) -> tuple[float, float]:
@@ -180,6 +184,8 @@ def hertz(
         Instead of `radii`: the semi-axes of the contact, along x and along y.
     lower, upper : Material, HalfSpace or Rigid
 
+    Moduli that no material has, and contacts that are not small against the radius, are warned of.
+
     References
     ----------
     [Hertz1882], [Johnson1985, ch. 4]
@@ -211,15 +217,30 @@ def hertz(
     peak = 1.5 * force / (math.pi * axes[0] * axes[1])
     load = 3.0 * force / (math.pi * stiffness * long**3)
     along, across = (load * k for k in _curvatures(slim))
+    approach = 0.5 * load * long**2 * elliptic_integrals(slim)[0]
+    ask(_questions(bodies, 1.0 / max(across, along), min(axes), approach))
     return Hertz(
         force=force,
         semi_axes=axes,
         peak_pressure=peak,
-        approach=0.5 * load * long**2 * elliptic_integrals(slim)[0],
+        approach=approach,
         curvatures=(across, along) if axes[0] < axes[1] else (along, across),
         lower=bodies[0],
         upper=bodies[1],
     )
+
+
+def _questions(bodies: tuple[Simple, Simple], radius: float, short: float, approach: float) -> list[str]:
+    """Questions about moduli, and about a contact that is not small against the radius of the bodies [m]."""
+    materials = {"lower": getattr(bodies[0], "material", None), "upper": getattr(bodies[1], "material", None)}
+    asked = [words for side, of in materials.items() if of is not None for words in of_material(side, of)]
+    if short > WIDEST * radius:
+        asked.append(
+            f"the semi-axis of the contact is {short:.3g} m and the approach {approach:.3g} m, where the "
+            f"relative radius of curvature is {radius:.3g} m: Hertz' contact is small against the radius "
+            f"(below about {WIDEST:g} of it), and moduli are in pascals, lengths in metres"
+        )
+    return asked
 
 
 def _curvatures(slim: float) -> tuple[float, float]:

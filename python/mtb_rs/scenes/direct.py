@@ -154,15 +154,16 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
     The model is then as full as helps: what it leaves out is within the tolerance.
     """
     assert scene.layout is not None
-    remedies, hint = [], ""
+    remedies, hint, is_bound = [], "", False
     of_mesh = errors.mesh.get(quantity, 0.0)
     rest = max(tolerance - of_mesh, 0.5 * tolerance)
     if errors.cells[quantity] > AIM * rest:
         factor = finer_by(errors, rest, quantity)
         # the order at which an error falls is not known far ahead
         finest = max(factor, FINEST_STEP)
-        name, size = _finer(scene, level, finest)
-        remedies.append(f"about {size}" if factor > FINEST_STEP else f"{size} or finer")
+        is_bound = factor < FINEST_STEP
+        name, size = _finer(scene, level, finest, is_bound=is_bound)
+        remedies.append(size)
         if scene.element_size is not None:
             remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
         elif scene.spacing is None:
@@ -172,21 +173,24 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
     reached, aimed = percent(errors.total(quantity)), percent(tolerance)
+    least = "at least (the true need is not known from cells so coarse) " if is_bound else ""
     return (
-        f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs "
+        f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs {least}"
         f"{' and '.join(remedies)}{hint}."
     )
 
 
-def _finer(scene: PosedScene, level: Level, ratio: float) -> tuple[str, str]:
-    """The argument that sets the cells of a scene, and cells finer by a ratio in words."""
+def _finer(scene: PosedScene, level: Level, ratio: float, *, is_bound: bool) -> tuple[str, str]:
+    """The argument that sets the cells of a scene, and cells finer by a ratio, or by more, in words."""
+    about, further = ("", " or finer") if is_bound else ("about ", "")
     if "points" in scene.inputs:
         count = max(max(patch.nx, patch.ny) for patch in level.problem.patches)
-        return "points", f"{int(np.ceil((count - 1) / ratio)) + 1} points a side"
+        further = " or more" if is_bound else ""
+        return "points", f"{about}{int(np.ceil((count - 1) / ratio)) + 1} points a side{further}"
     x, y = (ratio * size for size in level.spacing)
     unit, scale = ("mm", 1e3) if min(x, y) >= 1e-4 else ("\N{MICRO SIGN}m", 1e6)
     both = f"{scale * x:.3g}" if x == y else f"{scale * x:.3g} x {scale * y:.3g}"
-    return "spacing", f"cells of {both} {unit}"
+    return "spacing", f"cells of {about}{both} {unit}{further}"
 
 
 def _of_flange(layout: Layout) -> dict[str, str]:

@@ -28,8 +28,15 @@ from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction,
 from ..contact.solids import BodyLayout, body_contact, check_faces
 from ..contact.solve import finish, half_space_side, magnetic_field
 from ..contact.symmetry import folded
-from ..friction.fields import PressureDependentFriction, VelocityTable, fits, friction_field
-from ..friction.laws import InterfaceLayer
+from ..friction.fields import (
+    LARGEST_FRICTION,
+    PressureDependentFriction,
+    VelocityTable,
+    fits,
+    friction_field,
+    numbers_in,
+)
+from ..friction.laws import InterfaceLayer, of_friction
 from ..geometry.contact_points import ContactSheet, Patch, SheetPoints, spacing_pair
 from ..geometry.geometries import BlockLayout, FieldLayout, Layout, ShoeLayout
 from ..geometry.profiles import Profile
@@ -146,7 +153,10 @@ class PosedScene:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
         # fields may be in normalised units
         if not isinstance(self.layout, FieldLayout):
-            ask(of_scene(self.upper, self.lower, self.magnetic_pressure))
+            ask(of_scene(self.upper, self.lower, self.magnetic_pressure, self.force))
+        largest = max(numbers_in(self.friction), default=0.0)
+        # what is larger is refused where the field is made
+        ask(of_friction("friction", largest) if largest <= LARGEST_FRICTION else [])
 
     @property
     def known_spacing(self) -> tuple[float, float]:

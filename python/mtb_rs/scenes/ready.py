@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.check import positive
 from ..base.owning import owned
-from ..base.questions import ask
+from ..base.questions import ask, unusual
 from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
 from ..bodies.simple import HalfSpace, Simple
@@ -26,6 +26,16 @@ from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile, as_profile
 from ..geometry.wheel_rail import of_wheel
 from .scene import Scene, WheelScene
+
+#: Lengths [m] that shoes and blocks have.
+USUAL_SHOE = {
+    "height": (1e-3, 0.5),
+    "length": (5e-3, 3.0),
+    "outer_edge": (0.0, 0.3),
+    "lateral": (-0.1, 0.1),
+    "rail_length": (5e-3, 100.0),
+}
+USUAL_BLOCK = dict.fromkeys(("width", "length", "height"), (0.0, 20.0))
 
 #: Thesis Table 3.1: contact radius of its paraboloid [m], for which its grids span 1 m.
 _THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
@@ -131,6 +141,7 @@ def block_on_plane(
     """
     width, height = positive("width", width, "m"), positive("height", height, "m")
     length = width if length is None else positive("length", length, "m")
+    ask(unusual({"width": width, "length": length, "height": height}, USUAL_BLOCK))
     return Scene(
         upper=upper,
         lower=lower,
@@ -221,6 +232,8 @@ def pole_shoe_on_rail(
         yaw=yaw,
         rail=rail,
     )
+    lengths = {"rail_length": rail_length} | {k: getattr(shoe, k) for k in USUAL_SHOE if k != "rail_length"}
+    ask(unusual(lengths, USUAL_SHOE))
     return Scene(
         upper=upper,
         lower=lower,

@@ -184,7 +184,7 @@ pub enum Error {
         reason: &'static str,
     },
     /// A line of a profile file cannot be read.
-    #[error("line {line} of the profile file: {reason}")]
+    #[error("line {line} of the file: {reason}")]
     Unreadable {
         /// Line, counted from 1.
         line: usize,

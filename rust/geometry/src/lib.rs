@@ -18,6 +18,7 @@
 use std::ops::ControlFlow;
 
 mod between;
+mod columns;
 mod error;
 mod mesh;
 mod profile;
@@ -28,6 +29,7 @@ mod surface;
 mod wheel;
 
 pub use between::{SurfaceGap, SurfacePair};
+pub use columns::{Column, Columns, LENGTHS, read_columns};
 pub use error::Error;
 pub use mesh::{Closure, SurfaceMesh};
 pub use profile::{Interpolation, Profile, Station, Vertical};

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use mtb_geometry::{
-    Closure, ContactSheet, HeightField, HeightSurface, Interpolation, PoleShoe, SheetPoints,
-    Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
+    Closure, Column, ContactSheet, HeightField, HeightSurface, Interpolation, PoleShoe,
+    SheetPoints, Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
 };
 use mtb_operator::{Monitor, Progress};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -39,6 +39,37 @@ fn interpolation_named(name: &str) -> PyResult<Interpolation> {
             "interpolation is {other:?}: \"smooth\" or \"linear\" is accepted"
         ))),
     }
+}
+
+/// Two columns of a text, (2, n) in SI units, by the names, units and factors of each; private, use the
+/// `from_file` of what they are.
+#[pyfunction]
+pub(crate) fn read_columns<'py>(
+    py: Python<'py>,
+    text: &str,
+    names: [Vec<String>; 2],
+    units: [Vec<(String, f64)>; 2],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let names = names
+        .each_ref()
+        .map(|n| n.iter().map(String::as_str).collect::<Vec<_>>());
+    let units = units.each_ref().map(|u| {
+        u.iter()
+            .map(|(name, factor)| (name.as_str(), *factor))
+            .collect::<Vec<_>>()
+    });
+    let columns = [0, 1].map(|k| Column {
+        names: &names[k],
+        units: &units[k],
+        is_other: k == 1,
+    });
+    let read = mtb_geometry::read_columns(text.lines().enumerate(), &columns)
+        .map_err(|error| bad_input(&error))?;
+    let column = |k: usize| {
+        let factor = read.units[k].unwrap_or(1.0);
+        read.rows.iter().map(move |row| factor * row[k])
+    };
+    rows(py, column(0).chain(column(1)).collect(), 2)
 }
 
 #[pymethods]

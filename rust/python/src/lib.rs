@@ -32,7 +32,7 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::geometry::{
-        PyBodySurface, PyProfile, pole_shoe_sheet, surface_gap, wheel_on_rail_gap,
+        PyBodySurface, PyProfile, pole_shoe_sheet, read_columns, surface_gap, wheel_on_rail_gap,
     };
     #[pymodule_export]
     use super::normal::{available_memory, normal_memory, sliding_memory, solve_normal};

@@ -1,5 +1,6 @@
 use super::{Interpolation, Profile};
 use crate::Error;
+use crate::columns::{Column, LENGTHS, content, read_columns, unreadable};
 use crate::error::positive;
 
 /// Which way z of a profile file points.
@@ -32,14 +33,12 @@ impl Profile {
     /// A profile from the text of a file: two columns y and z, or the `.prr` / `.prw` form with
     /// `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
     ///
-    /// `unit` is the length unit [m] of files that do not state theirs. Columns may be parted by
-    /// blanks, commas or semicolons; `#`, `!`, `%` and `//` begin comments. A file of more than two columns
-    /// needs a heading that names y and z; between `point.begin` and `point.end` the third is a weight, which
-    /// means something with smoothing only.
+    /// `unit` is the length unit [m] of files that do not state theirs, in a header or in the heading of the
+    /// columns. Columns are read by [`read_columns`]; between `point.begin` and `point.end` the third is a weight,
+    /// which means something with smoothing only.
     ///
     /// # Errors
-    /// Lines that are not numbers, columns without a name, decimal commas, smoothing asked for by the header, tables that
-    /// [`Profile::from_points`] refuses.
+    /// Those of [`read_columns`], smoothing asked for by the header, tables that [`Profile::from_points`] refuses.
     pub fn parse(
         text: &str,
         unit: f64,
@@ -50,7 +49,7 @@ impl Profile {
         let table = if text.contains("point.begin") {
             Table::with_header(text)?
         } else {
-            Table::columns(text.lines().enumerate(), false)?
+            Table::columns(text)?
         };
         let [y, mut z] = table.coordinates(unit);
         if points_down(vertical, &z) {
@@ -77,66 +76,19 @@ fn points_down(vertical: Vertical, z: &[f64]) -> bool {
     }
 }
 
-/// A line without its comment.
-fn content(line: &str) -> &str {
-    let end = line
-        .find(['#', '!', '%'])
-        .into_iter()
-        .chain(line.find("//"))
-        .min()
-        .unwrap_or(line.len());
-    line[..end].trim()
-}
-
-/// What stands in the columns of a line.
-fn words(line: &str) -> impl Iterator<Item = &str> {
-    line.split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-        .filter(|w| !w.is_empty())
-}
-
-/// Whether numbers such as 1,5 stand between blanks or semicolons.
-fn has_decimal_commas(line: &str) -> bool {
-    let parts = || {
-        line.split(|c: char| c.is_whitespace() || c == ';')
-            .filter(|w| !w.is_empty())
-    };
-    let is_one = |part: &str| {
-        part.split_once(',').is_some_and(|(whole, rest)| {
-            whole.parse::<f64>().is_ok()
-                && rest.starts_with(|c: char| c.is_ascii_digit())
-                && rest.parse::<f64>().is_ok()
-        })
-    };
-    parts().count() > 1 && parts().any(is_one)
-}
-
-/// How many columns a heading names, and which of them are y and z.
-fn named_columns(line: &str) -> Option<(usize, [usize; 2])> {
-    let bare = line.trim_start_matches(['#', '!', '%', '/', ' ', '\t']);
-    let names: Vec<String> = words(bare)
-        // units
-        .filter(|w| !w.starts_with(['[', '(']))
-        .map(|w| {
-            let letters = w.trim_matches(['"', '\'']).chars();
-            letters
-                .take_while(char::is_ascii_alphabetic)
-                .collect::<String>()
-                .to_ascii_lowercase()
-        })
-        .collect();
-    let only = |name: &str| {
-        let mut places = (0..names.len()).filter(|&k| names[k] == name);
-        places.next().filter(|_| places.next().is_none())
-    };
-    Some((names.len(), [only("y")?, only("z")?]))
-}
-
-fn unreadable(line: usize, reason: String) -> Error {
-    Error::Unreadable {
-        line: line + 1,
-        reason,
-    }
-}
+/// Columns of a profile.
+const COORDINATES: [Column<'_>; 2] = [
+    Column {
+        names: &["y"],
+        units: LENGTHS,
+        is_other: false,
+    },
+    Column {
+        names: &["z"],
+        units: LENGTHS,
+        is_other: false,
+    },
+];
 
 impl Table {
     fn new() -> Self {
@@ -152,61 +104,22 @@ impl Table {
         }
     }
 
-    /// The points of `lines`; `is_weighted`: y, z and a weight, otherwise as the heading names them.
-    fn columns<'a>(
-        lines: impl Iterator<Item = (usize, &'a str)>,
-        is_weighted: bool,
-    ) -> Result<Self, Error> {
+    /// The points of two columns, as their heading names them.
+    fn columns(text: &str) -> Result<Self, Error> {
+        let read = read_columns(text.lines().enumerate(), &COORDINATES)?;
         let mut table = Self::new();
-        let mut headings = 0;
-        let mut named = None;
-        for (number, whole) in lines {
-            let line = content(whole);
-            let is_first = table.points.is_empty();
-            if line.is_empty() {
-                if is_first {
-                    // a heading may be a comment
-                    named = named_columns(whole).or(named);
+        table.points = read.rows;
+        match read.units {
+            [None, None] => {}
+            [Some(across), Some(up)] => {
+                for point in &mut table.points {
+                    *point = [across * point[0], up * point[1]];
                 }
-                continue;
+                table.per_metre = Some(1.0);
             }
-            if has_decimal_commas(line) {
-                let reason = format!(
-                    "{line:?} has decimal commas: write decimal points (1.5), with blanks, commas or semicolons between the columns"
-                );
-                return Err(unreadable(number, reason));
-            }
-            let words: Vec<&str> = words(line).collect();
-            let [across, up] = match named {
-                _ if is_weighted => [0, 1],
-                Some((count, columns)) if count == words.len() => columns,
-                _ if words.len() > 2 && words[..2].iter().all(|w| w.parse::<f64>().is_ok()) => {
-                    let reason = format!(
-                        "{line:?} has {} columns: two are needed, y and z, or a heading that names them, such as \"s y z\"",
-                        words.len()
-                    );
-                    return Err(unreadable(number, reason));
-                }
-                _ => [0, 1],
-            };
-            let number_at = |column: usize| words.get(column).and_then(|w| w.parse::<f64>().ok());
-            match (number_at(across), number_at(up)) {
-                (Some(y), Some(z)) if y.is_finite() && z.is_finite() => table.points.push([y, z]),
-                _ if is_first && line.contains('=') => {
-                    let reason = format!(
-                        "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns y and z alone, and save them as text"
-                    );
-                    return Err(unreadable(number, reason));
-                }
-                // the names of the columns
-                (None, None) if is_first && headings == 0 => {
-                    headings += 1;
-                    named = named_columns(whole);
-                }
-                _ => {
-                    let reason = format!("{line:?} is not two finite numbers, y and z");
-                    return Err(unreadable(number, reason));
-                }
+            _ => {
+                let reason = "the heading states the unit of one of y and z: state both, or none";
+                return Err(unreadable(0, reason.into()));
             }
         }
         Ok(table)
@@ -220,7 +133,28 @@ impl Table {
             return Err(unreadable(lines.len().saturating_sub(1), reason));
         };
         let points = lines.get(begin + 1..end).unwrap_or_default();
-        let mut table = Self::columns(points.iter().copied(), true)?;
+        let mut table = Self::new();
+        for &(number, whole) in points {
+            let line = content(whole);
+            // y, z and a weight, which means something with smoothing only
+            let mut words = line
+                .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+                .filter(|w| !w.is_empty());
+            let mut next = || {
+                words
+                    .next()
+                    .and_then(|w| w.parse::<f64>().ok())
+                    .filter(|v| v.is_finite())
+            };
+            match (next(), next()) {
+                (Some(y), Some(z)) => table.points.push([y, z]),
+                _ if line.is_empty() => {}
+                _ => {
+                    let reason = format!("{line:?} is not two finite numbers, y and z");
+                    return Err(unreadable(number, reason));
+                }
+            }
+        }
         let mut bounds = [[0.0, -1.0]; 2];
         for &(number, line) in &lines[..begin] {
             let Some((key, value)) = content(line).split_once('=') else {
@@ -367,6 +301,23 @@ spline.end
     }
 
     #[test]
+    fn the_unit_of_a_heading_counts() {
+        for text in [
+            "y [m],z [m]\n0,0\n0.001,-0.002\n0.002,-0.003",
+            "z_um y_mm\n0 0\n-2000 1\n-3000 2",
+            "# y (cm); z (cm)\n0;0\n0.1;-0.2\n0.2;-0.3",
+            "y;z\nin;in\n0;0\n0.03937007874015748;-0.07874015748031496\n0.08;-0.1",
+        ] {
+            let profile = Profile::parse(text, 7.0, Vertical::Up, Interpolation::Linear).unwrap();
+            assert!(
+                (profile.at(1e-3).unwrap().height + 2e-3).abs() < 1e-15,
+                "{text}"
+            );
+        }
+        assert!(message("y [mm],z\n0,0\n1,1").contains("state both"));
+    }
+
+    #[test]
     fn unreadable_files_are_named() {
         assert!(message("").contains("at least 2 points"));
         assert!(message("0 0\n1 one\n").contains("line 2"));
@@ -374,8 +325,6 @@ spline.end
         assert!(message("0 0\n1 nan\n").contains("line 2"));
         for columns in [
             "0 0 0\n1 1 -2",
-            "s y\n0 0 0\n",
-            "y z\n0;0;9\n",
             "y y z\n0 0 0",
             "0 0 crown",
             "1,5,-2,5\n2,5,-3,5",
@@ -383,6 +332,12 @@ spline.end
             assert!(
                 message(columns).contains("columns: two are needed"),
                 "{columns}"
+            );
+        }
+        for uneven in ["s y z\n0 0\n", "y z\n0;0;9\n"] {
+            assert!(
+                message(uneven).contains("the heading in line 1 names"),
+                "{uneven}"
             );
         }
         for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,5;-2\n", "1,5\t-2,5"] {

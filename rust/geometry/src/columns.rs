@@ -1,0 +1,480 @@
+//! Tables of two columns as people write them: the one reader of such text.
+
+use crate::Error;
+
+/// Metres per unit of length, by the names that headings have for it.
+pub const LENGTHS: &[(&str, f64)] = &[
+    ("m", 1.0),
+    ("metre", 1.0),
+    ("metres", 1.0),
+    ("meter", 1.0),
+    ("meters", 1.0),
+    ("cm", 1e-2),
+    ("mm", 1e-3),
+    ("millimetre", 1e-3),
+    ("millimetres", 1e-3),
+    ("millimeter", 1e-3),
+    ("millimeters", 1e-3),
+    ("um", 1e-6),
+    ("µm", 1e-6),
+    ("μm", 1e-6),
+    ("micron", 1e-6),
+    ("microns", 1e-6),
+    ("in", 0.0254),
+    ("inch", 0.0254),
+    ("inches", 0.0254),
+    ("ft", 0.3048),
+    ("feet", 0.3048),
+];
+
+/// A column that a table must have.
+#[derive(Clone, Copy, Debug)]
+pub struct Column<'a> {
+    /// What headings call it, in lower case; the first one stands in messages.
+    pub names: &'a [&'a str],
+    /// SI units per unit of the column, by the names of the units; the first one stands in messages.
+    pub units: &'a [(&'a str, f64)],
+    /// Whether it may have any name, as the only column besides the other one.
+    pub is_other: bool,
+}
+
+/// Two columns as they stand in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    /// Numbers row by row, in their own units.
+    pub rows: Vec<[f64; 2]>,
+    /// SI units per unit of each column, where the heading says so.
+    pub units: [Option<f64>; 2],
+}
+
+/// A heading, and where it stands.
+struct Heading<'a> {
+    line: usize,
+    text: &'a str,
+    is_comment: bool,
+    count: usize,
+    /// Place of each column, if the heading names them.
+    places: Option<[usize; 2]>,
+    units: [Option<f64>; 2],
+}
+
+/// Reads two columns, parted by blanks, commas or semicolons, from numbered lines; `#`, `!`, `%` and `//`
+/// begin comments.
+///
+/// A heading, which may be a comment, gives the order of the columns and their units: `y [mm]`, `y (mm)`,
+/// `y/mm`, `y_mm`, or a second line of units alone. Without one the columns are the wanted ones in their
+/// order, and there are no others.
+///
+/// # Errors
+/// [`Error::Unreadable`], with the line: what is no number, decimal commas, columns without a name, headings
+/// that do not name the columns, units that are not known.
+pub fn read_columns<'a>(
+    lines: impl Iterator<Item = (usize, &'a str)>,
+    wanted: &[Column<'_>; 2],
+) -> Result<Columns, Error> {
+    let mut rows = Vec::new();
+    let mut heading: Option<Heading<'a>> = None;
+    for (number, whole) in lines {
+        let whole = whole.trim_start_matches('\u{feff}');
+        let line = content(whole);
+        if line.is_empty() {
+            let bare = whole.trim_start_matches(['#', '!', '%', '/', ' ', '\t']);
+            if rows.is_empty() {
+                heading = with_comment(heading, number, bare.trim_end(), wanted);
+            }
+            continue;
+        }
+        if has_decimal_commas(line) {
+            let reason = format!(
+                "{line:?} has decimal commas: write decimal points (1.5), with blanks, commas or semicolons between the columns"
+            );
+            return Err(unreadable(number, reason));
+        }
+        let cells = cells(line);
+        if rows.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err()) {
+            if line.contains('=') {
+                let reason = format!(
+                    "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns {} and {} alone, and save them as text",
+                    wanted[0].names[0], wanted[1].names[0]
+                );
+                return Err(unreadable(number, reason));
+            }
+            let is_units = heading
+                .as_mut()
+                .is_some_and(|h| h.takes_units(line, wanted));
+            if !is_units {
+                if heading.as_ref().is_some_and(|h| !h.is_comment) {
+                    return Err(not_numbers(number, line, wanted));
+                }
+                heading = Some(Heading::read(number, line, false, wanted)?);
+            }
+            continue;
+        }
+        // a remark that looks like a heading
+        let heading_here = heading
+            .as_ref()
+            .filter(|h| !h.is_comment || h.count == cells.len());
+        let [first, second] = places(number, line, cells.len(), heading_here, wanted)?;
+        let number_at = |column: usize| {
+            let found = cells.get(column).and_then(|c| c.parse::<f64>().ok());
+            found.filter(|v| v.is_finite())
+        };
+        match (number_at(first), number_at(second)) {
+            (Some(a), Some(b)) => rows.push([a, b]),
+            _ => return Err(not_numbers(number, line, wanted)),
+        }
+    }
+    let units = heading.map_or([None; 2], |h| h.units);
+    Ok(Columns { rows, units })
+}
+
+/// The heading after a comment: a comment is one if it names the columns, or their units.
+fn with_comment<'a>(
+    heading: Option<Heading<'a>>,
+    line: usize,
+    text: &'a str,
+    wanted: &[Column<'_>; 2],
+) -> Option<Heading<'a>> {
+    let mut heading = heading;
+    if heading
+        .as_mut()
+        .is_some_and(|h| h.takes_units(text, wanted))
+    {
+        return heading;
+    }
+    match Heading::read(line, text, true, wanted) {
+        Ok(found) if found.places.is_some() => Some(found),
+        _ => heading,
+    }
+}
+
+/// Which cells of a row are the wanted columns.
+fn places(
+    number: usize,
+    line: &str,
+    count: usize,
+    heading: Option<&Heading<'_>>,
+    wanted: &[Column<'_>; 2],
+) -> Result<[usize; 2], Error> {
+    let [a, b] = [wanted[0].names[0], wanted[1].names[0]];
+    match heading {
+        Some(Heading {
+            places: Some(places),
+            count: named,
+            ..
+        }) if *named == count => Ok(*places),
+        Some(Heading {
+            places: Some(_),
+            count: named,
+            line: at,
+            ..
+        }) => {
+            let reason = format!(
+                "{line:?} has {count} columns: the heading in line {} names {named}",
+                at + 1
+            );
+            Err(unreadable(number, reason))
+        }
+        _ if count > 2 => {
+            let reason = format!(
+                "{line:?} has {count} columns: two are needed, {a} and {b}, or a heading that names them, such as \"{a},{b}\""
+            );
+            Err(unreadable(number, reason))
+        }
+        Some(unnamed) => {
+            let reason = format!(
+                "the heading {:?} does not name the columns {a} and {b}: name them, or put # before what is no heading",
+                unnamed.text
+            );
+            Err(unreadable(unnamed.line, reason))
+        }
+        None => Ok([0, 1]),
+    }
+}
+
+impl<'a> Heading<'a> {
+    fn read(
+        line: usize,
+        text: &'a str,
+        is_comment: bool,
+        wanted: &[Column<'_>; 2],
+    ) -> Result<Self, Error> {
+        let cells = heading_cells(text);
+        let named = wanted.map(|column| {
+            let mut at = (0..cells.len()).filter(|&k| has_name(&cells[k], column.names));
+            at.next().filter(|_| at.next().is_none())
+        });
+        let other =
+            |k: usize, column: Column<'_>| (column.is_other && cells.len() == 2).then(|| 1 - k);
+        let places = match named {
+            [Some(a), Some(b)] => (a != b).then_some([a, b]),
+            [Some(a), None] => other(a, wanted[1]).map(|b| [a, b]),
+            [None, Some(b)] => other(b, wanted[0]).map(|a| [a, b]),
+            [None, None] => None,
+        };
+        let mut units = [None; 2];
+        if let Some(places) = places {
+            for ((unit, column), place) in units.iter_mut().zip(wanted).zip(places) {
+                *unit = unit_of(&cells[place], column.units)
+                    .map_err(|reason| unreadable(line, reason))?;
+            }
+        }
+        let count = cells.len();
+        Ok(Self {
+            line,
+            text,
+            is_comment,
+            count,
+            places,
+            units,
+        })
+    }
+
+    /// Takes up a line that says nothing but the units of the columns.
+    fn takes_units(&mut self, line: &str, wanted: &[Column<'_>; 2]) -> bool {
+        let cells = cells(line);
+        let Some(places) = self
+            .places
+            .filter(|_| cells.len() == self.count && self.units == [None; 2])
+        else {
+            return false;
+        };
+        let named = [0, 1].map(|k| {
+            let bare = cells[places[k]].trim_matches(['[', ']', '(', ')', ' ']);
+            known(bare, wanted[k].units)
+        });
+        if named.iter().all(Option::is_some) {
+            self.units = named;
+            return true;
+        }
+        false
+    }
+}
+
+/// What parts the cells of a line: semicolons, commas or blanks, the first of them that it has.
+fn separator(line: &str) -> Option<char> {
+    [';', ','].into_iter().find(|&c| line.contains(c))
+}
+
+/// A cell without blanks and quotes around it.
+fn bare(cell: &str) -> &str {
+    cell.trim().trim_matches(['"', '\'']).trim()
+}
+
+/// The cells of a line; empty ones count, but for those at its end.
+fn cells(line: &str) -> Vec<&str> {
+    let mut found: Vec<&str> = match separator(line) {
+        Some(sign) => line.split(sign).map(bare).collect(),
+        None => line.split_whitespace().map(bare).collect(),
+    };
+    while found.last().is_some_and(|cell| cell.is_empty()) {
+        found.pop();
+    }
+    found
+}
+
+/// The cells of a heading: units in brackets or behind a stroke belong to the word before them.
+fn heading_cells(text: &str) -> Vec<String> {
+    if separator(text).is_some() || text.contains('\t') {
+        let parted = text.replace('\t', if text.contains(';') { ";" } else { "," });
+        return cells(&parted).into_iter().map(String::from).collect();
+    }
+    let mut found: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match found.last_mut() {
+            Some(last) if word.starts_with(['[', '(', '/']) || last.ends_with('/') => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => found.push(bare(word).to_string()),
+        }
+    }
+    found
+}
+
+/// Whether one of the words of a heading's cell, units in brackets left out, is one of `names`.
+fn has_name(cell: &str, names: &[&str]) -> bool {
+    let name = cell.split(['[', '(']).next().unwrap_or_default();
+    name.split(|c: char| !c.is_alphabetic())
+        .any(|word| names.contains(&word.to_lowercase().as_str()))
+}
+
+/// The unit that a heading's cell states; an error for one that is not known.
+fn unit_of(cell: &str, units: &[(&str, f64)]) -> Result<Option<f64>, String> {
+    let mut stated = None;
+    if let Some((_, rest)) = cell.split_once('[') {
+        stated = Some(rest.split(']').next().unwrap_or_default());
+    } else if let Some((_, rest)) = cell.split_once('(') {
+        stated = Some(rest.split(')').next().unwrap_or_default());
+    }
+    if stated.is_none() {
+        let after = cell
+            .char_indices()
+            .filter(|(_, c)| " _-/".contains(*c))
+            .map(|(k, c)| {
+                let rest = cell[k + c.len_utf8()..].trim_start_matches(['/', ' ', '_']);
+                rest.strip_prefix("in ").unwrap_or(rest)
+            });
+        if let Some(found) = after.into_iter().find_map(|rest| known(rest, units)) {
+            return Ok(Some(found));
+        }
+        stated = cell.split_once('/').map(|(_, rest)| rest);
+    }
+    let Some(stated) = stated.map(bare).filter(|unit| !unit.is_empty()) else {
+        return Ok(None);
+    };
+    known(stated, units).map(Some).ok_or_else(|| {
+        let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
+        format!(
+            "{cell:?} states a unit that is not known: known are {}",
+            names.join(", ")
+        )
+    })
+}
+
+fn known(name: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let lower = name.trim().to_lowercase();
+    let exact = units.iter().find(|(unit, _)| *unit == name.trim());
+    let found = exact.or_else(|| units.iter().find(|(unit, _)| unit.to_lowercase() == lower));
+    found.map(|&(_, factor)| factor)
+}
+
+/// A line without its comment.
+pub(crate) fn content(line: &str) -> &str {
+    let end = line
+        .find(['#', '!', '%'])
+        .into_iter()
+        .chain(line.find("//"))
+        .min()
+        .unwrap_or(line.len());
+    line[..end].trim()
+}
+
+/// Whether numbers such as 1,5 stand between blanks or semicolons.
+fn has_decimal_commas(line: &str) -> bool {
+    let parts = || {
+        line.split(|c: char| c.is_whitespace() || c == ';')
+            .filter(|w| !w.is_empty())
+    };
+    let is_one = |part: &str| {
+        part.split_once(',').is_some_and(|(whole, rest)| {
+            whole.parse::<f64>().is_ok()
+                && rest.starts_with(|c: char| c.is_ascii_digit())
+                && rest.parse::<f64>().is_ok()
+        })
+    };
+    parts().count() > 1 && parts().any(is_one)
+}
+
+fn not_numbers(line: usize, text: &str, wanted: &[Column<'_>; 2]) -> Error {
+    let [a, b] = [wanted[0].names[0], wanted[1].names[0]];
+    unreadable(
+        line,
+        format!("{text:?} is not two finite numbers, {a} and {b}"),
+    )
+}
+
+pub(crate) fn unreadable(line: usize, reason: String) -> Error {
+    Error::Unreadable {
+        line: line + 1,
+        reason,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPEEDS: &[(&str, f64)] = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
+    const TABLE: [Column<'_>; 2] = [
+        Column {
+            names: &["velocity", "v"],
+            units: SPEEDS,
+            is_other: false,
+        },
+        Column {
+            names: &["value"],
+            units: &[("-", 1.0), ("MPa", 1e6)],
+            is_other: true,
+        },
+    ];
+
+    fn read(text: &str) -> Columns {
+        read_columns(text.lines().enumerate(), &TABLE).unwrap()
+    }
+
+    #[test]
+    fn headings_give_order_and_units() {
+        let rows = vec![[0.0, 0.1], [10.0, 0.2]];
+        for text in [
+            "0,0.1\n10,0.2",
+            "v mu\n0 0.1\n10 0.2",
+            "value,velocity\n0.1,0\n0.2,10",
+            "mu;v\n0.1;0\n\n0.2;10\n",
+            "\u{feff}\"mu\",\"sliding velocity\"\r\n\"0.1\",\"0\"\r\n0.2,10\r\n",
+            "# of 2026, wet\n# value, velocity\n0.1,0\n0.2,10",
+            "day,value,velocity\n1,0.1,0\n1,0.2,10",
+            "velocity,value,\n0,0.1,\n10,0.2,",
+        ] {
+            let found = read(text);
+            assert_eq!(
+                (found.rows, found.units),
+                (rows.clone(), [None; 2]),
+                "{text}"
+            );
+        }
+        for heading in [
+            "v [km/h],value",
+            "v (km/h) value",
+            "v / km/h, value",
+            "v_km/h;value",
+            "v in km/h;value",
+            "velocity KM/H,value [ - ]",
+            "v,value\n[km/h],[-]",
+            "# v value\n# km/h -",
+        ] {
+            let found = read(&format!("{heading}\n0 0.1\n10 0.2"));
+            assert_eq!(
+                (found.rows, found.units[0]),
+                (rows.clone(), Some(1.0 / 3.6)),
+                "{heading}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_a_heading_does_not_say_is_refused_at_its_line() {
+        for (text, at, message) in [
+            (
+                "a,b\n0,1\n",
+                1,
+                "does not name the columns velocity and value",
+            ),
+            ("v,velocity\n0,1\n", 1, "does not name"),
+            ("v [furlong],value\n0,1\n", 1, "known are m/s, km/h"),
+            ("v/knots,value\n0,1\n", 1, "known are m/s, km/h"),
+            ("a,v,value\n0,1\n", 2, "the heading in line 1 names 3"),
+            ("v,value\n0,,1\n", 2, "has 3 columns"),
+            (
+                "v,value\n,1\n",
+                2,
+                "is not two finite numbers, velocity and value",
+            ),
+            ("v,value\n0,1\nx,y\n", 3, "is not two finite numbers"),
+            (
+                "v;value\n0;0,3\n",
+                2,
+                "has decimal commas: write decimal points",
+            ),
+        ] {
+            let error = read_columns(text.lines().enumerate(), &TABLE).unwrap_err();
+            let Error::Unreadable { line, reason } = error else {
+                unreachable!("{error}")
+            };
+            assert!(
+                line == at && reason.contains(message),
+                "{text}: {line} {reason}"
+            );
+        }
+    }
+}
