@@ -174,5 +174,15 @@ def test_a_shoe_is_small_in_its_height(lower: mtb.Material | mtb.Rigid) -> None:
     )
     (question,) = asked(lambda: scene.solve("elastic-upper"))
     assert "% of its height of" in question
+    contacts: list[Any] = []
+    (at_preparing,) = asked(lambda: contacts.append(scene.prepare("elastic-upper")))
+    assert at_preparing == question
+    # once, not at every step
+    assert asked(lambda: contacts[0].step(velocity=1.0)) == []
+    calm = scene.with_(magnetic_pressure=1e4).prepare("elastic-upper")
+    assert asked(lambda: calm.step(velocity=1.0)) == []
+    (in_a_step,) = asked(lambda: [calm.step(velocity=1.0, magnetic_pressure=1e6) for _ in range(2)])
+    assert in_a_step.split(", ")[0] == question.split(", ")[0]
     stiffer = scene.with_(upper=mtb.Material(100e6, 0.49))
     assert asked(lambda: stiffer.solve("elastic-upper")) == []
+    assert asked(lambda: stiffer.prepare("elastic-upper").step(velocity=1.0)) == []

@@ -280,3 +280,15 @@ def test_what_all_steps_share_cannot_be_written_to():
     for shared in (first.points, first.area):
         with pytest.raises(ValueError, match="read-only"):
             shared[...] = 0.0
+
+
+def test_a_tolerance_given_to_prepare_is_held_to():
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.3, magnetic_pressure=1e6, spacing=12e-3)
+    with pytest.warns(mtb.ToleranceWarning, match="estimated error of the pressure") as caught:
+        contact = scene.prepare(tolerance=0.05, quantity="pressure")
+    (warning,) = caught
+    assert warning.filename == __file__
+    # without one no estimate is made
+    equal = scene.prepare("elastic-upper")
+    one, two = (c.step(velocity=1.0).force for c in (contact, equal))
+    np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-6)

@@ -587,3 +587,25 @@ def test_what_cannot_be_prepared_is_named():
         mtb.scenes.pole_shoe_on_rail(spacing=6e-3).prepare("half-space", side="left")
     with pytest.raises(ValueError, match="no geometry for its elastic bodies"):
         scene().prepare("elastic-upper")
+
+
+@pytest.mark.filterwarnings("ignore:with friction the")
+def test_a_flange_that_a_step_reaches_is_told_by_field_and_in_words():
+    contact = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(friction=mtb.Coulomb(0.3))
+    tread = contact.step([0.0, -1.5e-3, np.nan, 0.0, 0.0, 0.0], 10.0)
+    assert [patch.on_flange for patch in tread.patches] == [False]
+    assert tread.report.status == "solved"
+    step = contact.step([0.0, 1.5e-3, np.nan, 0.0, 0.0, 0.0], 10.0)
+    (patch,) = step.patches
+    assert patch.on_flange
+    angle = f"{np.degrees(patch.contact_angle):.0f}°"
+    assert f"the flange of the left wheel is in contact, where the contact plane is inclined by {angle}" in (
+        step.report.status
+    )
+    assert "flange" in step.plot().axes[0].get_title(loc="left")
+
+
+def test_a_tolerance_given_to_prepare_is_held_to():
+    with pytest.warns(mtb.ToleranceWarning, match="estimated error of the pressure") as caught:
+        scene(spacing=2e-3).prepare(tolerance=0.01, quantity="pressure")
+    assert caught[0].filename == __file__

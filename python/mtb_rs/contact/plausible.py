@@ -4,7 +4,7 @@ does not carry. They are warnings; nothing is refused."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..bodies.material import NORMALISED, Material, of_material
 from ..friction.fields import numbers_in
+from ..geometry.contact_points import Patch
 from ..results.grids import flat, patches
 from ..results.result import Result
 
@@ -70,19 +71,20 @@ def _of_pull(spec: Any) -> list[str]:
     return []
 
 
-def height_of(parts: Iterable[Any]) -> float:
-    """Least extent [m] along z, the way of the load, of parts of an elastic body."""
-    return float(min(np.ptp(part.body.mesh.nodes[:, 2]) for part in parts))
-
-
-def of_displacement(side: str, moved: Array, size: float, what: str) -> list[str]:
-    """A question where a body of that `size` [m] deforms by more than a small share of it.
+def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) -> list[str]:
+    """A question where a body deforms by more than a small share of its size.
 
     Parameters
     ----------
     moved : (3, n) [m]
         Displacement of points of the body without its rigid motion.
+    parts : sequence
+        Of an elastic body: its size is the least extent along z, the way of the load.
+    width : float [m]
+        Of the contact, which is the size of a half-space.
     """
+    heights = [float(np.ptp(part.body.mesh.nodes[:, 2])) for part in parts]
+    size, what = (min(heights), "height") if heights else (width, "contact's size")
     most = float(np.sqrt((moved**2).sum(axis=0)).max(initial=0.0))
     if most <= SMALL * size:
         return []
@@ -93,12 +95,21 @@ def of_displacement(side: str, moved: Array, size: float, what: str) -> list[str
     ]
 
 
-def _width(result: Result) -> float:
-    """Of the largest patch in contact [m]: of the rectangle around it, the geometric mean of the sides."""
-    points, touching = flat(result, result.points), flat(result, result.status) > 0
-    cell = float(np.sqrt(result.area.max(initial=0.0)))
+def width_of(points: Array, area: float, touching: NDArray[np.bool_], patches: Sequence[Patch]) -> float:
+    """Of the largest patch in contact [m]: of the rectangle around it, the geometric mean of the sides.
+
+    Parameters
+    ----------
+    points : (3, n) [m]
+    area : float [m2]
+        Of a cell.
+    touching : (n,) bool
+    patches : sequence of Patch
+        Grids of the points, if they lie on any.
+    """
+    cell = float(np.sqrt(area))
     widths = [cell]
-    for patch in patches(result) or (None,):
+    for patch in patches or (None,):
         here = touching.copy()
         if patch is not None:
             here[: patch.start] = False
@@ -127,8 +138,9 @@ def of_result(result: Result, deformation: Mapping[str, Array]) -> list[str]:
             continue
         materials.append(material)
         parts = [part for part in result.parts if part.upper == (side == "upper")]
-        size = height_of(parts) if parts else _width(result)
-        questions += of_displacement(side, moved, size, "height" if parts else "contact's size")
+        touching = flat(result, result.status) > 0
+        width = width_of(flat(result, result.points), result.area.max(), touching, patches(result))
+        questions += of_deformation(side, moved, parts, width)
     peak = result.report.peak_pressure
     if peak > DENT and materials and all(STEELS[0] <= m.young_modulus <= STEELS[1] for m in materials):
         questions.append(

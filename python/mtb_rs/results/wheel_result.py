@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..base.owning import owning, solved
 from ..base.plain import plain
 from ..base.words import Field, Flat, FlatOptions, Side
+from ..geometry.geometries import FLANGE
 from .doors import pictures
 from .result import Drawn, Pictured, png
 
@@ -107,6 +108,11 @@ class WheelPatch(Drawn):
     friction_power: float
 
     @property
+    def on_flange(self) -> bool:
+        """Whether the flange, or the root of it, is in contact here: its plane is steeper than 30 degrees."""
+        return bool(self.contact_angle > FLANGE)
+
+    @property
     def points(self) -> Array:
         """Cell centres (3, ny, nx) [m] in the track."""
         x, y = np.meshgrid(self.x, self.y)
@@ -174,10 +180,13 @@ class WheelReport:
         Normal problems, of all patches and trials of the height.
     iterations : int
         Newton steps of the tangential problems.
+    status : str
+        "solved", and in words where a flange is in contact or the wheels are lifted.
     """
 
     normal_solves: int
     iterations: int
+    status: str = "solved"
 
 
 @solved
@@ -233,7 +242,8 @@ class WheelStep:
         if not self.patches:
             raise ValueError("the wheels are lifted: there is no patch to draw")
         names = [
-            f"{p.side} wheel, plane at {np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
+            f"{p.side} wheel{', flange' if p.on_flange else ''}, plane at "
+            f"{np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
             for p in self.patches
         ]
         drawn = [p._picture() for p in self.patches]

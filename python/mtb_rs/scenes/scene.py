@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,7 @@ from ..geometry.geometries import WheelLayout
 from ..results.chart import Chart
 from ..results.result import Result
 from . import methods
+from .auto import TOLERANCE
 from .direct import choose
 from .posed import PosedScene
 
@@ -160,7 +161,7 @@ class Scene(PosedScene):
         *,
         reference_point: ArrayLike | None = None,
         standstill_speed: float | None = None,
-        tolerance: float = 0.05,
+        tolerance: float | None = None,
         quantity: Quantity = "force",
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
@@ -184,7 +185,10 @@ class Scene(PosedScene):
             zero in proportion to the speed below it; without, a step at rest is an error. It is a
             regularisation, not physics: a real brake sticks.
         tolerance, quantity
-            What ``model="auto"`` aims at, as in :meth:`solve`.
+            What ``model="auto"`` aims at, as in :meth:`solve`. Where a tolerance is given, the scene is
+            solved once, and a :class:`mtb_rs.ToleranceWarning` says if its estimated error is larger (a model
+            by its name has no estimate, unless bodies of one's own give it). None: 0.05 for the choice of the
+            model, and no estimate is made; `report.error_estimates` of :meth:`solve` has it. Steps make none.
         friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
             Of wheels; None: ``Coulomb(0.3)``. A RailFriction varies over the rail.
         layer : InterfaceLayer
@@ -200,10 +204,20 @@ class Scene(PosedScene):
             if value is not None:
                 raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
         self.check_model(model)
-        if model == "auto":
-            model = choose(at_some_speed(self), tolerance, quantity).model
+        if tolerance is not None:
+            _ = self.known_spacing
+            model = self._judged(at_some_speed(self), model, tolerance, quantity)
+        elif model == "auto":
+            model = choose(at_some_speed(self), TOLERANCE, quantity).model
         origin = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return prepare(self, model, origin, standstill_speed)
+
+    def _judged(self, scene: PosedScene, model: Model, tolerance: float, quantity: Quantity) -> Model:
+        """The model that `scene`, this one at some speed, is solved in; warns of a missed tolerance."""
+        found = methods.solve(scene, model=model, tolerance=tolerance, quantity=quantity)
+        if found.report.missed:
+            warn(found.report.missed, ToleranceWarning)
+        return cast("Model", found.report.model)
 
     def chart(
         self,
@@ -248,19 +262,22 @@ class WheelScene(Scene):
         *,
         reference_point: ArrayLike | None = None,
         standstill_speed: float | None = None,
-        tolerance: float = 0.05,
+        tolerance: float | None = None,
         quantity: Quantity = "force",
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
     ) -> PreparedWheels:
-        """As :meth:`Scene.prepare`; there is but one model, whatever is aimed at."""
+        """As :meth:`Scene.prepare`; there is but one model, whatever is aimed at. A tolerance that is given
+        is held to for the normal contact where the scene has it."""
         from ..simulation.wheel_stepping import prepare_wheels
 
         assert isinstance(self.layout, WheelLayout)
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
         self.check_model(model)
+        if tolerance is not None:
+            self._judged(self, model, tolerance, quantity)
         law = Coulomb(0.3) if friction is None else friction
         return prepare_wheels(
             self, self.layout, side or "left", law, layer, reference_point, standstill_speed

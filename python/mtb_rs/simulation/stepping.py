@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -17,10 +18,12 @@ from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, read_bytes, write_bytes
 from ..base.owning import own, owning, solved
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.words import Model
 from ..bodies.sides import Side
+from ..contact.plausible import of_deformation, width_of
 from ..contact.problem import ContactProblem, to_global, to_local
-from ..contact.solve import JAMMED
+from ..contact.solve import JAMMED, displaced
 from ..friction.fields import PressureDependentFriction, VelocityTable
 from ..geometry.contact_points import Patch
 from ..results.result import Pictured
@@ -182,6 +185,7 @@ class PreparedContact:
         self._core = core
         self._source = source
         self._grid = StepGrid(core.points, core.area, () if source is None else source.problem.patches)
+        self._asked: set[str] = set()
 
     def __repr__(self) -> str:
         free = ", ".join(self.motions) or "nothing"
@@ -294,6 +298,11 @@ class PreparedContact:
         )
         if out["status"] != "solved":
             raise _failure(out, result)
+        if self._source is not None:
+            forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
+            traction = (out["friction"] if forwards else -out["friction"]) * out["pressure"]
+            speed = float(np.hypot(*sliding))
+            self._source.ask_once(self._asked, out["pressure"], traction, magnetic_pressure, speed)
         return result
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -307,7 +316,9 @@ class PreparedContact:
 
     def copy(self) -> PreparedContact:
         """The same contact without memory; the matrices are shared."""
-        return PreparedContact(self._core.copy(), self._source)
+        other = PreparedContact(self._core.copy(), self._source)
+        other._asked = self._asked
+        return other
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the contact for :meth:`load` and for the C interface: all matrices, with a checksum.
@@ -466,16 +477,88 @@ class Source:
     ----------
     base : (n + m,)
         Gap before contact [m] and work on each motion [J] without a magnetic pressure.
+    softness : Mapping of "upper" and "lower" to float [m/Pa]
+        Largest displacement of a body that deforms, by a pressure of 1 Pa on all points.
+    prepared_at : float or None [m/s]
+        Velocity at which the displacements of the problem by the scene's magnetic pressure are.
     """
 
     scene: PosedScene
     problem: ContactProblem
     base: Array
+    softness: Mapping[str, float]
+    prepared_at: float | None
 
     @property
     def velocity(self) -> float | None:
         """The scene's own velocity [m/s]."""
         return self.scene.velocity
+
+    def _width(self, pressure: Array) -> float:
+        problem = self.problem
+        area = float(problem.area.max())
+        return width_of(problem.points.points, area, pressure > 0.0, problem.patches)
+
+    def _further_pull(self, magnetic_pressure: Any, speed: float) -> Array | float:
+        """Pull (n,) [Pa] of a step beyond the one that the displacements of the problem hold."""
+        if self.scene.magnetic_pressure is None:
+            return 0.0
+        spec = self.scene.magnetic_pressure if magnetic_pressure is None else magnetic_pressure
+        now, then = (
+            self.scene.pull_at(
+                self.problem.points,
+                self.problem.patches,
+                self.problem.kept,
+                magnetic_pressure=asked,
+                velocity=at,
+            )
+            for asked, at in ((spec, speed), (self.scene.magnetic_pressure, self.prepared_at))
+        )
+        return now - then
+
+    def may_deform(self, name: str, pressure: Array) -> bool:
+        """Whether a body is so soft that a closer look at its displacement is worth a product."""
+        side = self.problem.upper if name == "upper" else self.problem.lower
+        mean = float(pressure @ self.problem.area) / float(self.problem.area.sum())
+        uniform = np.array([[4.0 * mean * self.softness.get(name, 0.0)], [0.0], [0.0]])
+        return bool(of_deformation(name, uniform, side.state or (), self._width(pressure)))
+
+    def ask_once(
+        self, asked: set[str], pressure: Array, traction: Array, magnetic_pressure: Any, speed: float
+    ) -> None:
+        """Warns of each body once that deforms by more than a small share of its size.
+
+        Parameters
+        ----------
+        asked : set of str
+            Bodies that were warned of.
+        pressure, traction : (n,) [Pa]
+            Traction on the lower body along the sliding direction of each point.
+        magnetic_pressure : as for scenes, or None
+            In place of the scene's.
+        speed : float [m/s]
+        """
+        problem = self.problem
+        for name, side, into in (("upper", problem.upper, 1.0), ("lower", problem.lower, -1.0)):
+            if name in asked or not self.may_deform(name, pressure):
+                continue
+            slip = traction * problem.direction
+            is_pulled = side.includes_motion if into > 0.0 else self.scene.attraction == "both"
+            more = self._further_pull(magnetic_pressure, speed) if is_pulled else 0.0
+            moved = displaced(
+                side,
+                -into * slip,
+                pressure - more,
+                np.zeros(len(side.motions)),
+                problem.points,
+                into,
+            )
+            if side.includes_motion:
+                moved = moved - moved.mean(axis=1, keepdims=True)
+            questions = of_deformation(name, moved, side.state or (), self._width(pressure))
+            if questions:
+                asked.add(name)
+                ask(questions)
 
     def loads(self, magnetic_pressure: Any, speed: float) -> tuple[Array, Array]:
         """Gap before contact (n,) [m] and work on each motion (m,) [J] under a magnetic pressure."""
@@ -551,7 +634,20 @@ def prepare(
         (float(origin[0]), float(origin[1]), float(origin[2])),
         standstill_speed,
     )
-    return PreparedContact(core, Source(scene, problem, base))
+    one = np.concatenate([np.zeros((2, problem.n)), np.ones((1, problem.n))])
+    softness = {
+        name: float(np.sqrt((side.compliance.displacement(one) ** 2).sum(axis=0)).max())
+        for name, side in (("upper", problem.upper), ("lower", problem.lower))
+        if side.compliance is not None
+    }
+    source = Source(scene, problem, base, softness, moving.velocity)
+    contact = PreparedContact(core, source)
+    pressure = np.full(problem.n, contact._pull(None, None) / float(problem.area.sum()))
+    if any(source.may_deform(name, pressure) for name in ("upper", "lower")):
+        # a step under the scene's own load asks; where there is none, steps will say so
+        with contextlib.suppress(ConvergenceError):
+            contact.copy().step(velocity=moving.velocity)
+    return contact
 
 
 def at_some_speed(scene: PosedScene) -> PosedScene:

@@ -103,12 +103,12 @@ class PreparedWheels:
         if "failure" in out:
             raise ConvergenceError(out["failure"])
         warn_of_balance(out["balance_error"], out["vertical_force"])
-        report = WheelReport(out.pop("normal_solves"), out.pop("iterations"))
+        patches = tuple(WheelPatch(**patch) for patch in out.pop("patches"))
         return WheelStep(
-            patches=tuple(WheelPatch(**patch) for patch in out.pop("patches")),
+            patches=patches,
             friction_work=None if dt is None else out["friction_power"] * dt,
             state=_state_of(out.pop("state")),
-            report=report,
+            report=WheelReport(out.pop("normal_solves"), out.pop("iterations"), _in_words(patches)),
             **out,
         )
 
@@ -227,6 +227,19 @@ def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
         f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures "
         "alone carry the force; give z for another force (step.vertical_force says what is carried)"
     )
+
+
+def _in_words(patches: tuple[WheelPatch, ...]) -> str:
+    """How a step ended."""
+    if not patches:
+        return "solved: the wheels are lifted"
+    flanges = [
+        f"the flange of the {patch.side} wheel is in contact, where the contact plane is inclined by "
+        f"{np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
+        for patch in patches
+        if patch.on_flange
+    ]
+    return ": ".join(["solved", *(["; ".join(flanges)] if flanges else [])])
 
 
 def _from_bytes(data: bytes, state: CoreState) -> PreparedWheels:
