@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,6 +192,16 @@ class Balance:
         """Resultant (6,) of a traction (3, n) [Pa], and reaction (6,) of each support to all loads."""
         answers = self.given + np.einsum("skcn,cn->sk", self.reaction, traction)
         return np.einsum("kcn,cn->k", self.contact, traction), dict(zip(self.supports, answers, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class _Core:
+    """A body in the compiled core, for as long as one that needs it lives."""
+
+    core: _mtb_rs.TetraBody
+
+
+_CORES: WeakValueDictionary[str, _Core] = WeakValueDictionary()
 
 
 @solved
@@ -432,16 +443,28 @@ class ElasticBody:
     @cached_property
     def core(self) -> _mtb_rs.TetraBody:
         """The body in the compiled core; factorised when first needed."""
+        return self._shared.core
+
+    @cached_property
+    def _shared(self) -> _Core:
+        """What all living bodies share that differ by no more than their loads and contact faces."""
         words = [
             (s.name, self.support_nodes(k).tolist(), tuple(_word(v) for v in s.values))
             for k, s in enumerate(self.supports)
         ]
-        return _mtb_rs.TetraBody(
-            self.core_mesh,
-            self.material.shear_modulus,
-            self.material.poisson_ratio,
-            words,  # type: ignore[arg-type]
-        )
+        elastic = self.material.shear_modulus, self.material.poisson_ratio
+        parts: dict[str, Any] = {
+            "nodes": np.asarray(self.mesh.nodes, dtype=np.float64),
+            "cells": np.asarray(self.mesh.cells),
+            "material": elastic,
+            "supports": words,
+        }
+        key = cache.content_key(parts)
+        shared = _CORES.get(key)
+        if shared is None:
+            shared = _Core(_mtb_rs.TetraBody(self.core_mesh, *elastic, words))  # type: ignore[arg-type]
+            _CORES[key] = shared
+        return shared
 
     @cached_property
     def faces(self) -> NDArray[np.uintp]:
@@ -674,10 +697,7 @@ class ElasticBody:
         force : (3, N) [N]
             Other forces on the nodes.
         """
-        load = self.core.contact_force(sampling, np.ascontiguousarray(traction, dtype=float))
-        if force is not None:
-            load = load + force
-        u = self.core.solve(load, self.case_values, modes, np.ascontiguousarray(motion, dtype=float))
+        u, load = self.moved(sampling, modes, traction, motion, force)
         forces, moments, left_over = self.core.reactions(u, load, (0.0, 0.0, 0.0))
         return BodyState(
             body=self,
@@ -686,6 +706,21 @@ class ElasticBody:
             moments=dict(zip(self.support_names, moments, strict=True)),
             left_over=left_over,
         )
+
+    def moved(
+        self,
+        sampling: _mtb_rs.Sampling,
+        modes: Array,
+        traction: Array,
+        motion: Array,
+        force: Array | None = None,
+    ) -> tuple[Array, Array]:
+        """Displacement (3, N) [m] and load (3, N) [N] of the nodes; see :meth:`recover`."""
+        load = self.core.contact_force(sampling, np.ascontiguousarray(traction, dtype=float))
+        if force is not None:
+            load = load + force
+        u = self.core.solve(load, self.case_values, modes, np.ascontiguousarray(motion, dtype=float))
+        return u, load
 
     @cached_property
     def surface_nodes(self) -> Index:

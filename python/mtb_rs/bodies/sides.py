@@ -150,9 +150,18 @@ class ElasticPart:
 
     def state(self, coefficients: Array, motion: Array) -> BodyState:
         """The whole body under the unknowns (3, n) [Pa] of a solution and its own rigid motions (m,)."""
+        return self.body.recover(*self._loaded(coefficients, motion))
+
+    def moved(self, coefficients: Array, motion: Array) -> Array:
+        """Displacement (3, N) [m] of its nodes, as :meth:`state` has it."""
+        return self.body.moved(*self._loaded(coefficients, motion))[0]
+
+    def _loaded(
+        self, coefficients: Array, motion: Array
+    ) -> tuple[_mtb_rs.Sampling, Array, Array, Array, Array | None]:
         contact, pull = self._tractions(coefficients)
         force = self.body.core.spread_force(tuple(self.spread)) if self.spread.any() else None
-        return self.body.recover(self.sampling(), self.modes, contact + pull, motion, force)
+        return self.sampling(), self.modes, contact + pull, motion, force
 
     def own_points(self) -> SheetPoints:
         """Its contact points."""

@@ -18,6 +18,9 @@ Index = NDArray[np.intp]
 #: Order at which pressures converge in the spacing, away from sharp edges.
 ORDER = 1.0
 
+#: Points over the width of a contact up to which its pressure is not resolved.
+NARROW = 2
+
 
 def coarsened(
     spacing: tuple[float, float], patches: Sequence[Patch], times: int = 2
@@ -82,6 +85,25 @@ def extrapolated(difference: float, fine: tuple[float, float], rough: tuple[floa
     """Error of the fine solution from its difference to the coarse one (Richardson)."""
     ratio = np.sqrt(rough[0] * rough[1] / (fine[0] * fine[1]))
     return float(difference / (ratio**ORDER - 1.0))
+
+
+def width(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
+    """Width [points] along x of a contact (ny, nx), the median of its points; infinite where a face ends it.
+
+    A contact as narrow as a point or two is a force and no pressure: its neighbours tell nothing of it.
+    """
+    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
+    change = np.diff(padded.astype(np.int8), axis=1)
+    row, first = np.nonzero(change == 1)
+    _, last = np.nonzero(change == -1)
+    if not row.size:
+        return float("inf")
+    length = (last - first).astype(float)
+    # the columns before and behind each run, in the padded field
+    wide = np.where(face[row, first] & face[row, last + 1], length, np.inf)
+    order = np.argsort(wide)
+    above_half = 2.0 * length[order].cumsum() > length.sum()
+    return float(wide[order][int(above_half.argmax())])
 
 
 def hat_means(points: Array, onto: Array) -> Array:

@@ -27,7 +27,7 @@ from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
 from ..results.result import Result
 from .elastic import averages, condensed_part, elastic_side, moved_by
-from .estimate import hat_means
+from .estimate import NARROW, hat_means, width
 from .problem import Averages, ContactProblem, Kept
 
 Spacing = tuple[float, float]
@@ -60,9 +60,6 @@ FACETS = 0.1
 #: cylinder whose contact is 2.8 cells wide has 2.8 and is 0.5 % off, one of 1.4 cells 7.3 and 14 %; a chamfer
 #: has tens.
 ABRUPT = 6.0
-
-#: Points over the width of a contact up to which its pressure is not resolved.
-NARROW = 2
 
 #: Share of the size of a body below which facets lie in a plane: single precision, as STL files have it.
 ROUNDING = 1e-7
@@ -560,25 +557,13 @@ def _check_width(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_
     closed = patch.view(kept.put(touching, False))
     for k, name in enumerate("xy"):
         lines, bodies = (closed, on_face) if k == 0 else (closed.T, on_face.T)
-        if narrow_share(lines, bodies) > 0.5:
+        if width(lines, bodies) <= NARROW:
             warn(
                 f"the contact is at most {NARROW} points wide along {name}, at a spacing of "
                 f"{patch.spacing[k]:.3g} m: its width and its pressure are not resolved; "
                 "a narrower spacing is needed"
             )
             return
-
-
-def narrow_share(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
-    """Share of the points `closed` (ny, nx) in short runs along x that end on the face."""
-    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
-    change = np.diff(padded.astype(np.int8), axis=1)
-    row, first = np.nonzero(change == 1)
-    _, last = np.nonzero(change == -1)
-    # the columns before and behind each run, in the padded field
-    is_inside = face[row, first] & face[row, last + 1]
-    length = last - first
-    return float(length[is_inside & (length <= NARROW)].sum() / max(int(closed.sum()), 1))
 
 
 def _slope(body: ElasticBody, faces: NDArray[np.int64]) -> float:

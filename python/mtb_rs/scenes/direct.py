@@ -14,7 +14,7 @@ from ..base import memory
 from ..base.words import Model
 from ..bodies.recovery import left_out
 from ..bodies.simple import HalfSpace, Rigid
-from ..contact.estimate import coarsened
+from ..contact.estimate import NARROW, coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Layout, WheelLayout
@@ -145,6 +145,9 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     if errors is not None and chosen.errors and not errors.total(quantity) <= allowed:
         missed = _missed(scene, errors, level, tolerance, quantity)
         report = replace(report, missed=missed, status=f"{report.status}, above the tolerance")
+    elif errors is None and chosen.errors and level.is_solved and level.width[0] <= NARROW:
+        missed = f"No error can be estimated: it needs {_narrower(level.width[1])}."
+        report = replace(report, missed=missed, status=f"{report.status}, not resolved")
     return replace(result, report=report)
 
 
@@ -157,7 +160,9 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
     remedies, hint, is_bound = [], "", False
     of_mesh = errors.mesh.get(quantity, 0.0)
     rest = max(tolerance - of_mesh, 0.5 * tolerance)
-    if errors.cells[quantity] > AIM * rest:
+    if errors.narrow and quantity == "pressure":
+        remedies.append(_narrower(errors.narrow))
+    elif errors.cells[quantity] > AIM * rest:
         factor = finer_by(errors, rest, quantity)
         # the order at which an error falls is not known far ahead
         finest = max(factor, FINEST_STEP)
@@ -177,6 +182,14 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
     return (
         f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs {least}"
         f"{' and '.join(remedies)}{hint}."
+    )
+
+
+def _narrower(along: str) -> str:
+    """What a contact needs that is too narrow to tell how wide it should be."""
+    return (
+        f"narrower cells (the contact is at most {NARROW} points wide along {along}, which does not tell how "
+        "narrow they must be)"
     )
 
 
@@ -297,7 +310,7 @@ def mesh_errors(level: Level) -> tuple[float, float]:
         for part in side.state or ():
             motion = level.solution.motion[first : first + len(part.modes)]
             first += len(part.modes)
-            shares.append(left_out(part.state(coefficients, motion)))
+            shares.append(left_out(part.body, part.moved(coefficients, motion)))
     return max(s[0] for s in shares), max(s[1] for s in shares)
 
 
