@@ -229,3 +229,15 @@ def test_a_large_grid_leaves_out_the_coupling_where_it_does_not_matter() -> None
     assert 0.5 * size < apart < 2.0 * size
     assert np.allclose(loose.traction[0], 0.3 * loose.pressure)
     assert tight.report.omitted == {}
+
+
+def test_a_spacing_found_is_as_good_as_the_same_one_given() -> None:
+    asked: dict[str, Any] = {"tolerance": 0.01, "quantity": "force"}
+    found = mtb.scenes.block_on_plane(height=0.25, spacing=None).solve(**asked)
+    given = mtb.scenes.block_on_plane(height=0.25, spacing=found.report.spacing).solve(**asked)
+    assert found.normal_force == pytest.approx(given.normal_force, rel=1e-12)
+    # levels on the way that hardly differ from each other tell noise
+    assert found.report.error_estimates["force"] == pytest.approx(
+        given.report.error_estimates["force"], rel=0.5
+    )
+    assert not found.report.missed

@@ -298,10 +298,12 @@ def estimated(
     if np.prod(wider[0].cell) < LEAST_COARSENING * np.prod(fine.cell):
         return None
     cells: dict[str, float] = {q: _cell_error(fine, wider[0], q, skip_border) for q in QUANTITIES}
-    if len(wider) > 1 and np.prod(wider[1].cell) > LEAST_COARSENING * np.prod(wider[0].cell):
+    # among these as well
+    guard = next((w for w in wider[1:] if np.prod(w.cell) >= COARSENING * np.prod(wider[0].cell)), None)
+    if guard is not None:
         gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
         for q in QUANTITIES:
-            cells[q] = max(cells[q], gain * _cell_error(wider[0], wider[1], q, skip_border))
+            cells[q] = max(cells[q], gain * _cell_error(wider[0], guard, q, skip_border))
     if layers is not None:
         # their thickness goes with the root of the cells' size, their error with the square of the thickness
         apart_by = {q: _cell_error(fine, layers[0], q, skip_border, layers[1]) for q in QUANTITIES}
