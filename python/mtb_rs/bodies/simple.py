@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from .. import _mtb_rs
 from ..base.plain import plain
 from ..geometry.profiles import Profile
 from .material import Material
 from .surfaces import BodySurface, as_surface
+
+#: First point (x, y) [m], numbers of points along x and y, and spacing (dx, dy) [m] of a flat grid.
+Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,23 @@ class HalfSpace:
     material: Material
     surface: Any = None
 
+    def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
+        """Compliance on the cells of flat grids; without `interact` each lies on a half-space of its own."""
+        places, spacings = zip(*grids, strict=True)
+        material = self.material
+        return _mtb_rs.half_space(
+            material.shear_modulus, material.poisson_ratio, list(places), list(spacings), interact
+        )
+
+    def on_hats(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
+        """The same on the nodes of the grids: their hats."""
+        places, spacings = zip(*grids, strict=True)
+        material = self.material
+        compliance, _ = _mtb_rs.half_space_hats(
+            material.shear_modulus, material.poisson_ratio, list(places), list(spacings), interact
+        )
+        return compliance
+
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
             raise ValueError(f"material of a half-space is {self.material!r}: a Material is needed")
@@ -47,6 +69,11 @@ class Rigid:
     """
 
     surface: Any = None
+
+    def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> None:
+        """It does not give way."""
+
+    on_hats = on_cells
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "surface", as_surface(self.surface))

@@ -5,32 +5,54 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..base import cache
+from ..base.cache import Memory
+from ..base.fingerprint import fingerprint
+from ..base.plain import plain
 from ..base.words import Model
 from ..base.words import Side as WheelSide
 from ..bodies.elastic_body import Condensed, ElasticBody
-from ..bodies.faces import owners
 from ..bodies.material import Material
 from ..bodies.mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
-from ..bodies.sides import ElasticPart, Side, _part
+from ..bodies.sides import ElasticPart, _part
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.supports import Guide, Support
 from ..geometry.contact_points import ContactSheet, Patch, SheetPoints
 from ..geometry.geometries import BlockLayout, Layout, ShoeLayout, cells_along
 from ..geometry.pole_shoe import PoleShoe
-from .problem import Averages, to_global
+from .standing import Contact, ElasticBodies, Standing, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
 
 Array = NDArray[np.float64]
 
 #: Share of its area by which a patch may miss the face of its elastic body.
 COVERAGE = 0.01
+
+
+@dataclass(frozen=True)
+@plain
+class Held:
+    """How the ready elastic bodies above are held and meshed.
+
+    Attributes
+    ----------
+    supports : str or sequence of Support
+    element_size : float [m] or None
+        At the contact; None: that of the contact grid.
+    thinner : float
+        Their layers are those of a grid finer by this factor.
+    """
+
+    supports: Any
+    element_size: float | None = None
+    thinner: float = 1.0
 
 
 def can_be_elastic(layout: Layout, model: Model) -> bool:
@@ -40,46 +62,101 @@ def can_be_elastic(layout: Layout, model: Model) -> bool:
     return model == "elastic-both" and isinstance(layout, ShoeLayout)
 
 
-def upper_side(
-    layout: Layout,
-    sheet: ContactSheet,
-    body: HalfSpace,
-    supports: Any,
-    pull: Array,
-    time_s: dict[str, float],
-    element_size: float | None = None,
-    moments: tuple[float, float] | None = None,
-    thinner: float = 1.0,
-) -> tuple[Side, Array]:
-    """The upper bodies, one a patch, and the area of each contact point (n,) [m2].
+#: Contacts of more points are made anew for each solve: their matrices are not kept.
+LARGEST_KEPT = 2000
 
-    `moments` [N m] about x and y act on each of them besides the pull. Their layers are those of a grid finer
-    by the factor `thinner`.
+
+def half_spaces(
+    geometry: Layout, upper: HalfSpace | Rigid, lower: HalfSpace | Rigid, spacing: tuple[float, float]
+) -> Contact:
+    """Half-spaces or rigid bodies on the cells of a geometry."""
+
+    def build() -> Contact:
+        return Contact(
+            points=sheet.cells,
+            area=sheet.area,
+            patches=sheet.patches,
+            is_grid=geometry.is_grid,
+            upper=cells_of(upper, sheet.cells, sheet.patches, upper=True),
+            lower=cells_of(lower, sheet.cells, sheet.patches, upper=False),
+        )
+
+    sheet = geometry.sheet(spacing)
+    if sheet.area.size > LARGEST_KEPT:
+        return build()
+    key = {"cells": sheet.cells.points, "gap": sheet.cells.gap, "bodies": fingerprint((upper, lower))}
+    return cache.recalled(cache.content_key(key), build)
+
+
+def ready_bodies(
+    geometry: Layout,
+    bodies: tuple[HalfSpace, HalfSpace | Rigid],
+    spacing: tuple[float, float],
+    held: Held,
+    symmetry: NDArray[np.intp] | bool | None,
+    time_s: dict[str, float],
+) -> Contact:
+    """The elastic upper bodies of a geometry on a half-space or rigid body, or on the elastic rail.
+
+    Parameters
+    ----------
+    bodies : (upper, lower)
+    symmetry : (n,) int, None or False
+        False: below is no elastic rail. Else the mirror image of each point where all above the rail is
+        symmetric, or None.
     """
+    upper, lower = bodies
+    key = fingerprint((geometry, spacing, upper, held))
+
+    def stand() -> Contact:
+        sheet = geometry.sheet(spacing)
+        above, area = upper_bodies(geometry, sheet, upper.material, held, time_s)
+        points, patches = sheet.nodes, sheet.node_patches
+        return Contact(
+            points=points,
+            area=area,
+            patches=patches,
+            is_grid=geometry.is_grid,
+            upper=above,
+            lower=hats_of(Rigid(), points, patches, upper=False),
+            averages=averages(above.parts),
+        )
+
+    def below() -> Contact:
+        above = cache.recalled(key, stand)
+        if symmetry is False:
+            other: Standing = hats_of(lower, above.points, above.patches, upper=False)
+        else:
+            assert isinstance(lower, HalfSpace)
+            assert symmetry is None or isinstance(symmetry, np.ndarray)
+            other = rail(geometry, geometry.sheet(spacing), lower.material, symmetry, time_s)
+        return replace(above, lower=other, memory=Memory())
+
+    if lower == Rigid():
+        return cache.recalled(key, stand)
+    return cache.recalled(fingerprint((key, lower, symmetry)), below)
+
+
+def upper_bodies(
+    geometry: Layout, sheet: ContactSheet, material: Material, held: Held, time_s: dict[str, float]
+) -> tuple[ElasticBodies, Array]:
+    """The upper bodies, one a patch, and the area of each contact point (n,) [m2]."""
     points, patches = sheet.nodes, sheet.node_patches
     parts: list[ElasticPart] = []
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
-    spread = np.array([0.0, 0.0, 0.0, *(moments or (0.0, 0.0)), 0.0])
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
         places = _part(points, cut)
-        solid = _upper_body(layout, sheet, patch, body.material, supports, time_s, element_size, thinner)
-        if parts and isinstance(supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
-            part, flexible, compliance = _twin(parts[0], condensed[0], patch, places, pull[cut])
+        solid = _upper_body(geometry, sheet, patch, material, held, time_s)
+        if parts and isinstance(held.supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
+            part, flexible, compliance = _twin(parts[0], condensed[0], patch, places)
         else:
             own = (replace(patch, start=0),)
             # the sheet lies on the lower body, the upper one a gap away from it
             places = replace(places, points=places.points + places.gap * places.normal)
             part = ElasticPart(
-                solid,
-                own,
-                places,
-                patch.start,
-                True,
-                pull[cut],
-                np.zeros((0, 9)),
-                spread=spread,
+                solid, own, places, patch.start, True, np.zeros(patch.nx * patch.ny), np.zeros((0, 9))
             )
             flexible = condensed_part(part, time_s)
             covered = flexible.weights.sum() / (np.prod(patch.spacing) * (patch.nx - 1) * (patch.ny - 1))
@@ -88,12 +165,12 @@ def upper_side(
                     f"patch {patch.name!r} meets only {100 * covered:.0f} % of its area on the {solid.name}: "
                     "the sole leaves the surface below too steeply (lateral, yaw)"
                 )
-            part, compliance = part.on(flexible), flexible.compliance
+            compliance = flexible.compliance
         parts.append(part)
         condensed.append(flexible)
         compliances.append(compliance)
-    side = elastic_side(parts, condensed, compliances, points)
-    return side, np.concatenate([c.weights for c in condensed])
+    bodies = ElasticBodies(tuple(parts), tuple(condensed), tuple(compliances), points)
+    return bodies, np.concatenate([c.weights for c in condensed])
 
 
 def _is_twin(left: ElasticPart, first: Patch, points: SheetPoints, solid: ElasticBody, patch: Patch) -> bool:
@@ -117,11 +194,11 @@ def _mirrored(where: Any) -> Any:
 
 
 def _twin(
-    left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints, pull: Array
+    left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints
 ) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
     """The right pole, known from the left one."""
     # rows are numbered with y rising on both sides, so the mirror turns their order round
-    original = np.arange(pull.size).reshape(patch.ny, patch.nx)[::-1].ravel()
+    original = np.arange(patch.nx * patch.ny).reshape(patch.ny, patch.nx)[::-1].ravel()
     supports = [replace(s, where=_mirrored(s.where)) for s in left.body.supports]
     body = ElasticBody(left.body.mesh.mirrored(), left.body.material, "contact", supports, "right pole")
     flip = np.array([[1.0], [-1.0], [1.0]])
@@ -150,26 +227,18 @@ def _twin(
         spread_reaction=flexible.spread_reaction * turned[:, None] * turned,
     )
     part = ElasticPart(
-        body,
-        (replace(patch, start=0),),
-        points,
-        patch.start,
-        True,
-        pull,
-        np.zeros((0, 9)),
-        spread=left.spread,
+        body, (replace(patch, start=0),), points, patch.start, True, np.zeros(original.size), np.zeros((0, 9))
     )
-    return part.on(mirrored), mirrored, flexible.compliance.reflected(original.tolist())
+    return part, mirrored, flexible.compliance.reflected(original.tolist())
 
 
-def lower_side(
+def rail(
     layout: Layout,
     sheet: ContactSheet,
-    body: HalfSpace,
-    pull: Array,
+    material: Material,
     image: NDArray[np.intp] | None,
     time_s: dict[str, float],
-) -> Side:
+) -> ElasticBodies:
     """The rail as one elastic body under all patches.
 
     With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
@@ -190,146 +259,13 @@ def lower_side(
         carried, where = patches[:1], "left"
     else:
         carried, where = patches, "head"
-    solid = ElasticBody(mesh, body.material, where, supports, "rail")
+    solid = ElasticBody(mesh, material, where, supports, "rail")
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     n = sum(p.nx * p.ny for p in carried)
     own = _part(points, slice(0, n))
-    part = ElasticPart(solid, tuple(carried), own, 0, False, pull[:n], np.zeros((0, 9)))
+    part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
     flexible = condensed_part(part, time_s)
-    part = replace(part.on(flexible), is_half=half)
-    side = elastic_side([part], [flexible], [flexible.compliance], own)
-    if image is None or side.compliance is None:
-        return side
-    mirrored = side.displacement[:, image[n:]] * np.array([[1.0], [-1.0], [1.0]])
-    return replace(
-        side,
-        compliance=side.compliance.unfolded(image.tolist()),
-        displacement=np.concatenate([side.displacement, mirrored], axis=1),
-        motions=np.zeros((0, 3, image.size)),
-    )
-
-
-def averages(parts: Sequence[ElasticPart]) -> Averages:
-    """Averages over the contact points of elastic bodies side by side."""
-    means, places = [], []
-    n = sum(part.pull.size for part in parts)
-    shares = np.zeros((n, n))
-    for part in parts:
-        sampling = part.sampling()
-        arrays, own = sampling.arrays(), sampling.n_points
-        owner = owners(arrays)
-        weighted = arrays["value"] * arrays["weight"][owner]
-        mean = np.zeros((own, 3, 3))
-        np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
-        if not part.upper:
-            mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
-        means.append(mean / sampling.weights[:, None, None])
-        body = part.body
-        corners = body.mesh.nodes[body.faces[arrays["face"].astype(np.int64), :3].astype(np.int64)]
-        at = np.einsum("qk,qkc->qc", arrays["barycentric"], corners)[owner]
-        place = [np.bincount(arrays["point"].astype(np.int64), weighted * x, own) for x in at.T]
-        nodes = part.own_points()
-        # the upper body's face lies a gap above the points
-        lift = nodes.gap * nodes.normal if part.upper else 0.0
-        places.append(np.array(place) / sampling.weights - lift)
-        cut = slice(part.first, part.first + own)
-        shares[cut, cut] = overlap(sampling)
-    frames = np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0))
-    return Averages(frames, shares, np.ascontiguousarray(np.concatenate(places, axis=1)))
-
-
-def overlap(sampling: _mtb_rs.Sampling) -> Array:
-    """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
-    arrays, n = sampling.arrays(), sampling.n_points
-    start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
-    counts, owner = np.diff(start), owners(arrays)
-    weighted = arrays["value"] * arrays["weight"][owner]
-    pairs = np.zeros(n * n)
-    for other in range(int(counts.max())):
-        # the pair of each basis value with the `other`-th one at the same place
-        there = counts[owner] > other
-        partner = start[owner[there]] + other
-        index = point[there] * n + point[partner]
-        pairs += np.bincount(index, weighted[there] * arrays["value"][partner], n * n)
-    return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
-
-
-def half_space_on_nodes(
-    body: HalfSpace | Rigid, sheet: ContactSheet, pull: Array, *, interact: bool = True
-) -> Side:
-    """A lower half-space under the hats of elastic bodies, or a rigid one; pulled up by `pull` (n,) [Pa].
-
-    Without `interact` each patch lies on a half-space of its own, as upper bodies do.
-    """
-    points, n = sheet.nodes, pull.size
-    displacement = np.zeros((3, n))
-    compliance = None
-    if isinstance(body, HalfSpace):
-        compliance, _ = _mtb_rs.half_space_hats(
-            body.material.shear_modulus,
-            body.material.poisson_ratio,
-            [(*p.origin, p.nx, p.ny) for p in sheet.node_patches],
-            [p.spacing for p in sheet.node_patches],
-            interact,
-        )
-        if pull.any():
-            displacement = moved_by(compliance, np.stack([0.0 * pull, 0.0 * pull, -pull]), points, -1.0)
-    return Side(compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
-
-
-def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
-    clock = time.perf_counter()
-    flexible = part.body.condense(part.sampling())
-    time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
-    return flexible
-
-
-def elastic_side(
-    parts: Sequence[ElasticPart],
-    condensed: Sequence[Condensed],
-    compliances: Sequence[_mtb_rs.Compliance],
-    points: SheetPoints,
-) -> Side:
-    """Elastic bodies side by side: their compliance, what is given to them, their free motions."""
-    n = points.points.shape[1]
-    displacement = np.zeros((3, n))
-    motions: list[Array] = []
-    work: list[float] = []
-    for part, flexible, compliance in zip(parts, condensed, compliances, strict=True):
-        into = 1.0 if part.upper else -1.0
-        cut = slice(part.first, part.first + part.pull.size)
-        load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
-        given = part.body.given_displacement(flexible)
-        given += np.einsum("k,kcn->cn", part.spread, flexible.spread_displacement)
-        given[2] *= into
-        own = part.own_points()
-        displacement[:, cut] = to_global(given, own)
-        if part.pull.any():
-            displacement[:, cut] += moved_by(compliance, load, own, into)
-        works = flexible.mode_work(load) + part.body.given_work(flexible) + flexible.spread_work(part.spread)
-        for mode, amount in zip(flexible.mode_displacement, works, strict=True):
-            local = mode * np.array([[1.0], [1.0], [into]])
-            whole = np.zeros((3, n))
-            whole[:, cut] = to_global(local, own)
-            motions.append(whole)
-            work.append(float(amount))
-    compliance = compliances[0] if len(compliances) == 1 else _mtb_rs.Compliance.separate(list(compliances))
-    return Side(
-        compliance,
-        displacement,
-        np.array(motions).reshape(-1, 3, n),
-        np.array(work),
-        includes_motion=True,
-        state=tuple(parts),
-        operations=sum({id(c.flexibility): c.operations for c in condensed}.values()),
-    )
-
-
-def moved_by(compliance: _mtb_rs.Compliance, load: Array, points: SheetPoints, into: float) -> Array:
-    """Displacement (3, n), common frame, by a load in the body's own frame."""
-    local = compliance.displacement(np.ascontiguousarray(load))
-    local[2] *= into
-    return to_global(local, points)
+    return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
 
 
 def _upper_body(
@@ -337,11 +273,10 @@ def _upper_body(
     sheet: ContactSheet,
     patch: Patch,
     material: Material,
-    supports: Any,
+    held: Held,
     time_s: dict[str, float],
-    element_size: float | None,
-    thinner: float,
 ) -> ElasticBody:
+    supports, element_size = held.supports, held.element_size
     clock = time.perf_counter()
     x, y = _grid_lines(sheet, patch)
     nx, ny = x.size, y.size
@@ -358,12 +293,12 @@ def _upper_body(
     built: dict[str, Any] = {
         "halved": isinstance(supports, str) and supports in ("points", "fixed-points"),
         "clamped": not isinstance(supports, str) or supports == "clamped-top",
-        "thinner": thinner,
+        "thinner": held.thinner,
     }
     if isinstance(layout, BlockLayout):
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
         mesh, name = block_mesh(x, y, layout.height, **built), "block"
-        held = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
+        ways = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
     else:
         assert isinstance(layout, ShoeLayout)
         shoe = layout.shoe
@@ -382,10 +317,10 @@ def _upper_body(
         aside[2] = _lift(shoe, sheet, patch, turn, aside)
         mesh = mesh.moved(turn, aside)
         size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
-        held = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
+        ways = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
         name = f"{side} pole"
     try:
-        body = ElasticBody(mesh, material, "contact", held, name)
+        body = ElasticBody(mesh, material, "contact", ways, name)
     except ValueError as error:
         height = layout.height if isinstance(layout, BlockLayout) else layout.shoe.height
         if "tetrahedron" not in str(error):
@@ -444,7 +379,7 @@ def _shared_lines(lines: Sequence[Array]) -> Array:
         return lines[0]
     low, high = min(x[0] for x in lines), max(x[-1] for x in lines)
     counts = [round((high - low) / float(np.diff(x).mean())) for x in lines]
-    return np.linspace(low, high, max(*counts, *(x.size - 1 for x in lines)) + 1)
+    return np.asarray(np.linspace(low, high, max(*counts, *(x.size - 1 for x in lines)) + 1))
 
 
 def _thinned(lines: Array) -> Array:

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import cache
-from ..base.cache import Memory
 from ..base.check import warn
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
-from ..bodies.elastic_body import Condensed, ElasticBody
+from ..bodies.elastic_body import ElasticBody
 from ..bodies.faces import hats, joined, owners, parts, profile_parts, thinned
-from ..bodies.sides import ElasticPart, Side
+from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.surfaces import BodySurface, height_of
 from ..geometry.contact_points import ContactSheet, SheetPoints
@@ -26,9 +25,9 @@ from ..geometry.geometries import cells_over, check_room, flat_points, flat_shee
 from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
 from ..results.result import Result
-from .elastic import averages, condensed_part, elastic_side, moved_by
 from .estimate import NARROW, hat_means, width
-from .problem import Averages, ContactProblem, Kept
+from .problem import ContactProblem, Kept
+from .standing import Contact, ElasticBodies, Foundation, Standing, averages, condensed_part
 
 Spacing = tuple[float, float]
 
@@ -201,84 +200,9 @@ def _at_level(points: SheetPoints, level: float) -> SheetPoints:
     return replace(points, points=moved)
 
 
-@dataclass(frozen=True)
-@plain
-class Standing:
-    """One body where it stands in a contact, without what presses it.
-
-    Attributes
-    ----------
-    compliance : Compliance or None
-        None for a rigid body.
-    part : ElasticPart or None
-        Finite elements.
-    condensed : Condensed or None
-        Of these.
-    """
-
-    compliance: _mtb_rs.Compliance | None
-    part: ElasticPart | None = None
-    condensed: Condensed | None = None
-
-
-@dataclass(frozen=True)
-@plain
-class BodyContact:
-    """The contact of bodies of any geometry, on the nodes of a sheet that lie on them, without loads.
-
-    Attributes
-    ----------
-    sheet : ContactSheet
-    points : SheetPoints
-        The nodes kept.
-    kept : Kept
-    area : (n,) [m2]
-    averages : Averages
-    upper, lower : Standing
-    memory : Memory
-        What is made of them for one load and serves the next.
-    doubts : tuple of str
-    """
-
-    sheet: ContactSheet
-    points: SheetPoints
-    kept: Kept
-    area: Array
-    averages: Averages
-    upper: Standing
-    lower: Standing
-    memory: Memory
-    doubts: tuple[str, ...]
-
-    @property
-    def nbytes(self) -> float:
-        """Memory of the matrices [bytes]: the blocks of two bodies, their halves, those of the pair."""
-        return 24.0 * 8.0 * self.area.size**2
-
-    def side(self, pull: Array, wrench: Array, *, upper: bool) -> Side:
-        """One body under its load.
-
-        Parameters
-        ----------
-        pull : (n,) [Pa]
-            Magnetic pressure on it.
-        wrench : (6,)
-            Force [N] and moment about its centre of volume [N m] spread over an elastic body.
-        """
-        body, n = self.upper if upper else self.lower, self.area.size
-        if body.part is not None and body.condensed is not None:
-            part = replace(body.part, pull=pull, spread=wrench).on(body.condensed)
-            return elastic_side([part], [body.condensed], [body.condensed.compliance], self.points)
-        displacement = np.zeros((3, n))
-        if body.compliance is not None and pull.any():
-            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-            displacement = moved_by(body.compliance, load, self.points, 1.0 if upper else -1.0)
-        return Side(body.compliance, displacement, np.zeros((0, 3, n)), np.zeros(0))
-
-
 def body_contact(
     layout: BodyLayout, bodies: Bodies, spacing: tuple[float, float], time_s: dict[str, float]
-) -> BodyContact:
+) -> Contact:
     """Upper and lower body condensed, or half-spaces, on the nodes that lie on all elastic faces.
 
     It is made once for the same bodies, gap and spacing.
@@ -301,7 +225,7 @@ def body_contact(
 
 def _condensed_contact(
     layout: BodyLayout, bodies: Bodies, sheet: ContactSheet, time_s: dict[str, float]
-) -> BodyContact:
+) -> Contact:
     nodes, patches = sheet.nodes, sheet.node_patches
     whole = {
         upper: body.sample(nodes, patches, upper=upper)
@@ -335,7 +259,8 @@ def _condensed_contact(
     step = np.array(sheet.spacing)[:, None]
     places[:2, moved] = nodes.points[:2, :1] + basis.place[:, moved] * step
     points = replace(points, points=places)
-    standing = []
+    standing: list[Standing] = []
+    carriers: dict[bool, ElasticPart] = {}
     for body, upper in zip(bodies, (True, False), strict=True):
         if isinstance(body, ElasticBody):
             part = ElasticPart(
@@ -350,26 +275,25 @@ def _condensed_contact(
                 covered=covered[upper],
             )
             flexible = condensed_part(part, time_s)
-            standing.append(Standing(flexible.compliance, part, flexible))
+            standing.append(ElasticBodies((part,), (flexible,), (flexible.compliance,), points))
+            carriers[upper] = part
         elif isinstance(body, HalfSpace):
             first = nodes.points[:, patches[0].start]
             grid = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
             shear, ratio = body.material.shear_modulus, body.material.poisson_ratio
             cut = basis.half_space(common, shear, ratio, grid, patches[0].spacing)
-            standing.append(Standing(cut))
+            standing.append(Foundation(cut, points, upper))
         else:
-            standing.append(Standing(None))
-    carrier = standing[0 if layout.upper else 1].part
-    assert carrier is not None
-    return BodyContact(
-        sheet=sheet,
+            standing.append(Foundation(None, points, upper))
+    return Contact(
         points=points,
-        kept=Kept(nodes, kept, rise, basis.on),
         area=own.weights,
-        averages=averages([carrier]),
+        patches=patches,
+        is_grid=True,
         upper=standing[0],
         lower=standing[1],
-        memory=Memory(),
+        averages=averages([carriers[layout.upper]]),
+        kept=Kept(nodes, kept, rise, basis.on),
         doubts=tuple(doubt for doubt in doubts if doubt),
     )
 

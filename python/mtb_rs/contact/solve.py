@@ -21,7 +21,6 @@ from ..base.check import warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.questions import ask
 from ..bodies.sides import Side
-from ..bodies.simple import HalfSpace, Rigid
 from ..friction.fields import field as load_field
 from ..geometry.contact_points import Patch, SheetPoints
 from ..geometry.triangles import Surface
@@ -465,25 +464,6 @@ def sided_influence(
         if slip.any():
             matrix += sign * compliance.influence("n", component) * slip
     return np.asarray(matrix)
-
-
-def half_space_side(
-    body: HalfSpace | Rigid,
-    patches: tuple[Patch, ...],
-    *,
-    interact: bool,
-) -> Side:
-    """A half-space or rigid body under one or several patches of cells."""
-    compliance, n = None, sum(p.nx * p.ny for p in patches)
-    if isinstance(body, HalfSpace):
-        compliance = _mtb_rs.half_space(
-            body.material.shear_modulus,
-            body.material.poisson_ratio,
-            [(*p.origin, p.nx, p.ny) for p in patches],
-            [p.spacing for p in patches],
-            interact,
-        )
-    return Side(compliance, np.zeros((3, n)), np.zeros((0, 3, n)), np.zeros(0))
 
 
 def magnetic_field(

@@ -17,7 +17,7 @@ from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.simple import HalfSpace, Rigid
 from ..contact.coupled_start import at_rest
-from ..contact.elastic import can_be_elastic, half_space_on_nodes
+from ..contact.elastic import can_be_elastic
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
@@ -30,6 +30,7 @@ from ..contact.sliding_start import (
 )
 from ..contact.solve import JAMMED, solve_direct
 from ..contact.staggered import staggered, with_half_space
+from ..contact.standing import hats_of
 from ..results.result import Result
 from . import direct
 from .posed import PosedScene
@@ -125,9 +126,7 @@ def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Resu
     problem = scene.problem(model)
     body = scene.upper
     assert isinstance(body, (HalfSpace, Rigid))
-    assert scene.layout is not None
-    sheet = scene.layout.sheet(scene.known_spacing)
-    twin = half_space_on_nodes(body, sheet, np.zeros(problem.n), interact=False)
+    twin = hats_of(body, problem.points, problem.patches, upper=True).side(np.zeros(problem.n), np.zeros(6))
     solution, _ = staggered(problem, twin, **options)
     try:
         result = scene.finished(problem, solution, "staggered")

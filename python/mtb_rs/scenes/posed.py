@@ -22,11 +22,12 @@ from ..bodies.sides import Side
 from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
-from ..contact.elastic import averages, can_be_elastic, half_space_on_nodes, lower_side, moved_by, upper_side
+from ..contact.elastic import Held, can_be_elastic, half_spaces, ready_bodies
 from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction, with_loads
 from ..contact.solids import BodyLayout, body_contact, check_faces
-from ..contact.solve import finish, half_space_side, magnetic_field
+from ..contact.solve import finish, magnetic_field
+from ..contact.standing import Contact
 from ..contact.symmetry import folded
 from ..friction.fields import (
     LARGEST_FRICTION,
@@ -37,7 +38,7 @@ from ..friction.fields import (
     numbers_in,
 )
 from ..friction.laws import InterfaceLayer, of_friction
-from ..geometry.contact_points import ContactSheet, Patch, SheetPoints, spacing_pair
+from ..geometry.contact_points import Patch, SheetPoints, spacing_pair
 from ..geometry.geometries import BlockLayout, FieldLayout, Layout, ShoeLayout
 from ..geometry.profiles import Profile
 from ..results.result import Result
@@ -289,58 +290,68 @@ class PosedScene:
         Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`.
         """
         spacing = self.known_spacing if spacing is None else spacing
-        if isinstance(self.layout, BodyLayout):
-            return self._bodies_problem(self.layout, spacing)
-        if model == "half-space":
-            return self._half_space_problem(spacing)
-        return self._elastic_problem(model, spacing, thinner)
-
-    def _bodies_problem(self, layout: BodyLayout, spacing: tuple[float, float]) -> ContactProblem:
-        """Bodies of any geometry; unknowns on the nodes of the grid that lie on their faces."""
-        own = self.own_model
-        assert own is not None
         time_s: dict[str, float] = {}
-        contact = body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
-        points, patches, kept = contact.points, contact.sheet.node_patches, contact.kept
-        n = contact.area.size
-        pull = none = np.zeros(n)
-        loads: dict[str, Any] = {}
+        contact = self._contact(model, spacing, thinner, time_s)
+        problem = self._under_load(contact, self.own_model or model, time_s)
+        if spacing == self.known_spacing:
+            for doubt in contact.doubts:
+                warn(doubt)
+        return problem
+
+    def _contact(
+        self, model: Model, spacing: tuple[float, float], thinner: float, time_s: dict[str, float]
+    ) -> Contact:
+        """The bodies of a model where they stand."""
+        layout = self.layout
+        assert layout is not None
+        if isinstance(layout, BodyLayout):
+            return body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
+        upper, lower = _simple(self.upper), _simple(self.lower)
+        if model == "half-space":
+            return half_spaces(layout, upper, lower, spacing)
+        assert isinstance(upper, HalfSpace)
+        held = Held(self.supports, self.element_size, thinner)
+        if model == "elastic-upper":
+            return ready_bodies(layout, (upper, lower), spacing, held, False, time_s)
+        above = ready_bodies(layout, (upper, Rigid()), spacing, held, False, time_s)
+        fold = folded(self._under_load(above, model, {}))
+        symmetry = None if fold is None else fold.image
+        return ready_bodies(layout, (upper, lower), spacing, held, symmetry, time_s)
+
+    def _under_load(self, contact: Contact, model: Model, time_s: dict[str, float]) -> ContactProblem:
+        """The bodies of a contact under the loads of the scene."""
+        points, patches, kept, n = contact.points, contact.patches, contact.kept, contact.area.size
+        pull = np.zeros(n)
         if self.magnetic_pressure is not None:
             pull = self.pull_at(points, patches, kept)
-            loads["magnetic"] = -(pull * contact.area * contact.averages.frames[2]).sum(axis=1)
-        middle = kept.nodes.points.mean(axis=1)
-        wrench = np.zeros(6)
-        if contact.upper.condensed is not None:
-            wrench = self._wrench(middle - contact.upper.condensed.centre)
-        upper = contact.side(pull, wrench, upper=True)
-        lower_pull = pull if self.attraction == "both" else none
-        if contact.upper.condensed is None and self.approach is None:
-            # a half-space or rigid body above has no supports: its load presses it and it is free to
-            # approach; without a load it rests, as one below does
-            motion, work = np.zeros((0, 3, n)), np.zeros(0)
-            if self.force is not None or self.magnetic_pressure is not None:
-                force = self.force
-                pressed = float(-loads.pop("magnetic")[2]) if force is None else force
-                motion, work = np.zeros((1, 3, n)), np.array([-pressed])
-                motion[0, 2] = 1.0
-                loads["pull"] = np.array([0.0, 0.0, -pressed])
-            if self.moments is not None:
-                motion = np.concatenate([motion, tilts(contact.averages.places - middle[:, None])])
-                work = np.append(work, self.moments)
-            upper = with_loads(upper, motion, work)
+        load = contact.load_of(pull)
+        loads: dict[str, Any] = {}
+        centre = contact.upper.centre
+        if centre is None:
+            upper = contact.upper.side(pull, np.zeros(6))
+            if self.approach is None:
+                upper = self._pressed(upper, contact, load, loads)
+        else:
+            if kept is None:
+                self._check_pull(pull, patches)
+            middle = contact.middle(patches[0])
+            upper = contact.upper.side(pull, self._wrench(middle - centre))
+            if self.magnetic_pressure is not None:
+                loads["magnetic"] = load.sum(axis=1)
+        lower_pull = pull if self.attraction == "both" else np.zeros(n)
         problem = ContactProblem(
             points=points,
             area=contact.area,
             patches=patches,
             friction=self._friction(points, patches, kept),
             direction=sliding_direction(self.sliding_direction, points),
-            gap=points.gap - (self.approach or 0.0),
+            gap=points.gap - (self.approach or 0.0) * points.normal[2],
             upper=upper,
-            lower=contact.side(lower_pull, np.zeros(6), upper=False),
-            model=own,
+            lower=contact.lower.side(lower_pull, np.zeros(6)),
+            model=model,
             approach=self.approach,
             loads=loads,
-            shape=(patches[0].ny, patches[0].nx),
+            shape=contact.shape,
             averages=contact.averages,
             time_s=time_s,
             kept=kept,
@@ -348,19 +359,10 @@ class PosedScene:
         )
         if self.approach is not None:
             self._check_pressed(problem)
-        if spacing == self.known_spacing:
-            for doubt in contact.doubts:
-                warn(doubt)
         return problem
 
-    def _elastic_problem(self, model: Model, spacing: tuple[float, float], thinner: float) -> ContactProblem:
-        """The scene with its upper bodies, or both sides, as finite elements; unknowns on the nodes."""
-        assert self.layout is not None
-        time_s: dict[str, float] = {}
-        sheet = self.layout.sheet(spacing)
-        points, patches = sheet.nodes, sheet.node_patches
-        n = points.gap.size
-        pull = self.pull_at(points, patches)
+    def _check_pull(self, pull: Array, patches: tuple[Patch, ...]) -> None:
+        """ValueError where the magnetic pressure does not press a ready elastic body."""
         for patch in patches:
             total = float(pull[_cut(patch)].sum())
             if total < 1.0 / LARGEST:
@@ -368,81 +370,6 @@ class PosedScene:
                     f"magnetic_pressure on patch {patch.name!r} is {total / (patch.nx * patch.ny):.6g} Pa "
                     "on average: it does not press the bodies together (it must be positive)"
                 )
-        lower_pull = pull if self.attraction == "both" else np.zeros(n)
-        upper_body, lower_body = _simple(self.upper), _simple(self.lower)
-        assert isinstance(upper_body, HalfSpace)
-        upper, area = upper_side(
-            self.layout,
-            sheet,
-            upper_body,
-            self.supports,
-            pull,
-            time_s,
-            self.element_size,
-            self.moments,
-            thinner,
-        )
-        known = averages(upper.state)
-        grid = patches[0]
-        problem = ContactProblem(
-            points=points,
-            area=area,
-            patches=patches,
-            friction=self._friction(points, patches),
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=points.gap,
-            upper=upper,
-            lower=half_space_on_nodes(Rigid(), sheet, lower_pull),
-            model=model,
-            approach=None,
-            loads={"magnetic": -(pull * area * known.frames[2]).sum(axis=1)},
-            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
-            averages=known,
-            time_s=time_s,
-        )
-        if model == "elastic-both":
-            assert isinstance(lower_body, HalfSpace)
-            fold = folded(problem)
-            image = fold.image if fold is not None else None
-            lower = lower_side(self.layout, sheet, lower_body, lower_pull, image, time_s)
-        else:
-            lower = half_space_on_nodes(lower_body, sheet, lower_pull)
-        return replace(problem, lower=lower)
-
-    def _half_space_problem(self, spacing: tuple[float, float]) -> ContactProblem:
-        """The scene with both bodies as half-spaces: only the resultant of the load counts."""
-        assert self.layout is not None
-        sheet = self.layout.sheet(spacing)
-        points, n = sheet.cells, sheet.area.size
-        lower = half_space_side(_simple(self.lower), sheet.patches, interact=True)
-        if self.magnetic_pressure is not None and self.attraction == "both" and lower.compliance is not None:
-            pull = self.pull_at(points, sheet.patches)
-            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-            lower = replace(lower, displacement=moved_by(lower.compliance, load, points, -1.0))
-        upper = half_space_side(_simple(self.upper), sheet.patches, interact=False)
-        # the thesis' basic model
-        upper = replace(upper, is_pulled_at_face=False)
-        gap = points.gap
-        loads: dict[str, Any] = {}
-        if self.approach is not None:
-            gap = gap - self.approach * points.normal[2]
-        else:
-            upper = self._pressed(upper, sheet, loads)
-        grid = sheet.patches[0]
-        return ContactProblem(
-            points=points,
-            area=sheet.area,
-            patches=sheet.patches,
-            friction=self._friction(points, sheet.patches),
-            direction=sliding_direction(self.sliding_direction, points),
-            gap=gap,
-            upper=upper,
-            lower=lower,
-            model="half-space",
-            approach=self.approach,
-            loads=loads,
-            shape=(grid.ny, grid.nx) if self.layout.is_grid else (n,),
-        )
 
     def _friction(
         self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
@@ -488,34 +415,33 @@ class PosedScene:
             changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
         return self.with_(**changes)
 
-    def _pressed(self, upper: Side, sheet: ContactSheet, loads: dict[str, Any]) -> Side:
-        """The upper body free to approach, each patch on its own, under its share of the load."""
-        points, n = sheet.cells, sheet.area.size
-        if self.magnetic_pressure is not None:
-            pull = self.pull_at(points, sheet.patches)
-            load = -pull * sheet.area * points.normal
-            shares = [load[2, _cut(p)].sum() for p in sheet.patches]
-        else:
-            assert self.force is not None
-            shares = [-self.force / len(sheet.patches)] * len(sheet.patches)
-        motions, work = [], []
-        for patch, share in zip(sheet.patches, shares, strict=True):
-            if -share < 1.0 / LARGEST:
-                raise ValueError(
-                    f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
-                    "bodies together (it must be negative)"
-                )
-            here = np.zeros(n)
-            here[_cut(patch)] = 1.0
-            zero = np.zeros(n)
-            motions.append(np.stack([zero, zero, here]))
-            work.append(share)
+    def _pressed(self, upper: Side, contact: Contact, load: Array, loads: dict[str, Any]) -> Side:
+        """A body above that nothing holds: each patch is free to approach on its own, under its share of the
+        load. Without a load it rests, as one below does."""
+        patches, n = contact.patches, contact.area.size
+        motions, work, shares = [], [], []
+        for patch in patches:
+            here = np.ones(n)
+            if len(patches) > 1:
+                here[:] = 0.0
+                here[_cut(patch)] = 1.0
+            if self.force is not None or self.magnetic_pressure is not None:
+                share = float(load[2] @ here) if self.force is None else -self.force / len(patches)
+                if contact.kept is None and -share < 1.0 / LARGEST:
+                    raise ValueError(
+                        f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
+                        "bodies together (it must be negative)"
+                    )
+                zero = np.zeros(n)
+                motions.append(np.stack([zero, zero, here]))
+                work.append(share)
+                shares.append(share)
             if self.moments is not None:
-                arm = points.points - points.points[:, _cut(patch)].mean(axis=1, keepdims=True)
-                motions.extend(tilts(arm) * here)
+                motions.extend(tilts(contact.places - contact.middle(patch)[:, None]) * here)
                 work.extend(float(m) for m in self.moments)
-        loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
-        return with_loads(upper, np.array(motions), np.array(work))
+        if shares:
+            loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
+        return with_loads(upper, np.array(motions).reshape(-1, 3, n), np.array(work))
 
     def check_reach(self, problem: ContactProblem, result: Result) -> None:
         """Contact must exist, and must not be cut off by the edge of the grid."""

@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bodies where they stand in a contact: on its points, and what each load makes of them.
+
+What stands is made once for its geometry, its materials and its supports (:func:`standing`); loads, friction,
+velocity and direction are applied to it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.cache import Memory
+from ..base.plain import plain
+from ..bodies.elastic_body import Condensed
+from ..bodies.faces import owners
+from ..bodies.sides import ElasticPart, Side
+from ..bodies.simple import HalfSpace, Rigid
+from ..geometry.contact_points import Patch, SheetPoints
+from .problem import Averages, Kept, to_global
+
+Array = NDArray[np.float64]
+
+
+class Standing(Protocol):
+    """A body on its contact points, without what presses it."""
+
+    @property
+    def centre(self) -> Array | None:
+        """Centre of volume (3,) [m] of a body whose supports hold it; None where only its load presses it."""
+
+    def side(self, pull: Array, wrench: Array) -> Side:
+        """The body under its load.
+
+        Parameters
+        ----------
+        pull : (n,) [Pa]
+            Magnetic pressure on it.
+        wrench : (6,)
+            Force [N] and moment about its centre of volume [N m] spread over it.
+        """
+
+
+@dataclass(frozen=True)
+@plain
+class Foundation:
+    """A half-space or a rigid body (`compliance` None) on contact points.
+
+    Unless `is_pulled_at_face` its pull does not move its face: only the resultant presses it.
+    """
+
+    compliance: _mtb_rs.Compliance | None
+    points: SheetPoints
+    upper: bool
+    is_pulled_at_face: bool = True
+    centre: None = None
+
+    def side(self, pull: Array, wrench: Array) -> Side:
+        n = self.points.gap.size
+        displacement = np.zeros((3, n))
+        if self.compliance is not None and self.is_pulled_at_face and pull.any():
+            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
+            displacement = moved_by(self.compliance, load, self.points, 1.0 if self.upper else -1.0)
+        return Side(
+            self.compliance,
+            displacement,
+            np.zeros((0, 3, n)),
+            np.zeros(0),
+            is_pulled_at_face=self.is_pulled_at_face,
+        )
+
+
+@dataclass(frozen=True)
+@plain
+class ElasticBodies:
+    """Finite elements side by side on contact points.
+
+    Attributes
+    ----------
+    parts : tuple of ElasticPart
+        Without loads.
+    condensed : tuple of Condensed
+    compliances : tuple of Compliance
+        Of each part.
+    points : SheetPoints
+        All contact points of the parts.
+    image : (n,) int or None
+        The mirror image of each point of the whole, where the only part is half of a symmetric body.
+    compliance : Compliance
+        Of all of them, on all points.
+    """
+
+    parts: tuple[ElasticPart, ...]
+    condensed: tuple[Condensed, ...]
+    compliances: tuple[_mtb_rs.Compliance, ...]
+    points: SheetPoints
+    image: NDArray[np.intp] | None = None
+    compliance: _mtb_rs.Compliance = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        own = list(self.compliances)
+        whole = own[0] if len(own) == 1 else _mtb_rs.Compliance.separate(own)
+        if self.image is not None:
+            whole = whole.unfolded(self.image.tolist())
+        object.__setattr__(self, "compliance", whole)
+
+    @property
+    def centre(self) -> Array:
+        return self.condensed[0].centre
+
+    def side(self, pull: Array, wrench: Array) -> Side:
+        parts = [
+            replace(p, pull=pull[p.first : p.first + p.pull.size], spread=wrench).on(c)
+            for p, c in zip(self.parts, self.condensed, strict=True)
+        ]
+        parts = [replace(p, is_half=self.image is not None) for p in parts]
+        side = replace(
+            elastic_side(parts, self.condensed, self.compliances, self.points), compliance=self.compliance
+        )
+        if self.image is None:
+            return side
+        mirrored = side.displacement[:, self.image[self.points.gap.size :]] * np.array([[1.0], [-1.0], [1.0]])
+        return replace(
+            side,
+            displacement=np.concatenate([side.displacement, mirrored], axis=1),
+            motions=np.zeros((0, 3, self.image.size)),
+        )
+
+
+@dataclass(frozen=True)
+@plain
+class Contact:
+    """Two bodies that stand on each other, without what presses them.
+
+    Attributes
+    ----------
+    points : SheetPoints
+        Contact points.
+    area : (n,) [m2]
+    patches : tuple of Patch
+        The grids that the contact points are nodes or cells of.
+    is_grid : bool
+        Whether results have the shape (ny, nx) of one grid.
+    upper, lower : Standing
+    averages : Averages or None
+        For unknowns that are coefficients of hats.
+    kept : Kept or None
+        Where not all points of the grids are contact points.
+    doubts : tuple of str
+        What its geometry makes doubtful, in whole sentences.
+    memory : Memory
+        What is made of the bodies for one load and serves the next.
+    """
+
+    points: SheetPoints
+    area: Array
+    patches: tuple[Patch, ...]
+    is_grid: bool
+    upper: Standing
+    lower: Standing
+    averages: Averages | None = None
+    kept: Kept | None = None
+    doubts: tuple[str, ...] = ()
+    memory: Memory = field(default_factory=Memory)
+
+    @property
+    def nbytes(self) -> float:
+        """Memory of the matrices [bytes]: the blocks of two bodies, their halves, those of the pair."""
+        return 24.0 * 8.0 * self.area.size**2
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the fields of a result, over all points of the grids."""
+        grid = self.patches[0]
+        return (grid.ny, grid.nx) if self.is_grid else (self.area.size,)
+
+    def load_of(self, pull: Array) -> Array:
+        """Load (3, n) [N] on the upper body by a magnetic pressure (n,) [Pa]."""
+        normal = self.points.normal if self.averages is None else self.averages.frames[2]
+        return np.asarray(-(pull * self.area * normal))
+
+    @property
+    def places(self) -> Array:
+        """Where the load of each contact point acts (3, n) [m]."""
+        return self.points.points if self.averages is None else self.averages.places
+
+    def middle(self, patch: Patch) -> Array:
+        """The middle (3,) [m] of a grid."""
+        points = self.points if self.kept is None else self.kept.nodes
+        return np.asarray(points.points[:, patch.start : patch.start + patch.nx * patch.ny].mean(axis=1))
+
+
+def cells_of(
+    body: HalfSpace | Rigid, points: SheetPoints, patches: Sequence[Patch], *, upper: bool
+) -> Foundation:
+    """A half-space or rigid body under cells. One below carries all patches, each above is its own.
+
+    Above, this is the thesis' basic model: only the resultant of the pull counts.
+    """
+    return Foundation(
+        body.on_cells([((*p.origin, p.nx, p.ny), p.spacing) for p in patches], interact=not upper),
+        points,
+        upper,
+        is_pulled_at_face=not upper,
+    )
+
+
+def hats_of(
+    body: HalfSpace | Rigid, points: SheetPoints, patches: Sequence[Patch], *, upper: bool
+) -> Foundation:
+    """A half-space or rigid body under the hats of elastic bodies, as :func:`cells_of`."""
+    return Foundation(
+        body.on_hats([((*p.origin, p.nx, p.ny), p.spacing) for p in patches], interact=not upper),
+        points,
+        upper,
+    )
+
+
+def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
+    clock = time.perf_counter()
+    flexible = part.body.condense(part.sampling())
+    time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
+    return flexible
+
+
+def elastic_side(
+    parts: Sequence[ElasticPart],
+    condensed: Sequence[Condensed],
+    compliances: Sequence[_mtb_rs.Compliance],
+    points: SheetPoints,
+) -> Side:
+    """Elastic bodies side by side: their compliance, what is given to them, their free motions."""
+    n = points.points.shape[1]
+    displacement = np.zeros((3, n))
+    motions: list[Array] = []
+    work: list[float] = []
+    for part, flexible, compliance in zip(parts, condensed, compliances, strict=True):
+        into = 1.0 if part.upper else -1.0
+        cut = slice(part.first, part.first + part.pull.size)
+        load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
+        given = part.body.given_displacement(flexible)
+        given += np.einsum("k,kcn->cn", part.spread, flexible.spread_displacement)
+        given[2] *= into
+        own = part.own_points()
+        displacement[:, cut] = to_global(given, own)
+        if part.pull.any():
+            displacement[:, cut] += moved_by(compliance, load, own, into)
+        works = flexible.mode_work(load) + part.body.given_work(flexible) + flexible.spread_work(part.spread)
+        for mode, amount in zip(flexible.mode_displacement, works, strict=True):
+            local = mode * np.array([[1.0], [1.0], [into]])
+            whole = np.zeros((3, n))
+            whole[:, cut] = to_global(local, own)
+            motions.append(whole)
+            work.append(float(amount))
+    return Side(
+        None,
+        displacement,
+        np.array(motions).reshape(-1, 3, n),
+        np.array(work),
+        includes_motion=True,
+        state=tuple(parts),
+        operations=sum({id(c.flexibility): c.operations for c in condensed}.values()),
+    )
+
+
+def moved_by(compliance: _mtb_rs.Compliance, load: Array, points: SheetPoints, into: float) -> Array:
+    """Displacement (3, n), common frame, by a load in the body's own frame."""
+    local = compliance.displacement(np.ascontiguousarray(load))
+    local[2] *= into
+    return to_global(local, points)
+
+
+def averages(parts: Sequence[ElasticPart]) -> Averages:
+    """Averages over the contact points of elastic bodies side by side."""
+    means, places = [], []
+    n = sum(part.pull.size for part in parts)
+    shares = np.zeros((n, n))
+    for part in parts:
+        sampling = part.sampling()
+        arrays, own = sampling.arrays(), sampling.n_points
+        owner = owners(arrays)
+        weighted = arrays["value"] * arrays["weight"][owner]
+        mean = np.zeros((own, 3, 3))
+        np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
+        if not part.upper:
+            mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
+        means.append(mean / sampling.weights[:, None, None])
+        body = part.body
+        corners = body.mesh.nodes[body.faces[arrays["face"].astype(np.int64), :3].astype(np.int64)]
+        at = np.einsum("qk,qkc->qc", arrays["barycentric"], corners)[owner]
+        place = [np.bincount(arrays["point"].astype(np.int64), weighted * x, own) for x in at.T]
+        nodes = part.own_points()
+        # the upper body's face lies a gap above the points
+        lift = nodes.gap * nodes.normal if part.upper else 0.0
+        places.append(np.array(place) / sampling.weights - lift)
+        cut = slice(part.first, part.first + own)
+        shares[cut, cut] = overlap(sampling)
+    frames = np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0))
+    return Averages(frames, shares, np.ascontiguousarray(np.concatenate(places, axis=1)))
+
+
+def overlap(sampling: _mtb_rs.Sampling) -> Array:
+    """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
+    arrays, n = sampling.arrays(), sampling.n_points
+    start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
+    counts, owner = np.diff(start), owners(arrays)
+    weighted = arrays["value"] * arrays["weight"][owner]
+    pairs = np.zeros(n * n)
+    for other in range(int(counts.max())):
+        # the pair of each basis value with the `other`-th one at the same place
+        there = counts[owner] > other
+        partner = start[owner[there]] + other
+        index = point[there] * n + point[partner]
+        pairs += np.bincount(index, weighted[there] * arrays["value"][partner], n * n)
+    return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
