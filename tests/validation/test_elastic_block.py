@@ -18,7 +18,7 @@ import mtb_rs as mtb
 from mtb_rs import _mtb_rs
 from mtb_rs.bodies.elastic_body import Condensed
 from mtb_rs.bodies.mesh import block_mesh
-from mtb_rs.contact.elastic import overlap
+from mtb_rs.contact.standing import overlap
 from mtb_rs.geometry.contact_points import ContactSheet
 from mtb_rs.geometry.geometries import BlockLayout
 
