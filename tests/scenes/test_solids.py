@@ -105,7 +105,7 @@ def test_an_elastic_lower_body_under_all_loads():
     assert pressed.approach > 0.0
     pulled = mtb.Scene(steel, table, spacing=2.5e-2, magnetic_pressure=3e6, friction=0.3).solve()
     assert pulled.force[2] == pytest.approx(-3e4, rel=1e-9)
-    # faces that pull each other evenly press each other evenly: the pull acts on the half-space's face as well
+    # faces that pull each other evenly press each other evenly: a half-space is pulled at its face, too
     even = mtb.Scene(steel, table, spacing=2.5e-2, magnetic_pressure=3e6, attraction="both").solve()
     np.testing.assert_allclose(even.pressure, 3e6, rtol=1e-6)
 
