@@ -5,6 +5,7 @@ import pytest
 import trimesh
 
 import mtb_rs as mtb
+from mtb_rs.bodies.faces import parts
 from mtb_rs.bodies.mesh import block_mesh, quadratic
 
 steel = mtb.steel
@@ -441,6 +442,34 @@ def test_a_kink_within_cells_divides_them():
         found = chamfered(0.1, 0.0213, spacing)
         assert found.normal_force == pytest.approx(truth, rel=0.015)
         assert found.area.sum() == pytest.approx(0.08 * 0.04, rel=1e-9)
+
+
+def relieved(kink, spacing, ends=False):
+    """A block whose face turns away from a flat rectangle on all four sides: its kinks cross."""
+    x = np.linspace(-0.04, 0.04, 13)
+    flat = block_mesh(x, np.linspace(-0.02, 0.02, 9), 0.03)
+    nodes = np.array(flat.nodes)
+    # rows of nodes at the kinks, which lie anywhere in the cells of the contact
+    for axis, (old, side) in enumerate(((0.02, 0.04), (0.01, 0.02))):
+        new = (2.0 * kink, kink)[axis]
+        nodes[:, axis] = np.interp(nodes[:, axis], [-side, -old, old, side], [-side, -new, new, side])
+    away = np.maximum(np.abs(nodes[:, 0]) - 2.0 * kink, 0.0) + np.maximum(np.abs(nodes[:, 1]) - kink, 0.0)
+    nodes[:, 2] += 0.02 * away * (1.0 - flat.nodes[:, 2] / 0.03)
+    face = flat.node_sets["contact"]
+    face = face[away[face] < 1e-9] if ends else face
+    mesh = mtb.TetraMesh(nodes, flat.cells, {"contact": face, "top": flat.node_sets["top"]})
+    body = mtb.ElasticBody(mesh, steel, "contact", [mtb.Support("top", x=0, y=0, z=-1e-6)])
+    return mtb.Scene(body, steel, spacing=spacing, friction=0.2)
+
+
+@pytest.mark.coarse
+@pytest.mark.filterwarnings("ignore")  # of the spacing, and of facets beside the kinks
+@pytest.mark.parametrize("kink", [0.009, 0.0105, 0.012])
+def test_kinks_that_cross_divide_the_cells_too(kink):
+    truth = relieved(kink, 3e-3, ends=True).solve().normal_force
+    scene = relieved(kink, 5e-3)
+    assert parts(scene.upper).max() == 8
+    assert scene.solve().normal_force == pytest.approx(truth, rel=0.05)
 
 
 @pytest.mark.coarse

@@ -32,6 +32,8 @@ LEAST_TURN = 2e-4
 SHARPER = 3.0
 #: Edges beside a kink are this far from it, in parts of its length; nearer ones are the kink's own.
 BESIDE = 0.3
+#: Cosine from which on two edges run alike.
+ALIKE = 0.7
 #: Value of a hat from which a quadrature point is one of the four nearest to its node.
 NEAREST = 0.8
 #: Cells from the middle of a hat up to which a quadrature point tells that the face is there.
@@ -303,7 +305,9 @@ def _sharp(nodes: Array, pairs: Index, ends: Index, turn: Array, count: int) -> 
         beside = np.array(sorted({other for triangle in ring for other in of[triangle]}))
         away = middle[beside] - middle[edge]
         off = np.linalg.norm(np.cross(away, along[edge] / length[edge]), axis=1)
-        others = turn[beside[off > BESIDE * length[edge]]]
+        # facets of a curve turn about like axes, another kink may cross this one
+        cosine = along[beside] @ along[edge] / (length[beside] * length[edge])
+        others = turn[beside[(off > BESIDE * length[edge]) & (np.abs(cosine) > ALIKE)]]
         sharp[edge] = turn[edge] > SHARPER * others.max(initial=0.0)
     return sharp
 
