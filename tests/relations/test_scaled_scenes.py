@@ -83,7 +83,9 @@ def test_a_scene_larger_or_stiffer_has_the_same_strains(
         other.displacement.lower / size, one.displacement.lower, atol=10.0 * near * moved
     )
     for quantity, estimate in one.report.error_estimates.items():
-        assert other.report.error_estimates[quantity] == pytest.approx(estimate, rel=0.5 if name == "wheel" else 1e-3)
+        assert other.report.error_estimates[quantity] == pytest.approx(
+            estimate, rel=0.5 if name == "wheel" else 1e-3
+        )
 
 
 @pytest.mark.parametrize(("name", "friction"), [("paraboloid", 0.0), ("paraboloid", 0.3)])
