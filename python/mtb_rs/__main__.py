@@ -33,6 +33,9 @@ from .studies.sweeps import MOST_CASES, most_processes
 if TYPE_CHECKING:
     from .case import Case
 
+#: Most seconds that a chart may take, and most solves of each of its points.
+LONGEST_BUDGET, MOST_REPEATS = 604_800.0, 1000
+
 #: Exit codes, beside 0: bad input or an unwritable directory; no solution; stopped by the user.
 BAD_INPUT, NO_SOLUTION, STOPPED = 2, 3, 130
 
@@ -160,11 +163,15 @@ def _parser() -> argparse.ArgumentParser:
         help="where to write (default: a directory named as the case, here)",
     )
     chart.add_argument(
-        "--budget", type=float, default=60.0, metavar="SECONDS", help="time to spend (default: %(default)g)"
+        "--budget",
+        type=_seconds,
+        default=60.0,
+        metavar="SECONDS",
+        help="time to spend (default: %(default)g)",
     )
     chart.add_argument(
         "--repeats",
-        type=int,
+        type=_repeats,
         default=3,
         metavar="N",
         help="solves of each point, of whose times the median counts (default: %(default)d)",
@@ -313,6 +320,23 @@ def _processes(text: str) -> int:
     return int(text)
 
 
+def _seconds(text: str) -> float:
+    value = _value(text)
+    if isinstance(value, str) or not 0.0 < value <= LONGEST_BUDGET:
+        raise argparse.ArgumentTypeError(
+            f"{shortened(text)}: seconds up to {LONGEST_BUDGET:g}, a week, are needed"
+        )
+    return float(value)
+
+
+def _repeats(text: str) -> int:
+    if not text.strip().isdecimal() or len(text) > 9 or not 1 <= int(text) <= MOST_REPEATS:
+        raise argparse.ArgumentTypeError(
+            f"{shortened(text)}: a whole number from 1 to {MOST_REPEATS} is needed"
+        )
+    return int(text)
+
+
 def _check_sweep_saveable(directory: Path) -> Path:
     """The directory, if what is replaced there is a sweep's, as its table or its checkpoint tells."""
     check_folder(directory)
@@ -323,8 +347,8 @@ def _check_sweep_saveable(directory: Path) -> Path:
     for path in (table, directory / "sweep.nc"):
         if os.path.lexists(path) and not is_own:
             raise ValueError(
-                f"{path} is there, and no earlier sweep's: it would be lost; move it, or write into another "
-                "directory"
+                f"{path} is there, and no earlier sweep has written it: it would be lost; move it, or write "
+                "into another directory"
             )
     return directory
 

@@ -15,7 +15,7 @@ import math
 import re
 import tomllib
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,10 +39,11 @@ from pydantic_core import ErrorDetails
 from .base.check import choice, path_of, shortened
 from .base.errors import CaseError
 from .base.files import read_bytes
+from .base.questions import gathered
 from .base.words import Interpolation, Method, Unit, ZAxis
 from .bodies.material import Material
 from .bodies.simple import Rigid
-from .friction.fields import GaussianPressure, VelocityTable
+from .friction.fields import GaussianPressure, VelocityTable, check_friction
 from .friction.laws import InterfaceLayer
 from .geometry.profiles import STANDARD_PROFILES, Profile
 from .results.result import Result
@@ -93,14 +94,47 @@ class Case(BaseModel):
         Raises
         ------
         CaseError
-            If the arguments do not make one.
+            If the arguments do not make one: names all that are wrong.
         """
-        arguments = {name: getattr(self, name) for name in self.arguments()}
-        try:
-            scene: Scene = getattr(scenes, self.scene_name)(**arguments)
-        except ValueError as error:
-            raise CaseError(f"{self._source}: {error}") from error
+        wrong = self._wrong_arguments()
+        if wrong:
+            raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
+        return self._built(self.arguments())
+
+    def _built(self, names: Collection[str]) -> Scene:
+        """The scene with the arguments of these names, and defaults for the others."""
+        scene: Scene = getattr(scenes, self.scene_name)(**{name: getattr(self, name) for name in names})
+        check_friction(scene.friction)
         return scene
+
+    def _why_not(self, names: Collection[str]) -> str | None:
+        """What is wrong with the arguments of these names."""
+        with gathered():
+            try:
+                self._built(names)
+            except ValueError as error:
+                return str(error)
+        return None
+
+    def _wrong_arguments(self) -> list[str]:
+        """What is wrong with the arguments, one after another put back to its default.
+
+        After the first one only what is wrong by itself counts: it might not suit a default.
+        """
+        names = self.arguments()
+        given = [name for name in names if name in self._words]
+        wrong: list[str] = []
+        while (reason := self._why_not(names)) is not None:
+            blamed = next(
+                (k for k in given if k in names and self._why_not([n for n in names if n != k]) != reason),
+                None,
+            )
+            if not wrong or (blamed is not None and self._why_not([blamed]) == reason):
+                wrong.append(reason)
+            if blamed is None:
+                break
+            names = [name for name in names if name != blamed]
+        return wrong
 
     def solve(self) -> Result:
         """Solves the scene with the options of ``[solve]``; errors as :meth:`mtb_rs.Scene.solve`."""
@@ -168,11 +202,26 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
     told = {line.partition(" = ")[0] for line in wrong}
     wrong.update((line, None) for key, line in _wrong_options(words.get("solve")) if key not in told)
     if wrong:
+        wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
         raise CaseError("\n".join(f"{source}: {line}" for line in wrong))
     case._words = dict(words)
     case._source = source
     case._directory = directory
     return case
+
+
+def _wrong_besides(
+    words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
+) -> list[str]:
+    """Values that no scene takes, beside keys and values of which that is known."""
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve"}
+    rest = {key: value for key, value in words.items() if key not in keys}
+    if len(rest) == len(words):  # keys that hold signs of their own
+        return []
+    try:
+        return case_from_words(rest, source=source, directory=directory)._wrong_arguments()
+    except CaseError:
+        return []
 
 
 def _check_words(source: str, words: Mapping[str, Any]) -> None:
@@ -291,7 +340,7 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
         if name in given:
             choice(name, given[name], choices)
     path = (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
-    if not path.is_file():
+    if not path.exists():
         raise ValueError(f"there is no file {path}: {known} is needed")
     return Profile.from_file(path, **{k: v for k, v in given.items() if k != "file"})
 

@@ -219,3 +219,37 @@ def test_help_and_version(capsys: pytest.CaptureFixture) -> None:
             main([option])
         assert stop.value.code == 0
         assert expected in capsys.readouterr().out
+
+
+def test_wrong_values_are_told_all_at_once(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "case.toml", 'scene = "pole_shoe_on_rail"\nfriction = -0.3\nspacing = 0\npoles = 3\n'
+    )
+    case = mtb.load_case(path)
+    with pytest.raises(mtb.CaseError) as caught:
+        case.scene()
+    for words in ("friction is -0.3: numbers from 0", "spacing is 0", "poles is 3: a shoe has 1 or 2 poles"):
+        assert words in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 3
+
+
+def test_wrong_values_are_told_with_wrong_keys(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "case.toml",
+        'scene = "block_on_plane"\nfrction = 0.3\nheight = -1\nmagnetic_pressure = "a"\nspacing = 0\n',
+    )
+    with pytest.raises(mtb.CaseError) as caught:
+        mtb.load_case(path)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 4
+    for words in ("did you mean 'friction'?", "height is -1", "magnetic_pressure = ", "spacing is 0"):
+        assert any(words in line for line in lines)
+
+
+def test_what_suits_no_default_is_not_blamed(tmp_path: Path) -> None:
+    # a length that the default rail is too short for, but not the rail of the case
+    text = 'scene = "pole_shoe_on_rail"\nlength = 0.5\nrail_length = 1.0\npoles = 3\nspacing = 0.01\n'
+    path = write(tmp_path / "case.toml", text)
+    with pytest.raises(mtb.CaseError) as caught:
+        mtb.load_case(path).scene()
+    assert len(str(caught.value).splitlines()) == 1

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+import mtb_rs as mtb
 from mtb_rs.__main__ import main
+from mtb_rs.base import threads
 
 SCENE = 'scene = "pole_shoe_on_rail"\nspacing = 6e-3\n'
 BIG = "9" * 400
@@ -127,3 +129,37 @@ def test_more_threads_than_a_machine_can_start_are_not_tried() -> None:
     )
     assert done.stdout == "True\n", done.stderr
     assert "RAYON_NUM_THREADS is 5000" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["chart", "--repeats", "9999999999999999999"], "a whole number from 1 to 1000 is needed"),
+        (["chart", "--repeats", "0"], "a whole number from 1 to 1000 is needed"),
+        (["chart", "--budget", "9999999999999999999999"], "seconds up to 604800"),
+        (["chart", "--budget", "nan"], "seconds up to 604800"),
+    ],
+)
+def test_numbers_that_would_never_end_are_refused(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([arguments[0], "case.toml", *arguments[1:]])
+    assert caught.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_misspelt_argument_of_a_sweep_is_told_what_was_meant() -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=12e-3)
+    with pytest.raises(ValueError, match=r"no argument of the scene: did you mean 'friction'\?$"):
+        mtb.sweep(scene, {"frction": [0.1]})
+    with pytest.raises(ValueError, match="it has attraction, conforming_to") as caught:
+        mtb.sweep(scene, {"qqqqq": [0.1]})
+    assert "approach" not in str(caught.value)
+
+
+@pytest.mark.parametrize("asked", ["-1", "abc", "1.5"])
+def test_numbers_of_threads_that_are_none_are_told(asked: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYON_NUM_THREADS", asked)
+    with pytest.warns(UserWarning, match="RAYON_NUM_THREADS is .* a whole number from 1 on is needed"):
+        threads.limit()

@@ -118,3 +118,35 @@ def test_velocity_tables_that_cannot_be_read_say_why(tmp_path: Path, text: str, 
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=rf"t\.csv, {message}"):
         mtb.VelocityTable.from_file(path)
+
+
+@pytest.mark.coarse
+def test_what_plot_refuses_is_the_argument_that_is_wrong() -> None:
+    result = mtb.scenes.block_on_plane(spacing=25e-3, friction=0.1).solve("elastic-upper")
+    with pytest.raises(ValueError, match=r"quantity is 'presure': one of .*von_mises is needed"):
+        result.plot("presure")
+    flat = mtb.scenes.paraboloid_on_plane(points=12).solve("half-space")
+    with pytest.raises(ValueError, match="quantity is 'presure'") as caught:
+        flat.plot("presure")
+    assert "von_mises" not in str(caught.value)
+    for quantity in ("pressure", "von_mises"):
+        with pytest.raises(ValueError, match='kind is \'lines\': "map", "line" or "3d" is needed'):
+            result.plot(quantity, "lines", cmap="viridis", title="a")
+        for option in ({"title": "a"}, {"cmap": "viridis"}, {"figsize": (3.0, 3.0)}):
+            with pytest.raises(ValueError, match="title, cmap and figsize have no meaning"):
+                result.plot(quantity, "3d", **option)
+            if quantity == "von_mises":
+                with pytest.raises(ValueError, match="title, cmap and figsize have no meaning"):
+                    result.plot(quantity, **option)
+
+
+def test_curves_of_area_over_load_draw_themselves() -> None:
+    heights = mtb.roughness(32, 1e-6, rms_height=1e-7, seed=1)
+    gap = heights.max() - heights
+    curve = mtb.area_load_curve(gap, 1e-6, [2e-3, 1e-3], lower=mtb.steel, upper=mtb.Rigid())
+    (axes,) = curve.plot().axes
+    (line,) = axes.get_lines()
+    np.testing.assert_allclose(line.get_xdata(), [1.0, 2.0])
+    np.testing.assert_allclose(line.get_ydata(), curve.contact_area[::-1] * 1e12)
+    assert axes.get_xlabel() == "normal force [mN]"
+    assert axes.get_ylabel() == "contact area [µm²]"

@@ -24,7 +24,8 @@ def limit() -> None:
         If it was lowered.
     """
     asked = os.environ.get(VARIABLE, "").strip()
-    # what is no number counts as not set
-    if asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):
+    if asked and not asked.isdecimal():
+        warn(f"{VARIABLE} is {asked!r}: a whole number from 1 on is needed, it counts as not set")
+    elif asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):
         os.environ[VARIABLE] = str(most())
         warn(f"{VARIABLE} is {asked}: {most()} threads are started")

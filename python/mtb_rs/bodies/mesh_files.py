@@ -95,7 +95,7 @@ def read_mesh(
         return filled(np.asarray(source.vertices) * scale, np.asarray(source.faces), size, near)
     if isinstance(source, (str, Path)):
         path = path_of("mesh file", source)
-        if not path.is_file():
+        if not path.exists():
             raise ValueError(f"{path} is no file")
         check_readable(path, "mesh file", MOST_BYTES)
         if path.stat().st_size == 0:

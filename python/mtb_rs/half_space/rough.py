@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from ..base.plain import plain
 from ..bodies.material import Material
 from ..bodies.simple import Simple
 from ..geometry.contact_points import spacing_pair
+from ..results.doors import pictures
 from .normal import solve_normal
 
 Array = NDArray[np.float64]
@@ -127,6 +128,10 @@ class AreaLoadCurve(NamedTuple):
     """Approach [m]."""
     mean_gap: Array
     """Mean of the deformed gap [m]."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the contact area over the force, into matplotlib's axes `ax` if given; returns the figure."""
+        return pictures().draw_area_load(self, ax)
 
 
 def area_load_curve(

@@ -4,11 +4,12 @@
 from .chart_page import page as page_of_chart
 from .chart_plot import draw as drawing_of_chart
 from .files import save
-from .plane import animate, draw_sweep, own_figures, plot, plot_side_by_side
+from .plane import animate, draw_area_load, draw_sweep, own_figures, plot, plot_side_by_side
 from .space import view, view_von_mises, write_html
 
 __all__ = [
     "animate",
+    "draw_area_load",
     "draw_sweep",
     "drawing_of_chart",
     "own_figures",

@@ -14,7 +14,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Unpack, get_args, overload
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Unpack, get_args, overload
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -191,6 +191,11 @@ def _plot(
     choice("body", body, Body)
     if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
         raise ValueError(f"limits is {limits!r}: two finite numbers that rise are needed")
+    if kind not in (None, *get_args(Flat), *get_args(Space)):
+        raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
+    is_styled = not (title is None and cmap is None and figsize is None)
+    if is_styled and (kind == "3d" or quantity in get_args(Stress)):
+        raise ValueError('title, cmap and figsize have no meaning for kind="3d"')
     if quantity in get_args(Stress):
         if kind not in (None, "3d") or x is not None or y is not None or ax is not None:
             raise ValueError("quantity is 'von_mises': it has no map and no lines, only kind='3d'")
@@ -204,10 +209,6 @@ def _plot(
     is_cut = x is not None or y is not None
     if kind is None:
         kind = "line" if is_cut else "map"
-    if kind not in (*get_args(Flat), *get_args(Space)):
-        raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
-    if kind == "3d" and not (title is None and cmap is None and figsize is None):
-        raise ValueError('title, cmap and figsize have no meaning for kind="3d"')
     if cmap is not None and kind != "map":
         raise ValueError('cmap has a meaning for kind="map" only')
     if figsize is not None and ax is not None:
@@ -246,6 +247,8 @@ def plot_side_by_side(
     """One quantity of several results on one scale, each under its name; options as for :func:`plot`."""
     if kind in get_args(Space) or "ax" in options:
         raise ValueError('several patches are drawn as maps or lines: neither kind="3d" nor ax has a meaning')
+    if kind not in (None, *get_args(Flat)):
+        raise ValueError(f'kind is {kind!r}: "map" or "line" is needed')
     quantity_of(results[0], quantity)
     title, cmap, figsize = (options.pop(name, None) for name in ("title", "cmap", "figsize"))
     unknown = [name for name in options if name not in ("x", "y", "body", "limits")]
@@ -680,6 +683,43 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
     _style(ax)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     return figure
+
+
+def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
+    """Contact area over the force of a rough contact, in the order of the forces."""
+    order = np.argsort(curve.force, kind="stable")
+    newton, force = next((unit for unit in _FORCES if curve.force.max() >= unit[0]), _FORCES[-1])
+    square, area = next((unit for unit in _AREAS if curve.contact_area.max() >= unit[0]), _AREAS[-1])
+    figure, ax = _canvas(ax, (7.2, 3.9))
+    ax.plot(
+        curve.force[order] / newton,
+        curve.contact_area[order] / square,
+        marker=".",
+        color=LINE_COLOURS[0],
+        linewidth=1.6,
+    )
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(bottom=0.0)
+    ax.set_xlabel(f"normal force [{force}]")
+    ax.set_ylabel(f"contact area [{area}]")
+    ax.set_title("Contact area over load", loc="left", fontsize=10.5, color=INK)
+    _style(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+#: Newtons of the units of a force, square metres of those of an area.
+_FORCES = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"))
+_AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"))
+
+
+class AreaLoad(Protocol):
+    """Areas [m2] over forces [N]."""
+
+    @property
+    def force(self) -> Array: ...
+    @property
+    def contact_area(self) -> Array: ...
 
 
 def _spaced(name: str) -> str:

@@ -106,7 +106,9 @@ def quantity_of(result: Pictured, name: Field) -> Quantity:
     if not known:
         raise ValueError(f"{result!r} is no result that can be drawn")
     if name not in known:
-        raise ValueError(f"quantity is {name!r}: one of {', '.join(known)} is needed")
+        # stresses are drawn in space, of bodies that have elements
+        accepted = (*known, "von_mises") if getattr(result, "parts", ()) else known
+        raise ValueError(f"quantity is {name!r}: one of {', '.join(accepted)} is needed")
     asked = QUANTITIES[name]
     units = {"slip": "slip_unit", "dissipation": "dissipation_unit"}
     return replace(asked, unit=getattr(result, units[asked.unit])) if asked.unit in units else asked

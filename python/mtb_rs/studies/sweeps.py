@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import os
 import signal
@@ -106,9 +107,12 @@ def sweep(
     if not grid:
         raise ValueError("parameters is empty: at least one argument with its values is needed")
     known = _known(scene)
+    own = known if scene.recipe is None else set(scene.recipe[1])
     for name in grid:
         if name not in known:
-            raise ValueError(f"{name!r} is no argument of the scene: it has {', '.join(sorted(known))}")
+            near = difflib.get_close_matches(str(name), known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(sorted(own))}"
+            raise ValueError(f"{name!r} is no argument of the scene: {hint}")
     count = math.prod(len(values) for values in grid.values())
     if count > MOST_CASES:
         raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
