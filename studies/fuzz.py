@@ -294,7 +294,7 @@ def scenes(drawn: tuple[Any, ...]) -> Any:
             sometimes(force=near(1.0), approach=odd),
         ),
         sometimes(
-            moments=rarely(st.tuples(near(1e-6), st.none()), odd),
+            moments_about_axes=rarely(st.tuples(near(1e-6), st.none()), odd),
             tolerance=rarely(near(1e-8), odd),
             periodic=rarely(st.booleans(), odd),
             edge=rarely(st.sampled_from(("auto", "error", "sharp", "sharp", "grow")), odd),

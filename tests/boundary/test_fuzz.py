@@ -58,7 +58,7 @@ def test_an_approach_with_a_moment_is_reachable_by_convolutions() -> None:
     gap = 1e-5 * np.random.default_rng(1).random((8, 8))
     pair = {"lower": mtb.steel, "upper": mtb.steel, "edge": "sharp", "approach": 1.9e-6}
     dense, fast = (
-        mtb.solve_normal(gap, 1e-3, moments=(6e-5, None), tolerance=1e-10, method=method, **pair)
+        mtb.solve_normal(gap, 1e-3, moments_about_axes=(None, 6e-5), tolerance=1e-10, method=method, **pair)
         for method in ("dense", "fft")
     )
     assert np.abs(dense.pressure - fast.pressure).max() < 1e-7 * dense.pressure.max()
@@ -69,5 +69,11 @@ def test_the_size_that_would_do_is_found_quickly_for_the_dense_method() -> None:
     gap = 1e-5 * np.random.default_rng(1).random((12, 36))
     with pytest.raises(ValueError, match="no grid up to four times as large would do"):
         mtb.solve_normal(
-            gap, 1.0, lower=mtb.steel, upper=mtb.steel, approach=1e30, moments=(1e-6, None), method="dense"
+            gap,
+            1.0,
+            lower=mtb.steel,
+            upper=mtb.steel,
+            approach=1e30,
+            moments_about_axes=(None, 1e-6),
+            method="dense",
         )

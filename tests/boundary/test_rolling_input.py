@@ -246,7 +246,9 @@ def test_full_coupling_refuses_free_tilts_and_takes_punches():
     soft = mtb.Material(young_modulus=70e9, poisson_ratio=0.33)
     x = (np.arange(24) - 11.5) * 1e-4
     bowl = (x[None] ** 2 + x[:, None] ** 2) / 0.6
-    tilted = mtb.solve_normal(bowl, 1e-4, lower=soft, upper=mtb.steel, force=20.0, moments=(20.0 * 1e-4, 0.0))
+    tilted = mtb.solve_normal(
+        bowl, 1e-4, lower=soft, upper=mtb.steel, force=20.0, moments_about_axes=(0.0, 20.0 * 1e-4)
+    )
     rolling = mtb.Rolling(creepage=(1e-2, 0, 0))
     with pytest.raises(ValueError, match="tilts"):
         mtb.solve_tangential(tilted, rolling, mtb.Coulomb(0.3), coupling="full")

@@ -111,7 +111,7 @@ def test_contact_that_leaves_its_grid_and_loads_no_pressure_carries_are_refused(
     with pytest.raises(ValueError, match=r"reaches the side .* would do"):
         mtb.solve_normal(gap, step, force=2e5, **pair)
     with pytest.raises(ValueError, match="moments"):
-        mtb.solve_normal(gap, step, force=20.0, moments=(0.1, None), **pair)
+        mtb.solve_normal(gap, step, force=20.0, moments_about_axes=(None, 0.1), **pair)
 
 
 def test_falling_friction_with_memory_is_smooth_and_without_it_says_so() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -120,3 +121,29 @@ def test_a_sweep_of_the_force_solves_the_ready_scenes(build: Any, arguments: dic
         assert table["peak_pressure"][k] == solved.report.peak_pressure
         assert table["normal_force"][k] == solved.normal_force
         assert table["approach"][k] == solved.approach
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [0.15, mtb.Coulomb(0.15), mtb.FallingFriction(0.3, 0.1, 1.0), mtb.RailFriction([-1, 1], [0.1, 0.2])],
+)
+def test_a_wheel_rolls_with_the_friction_of_its_scene(friction: Any, tmp_path: Path) -> None:
+    plain = mtb.scenes.wheel_on_rail(spacing=1e-3)
+    scene = mtb.scenes.wheel_on_rail(spacing=1e-3, friction=friction)
+    law = mtb.Coulomb(friction) if isinstance(friction, float) else friction
+    state = {"velocity": (10.0, 0.0, 0.0, 0.0, 10.0 / 0.46 * 1.02, 0.0)}
+    expected = plain.prepare(friction=law).step(**state)
+    assert np.linalg.norm(expected.force[:2]) > 1.0
+    for asked in (scene, plain.with_(friction=friction), scene.with_(force=50e3).with_(force=36e3)):
+        assert np.array_equal(asked.prepare().step(**state).force, expected.force)
+    # pressed at rest, without friction, whatever will be rolled with
+    result = scene.solve()
+    assert np.array_equal(result.pressure, plain.solve().pressure)
+    assert not result.traction[:2].any()
+    assert result.save(tmp_path)
+
+
+@pytest.mark.parametrize("friction", [-0.1, float("nan"), "dry", True])
+def test_a_friction_that_no_wheel_has_is_named(friction: Any) -> None:
+    with pytest.raises(ValueError, match="friction|coefficient"):
+        mtb.scenes.wheel_on_rail(spacing=1e-3, friction=friction)

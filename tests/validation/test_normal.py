@@ -157,18 +157,46 @@ def test_square_punch_with_free_tilts() -> None:
     slope = (2e-4, -1e-4)
     gap = 1e-5 + slope[0] * x[None, :] + slope[1] * x[:, None]
     tilted = mtb.solve_normal(
-        gap, side / n, lower=STEEL, upper=mtb.Rigid(), force=1e4, moments=(0.0, 0.0), tolerance=1e-11
+        gap,
+        side / n,
+        lower=STEEL,
+        upper=mtb.Rigid(),
+        force=1e4,
+        moments_about_axes=(0.0, 0.0),
+        tolerance=1e-11,
     )
     assert tilted.tilts == pytest.approx(slope, rel=1e-6)
     assert tilted.approach == pytest.approx(1e-5 + level.approach, rel=1e-6)
     assert relative(tilted.pressure, level.pressure) < 1e-3
     # a resultant off the middle: the prescribed moments are met
     moments = (12.0, -7.0)
-    off = mtb.solve_normal(
-        np.zeros((n, n)), side / n, lower=STEEL, upper=STEEL, force=1e4, moments=moments, tolerance=1e-10
-    )
+    pair = {"lower": STEEL, "upper": STEEL, "force": 1e4, "tolerance": 1e-10}
+    off = mtb.solve_normal(np.zeros((n, n)), side / n, moments_about_axes=(7.0, 12.0), **pair)
     found = [float((off.pressure * off.points[k] * off.area).sum()) for k in (0, 1)]
     assert found == pytest.approx(moments, rel=1e-9)
+    # as a scene has them, and in the old spelling
+    scene = mtb.Scene(STEEL, STEEL, np.zeros((n, n)), side / n, 0.0, force=1e4, moments=(7.0, 12.0))
+    assert relative(scene.solve().pressure.reshape(n, n), off.pressure) < 1e-6
+    with pytest.warns(DeprecationWarning, match=r"moments_about_axes=\(-b, a\)"):
+        before = mtb.solve_normal(np.zeros((n, n)), side / n, moments=moments, **pair)
+    assert np.array_equal(before.pressure, off.pressure)
+    with pytest.raises(TypeError, match="both moments_about_axes and moments"):
+        mtb.solve_normal(np.zeros((n, n)), side / n, moments=moments, moments_about_axes=(7.0, 12.0), **pair)
+
+
+@pytest.mark.parametrize(("given", "at"), [((60.0, 0.0), 0), ((None, -60.0), 1)])
+def test_a_moment_beyond_the_grid_is_named_by_its_axis(
+    given: tuple[float | None, float | None], at: int
+) -> None:
+    pair = {"lower": STEEL, "upper": STEEL, "force": 1e4}
+    with pytest.raises(ValueError, match=rf"moments_about_axes\[{at}\] is {given[at]:g} N m"):
+        mtb.solve_normal(np.zeros((12, 12)), 1e-3, moments_about_axes=given, **pair)
+    first = (given[1], None if given[0] is None else -given[0])
+    with (
+        pytest.warns(DeprecationWarning, match="moments_about_axes"),
+        pytest.raises(ValueError, match=rf"moments\[{1 - at}\] is "),
+    ):
+        mtb.solve_normal(np.zeros((12, 12)), 1e-3, moments=first, **pair)
 
 
 def test_wavy_surface_follows_westergaard() -> None:

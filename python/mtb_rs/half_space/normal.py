@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..base.check import choice, number, positive, reals
+from ..base.check import choice, number, positive, reals, warn
 from ..base.errors import ConvergenceError
 from ..base.owning import solved
 from ..base.plain import plain
@@ -112,11 +112,12 @@ def solve_normal(
     upper: Material | Simple,
     force: float | None = None,
     approach: float | None = None,
-    moments: Sequence[float | None] = (None, None),
+    moments_about_axes: Sequence[float | None] = (None, None),
     tolerance: float | None = None,
     periodic: bool = False,
     edge: Edge = "auto",
     method: Convolution = "auto",
+    moments: Sequence[float | None] | None = None,
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
 
@@ -132,9 +133,10 @@ def solve_normal(
         Normal force; or
     approach : float [m]
         how far the bodies moved together; up to the smallest gap they do not touch.
-    moments : (float or None, float or None) [N m]
-        First moments of the pressure about the middle of the grid, along x and along y; a tilt whose moment
-        is given is free, the others are locked.
+    moments_about_axes : (mx, my) [N m], None for each that is not given
+        Moments of the load on the upper body about the x and the y axis through the middle of the grid, as
+        `moments` of :class:`mtb_rs.Scene`: the force F at (x, y) has (-F y, F x). The upper body tilts
+        freely about an axis whose moment is given; its other tilts are locked.
     tolerance : float or None [-]
         Relative complementarity residual; None follows the estimated discretisation error, well below it.
     periodic : bool
@@ -145,6 +147,8 @@ def solve_normal(
         until the contact ends inside. "auto" is "sharp" for a plane gap, otherwise "error".
     method : {"auto", "dense", "fft"}
         "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions.
+    moments : (float or None, float or None) [N m]
+        Old spelling: first moments of the pressure along x and along y, which are (my, -mx).
 
     Returns
     -------
@@ -156,6 +160,11 @@ def solve_normal(
         Bad input; contact that reaches the side of a grid where the bodies go on.
     ConvergenceError
         No solution, or none found.
+
+    Warns
+    -----
+    DeprecationWarning
+        Where `moments` is given; it names the new spelling.
 
     Notes
     -----
@@ -205,9 +214,11 @@ def solve_normal(
         )
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
-    problem = _Problem(
-        sides, elastic, force, approach, _moments(moments, heights, sides, force, periodic), periodic, method
-    )
+    if moments is None:
+        first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
+    else:
+        first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
+    problem = _Problem(sides, elastic, force, approach, first, periodic, method)
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution["pressure"])
     if edge == "auto":
@@ -283,30 +294,66 @@ def _gap(gap: ArrayLike) -> Array:
     return heights
 
 
-def _moments(
+def _old_moments(
     moments: Sequence[float | None],
+    new: Sequence[float | None],
     gap: Array,
     spacing: tuple[float, float],
     force: float | None,
     periodic: bool,
 ) -> tuple[float | None, float | None]:
+    """First moments from the old spelling, which gave them along x and along y."""
+    if tuple(new) != (None, None):
+        raise TypeError("solve_normal() got both moments_about_axes and moments, its old spelling")
+    warn(
+        "The argument moments of solve_normal, first moments along x and y, gives way to "
+        "moments_about_axes=(mx, my), moments about the axes as in Scene: moments=(a, b) is "
+        "moments_about_axes=(-b, a).",
+        DeprecationWarning,
+    )
     try:
-        first, second = moments
+        along_x, along_y = moments
     except (TypeError, ValueError):
         raise ValueError(f"moments is {moments!r}: two numbers [N m] or None are needed") from None
-    given = [None if m is None else number(f"moments[{k}]", m, "N m") for k, m in enumerate((first, second))]
+    about_x = None if along_y is None else -number("moments[1]", along_y, "N m")
+    return _first_moments("moments", (about_x, along_x), gap, spacing, force, periodic, (1, 0))
+
+
+def _first_moments(
+    name: str,
+    moments: Sequence[float | None],
+    gap: Array,
+    spacing: tuple[float, float],
+    force: float | None,
+    periodic: bool,
+    numbers: tuple[int, int] = (0, 1),
+) -> tuple[float | None, float | None]:
+    """First moments [N m] of the pressure along x and along y, from the `moments` about the axes.
+
+    `name` and the `numbers` of its entries are those that messages speak of.
+    """
+    try:
+        about_x, about_y = moments
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {moments!r}: two numbers [N m] or None are needed") from None
+    given = [
+        None if m is None else number(f"{name}[{k}]", m, "N m")
+        for k, m in zip(numbers, (about_x, about_y), strict=True)
+    ]
     if periodic and given != [None, None]:
-        raise ValueError("a periodic contact has no tilt: moments must be (None, None)")
-    for k, moment in enumerate(given):
+        raise ValueError(f"a periodic contact has no tilt: {name} must be (None, None)")
+    # about x it is the place along y that counts, and the other way round
+    for k, moment, axis in zip(numbers, given, (0, 1), strict=True):
         if moment is None or force is None:
             continue
-        reach = 0.5 * (gap.shape[1 - k] - 1) * spacing[k]
+        reach = 0.5 * (gap.shape[axis] - 1) * spacing[1 - axis]
         if not abs(moment) < force * reach:
             raise ValueError(
-                f"moments[{k}] is {moment:g} N m: the resultant lies {moment / force:g} m from the middle, "
-                f"the outermost cell centres {reach:g} m"
+                f"{name}[{k}] is {moment:g} N m: it puts a force of {force:g} N "
+                f"{abs(moment) / force:g} m from the middle of the grid; the outermost cell centres lie at "
+                f"{reach:g} m, and the force must act inside them"
             )
-    return given[0], given[1]
+    return given[1], None if given[0] is None else -given[0]
 
 
 def _reaches_edge(pressure: Array) -> bool:

@@ -456,7 +456,6 @@ def _by_convolution(
     gap = problem.points.gap + (problem.opening() - problem.gap)
     if opening is not None:
         gap = gap + opening
-    # contact turns the upper body by these about x and y: its pressure has the opposite moments
     about_x, about_y = scene.moments or (None, None)
     force = None if scene.approach is not None else -float(problem.upper.work[0])
     if force is not None and not (
@@ -471,7 +470,7 @@ def _by_convolution(
         upper=scene.upper,
         force=force,
         approach=scene.approach,
-        moments=(about_y, None if about_x is None else -about_x),
+        moments_about_axes=(about_x, about_y),
         tolerance=tolerance,
         edge="sharp" if scene.layout.is_body_edge else "error",
     )

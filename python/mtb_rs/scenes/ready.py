@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
 from ..bodies.simple import HalfSpace, Simple
 from ..bodies.supports import Support
-from ..friction.laws import InterfaceLayer
+from ..friction.laws import Coulomb, InterfaceLayer
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
 from ..geometry.pole_shoe import PoleShoe
@@ -264,6 +265,7 @@ def wheel_on_rail(
     gauge_depth: float = 14e-3,
     flange_back: float = 1.360,
     tape_circle: float = 70e-3,
+    friction: Any = 0.3,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
 ) -> WheelScene:
@@ -291,6 +293,9 @@ def wheel_on_rail(
         None: :meth:`Scene.solve` chooses it by the tolerance.
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
+    friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
+        What :meth:`Scene.prepare` rolls with; a number is that of Coulomb. :meth:`Scene.solve` presses the
+        wheel down without rolling, and without friction.
 
     Lengths that no railway has are warned of, not refused.
     """
@@ -317,12 +322,23 @@ def wheel_on_rail(
         upper=upper,
         lower=lower,
         spacing=spacing,
-        friction=0.0,
+        friction=_of_rolling(friction),
         sliding_direction=None,
         force=force / float(np.cos(layout.placement.contact_angle)),
         layout=layout,
         name="wheel_on_rail",
     )
+
+
+def _of_rolling(friction: Any) -> Any:
+    """The friction of a wheel: a number is checked here, a law has checked itself."""
+    if isinstance(friction, (bool, str)):
+        raise ValueError(
+            f"friction is {friction!r}: a number or a friction law, such as Coulomb(0.3), is needed"
+        )
+    if isinstance(friction, Real):
+        Coulomb(float(friction))
+    return friction
 
 
 def _semi_axis(force: float, wheel_radius: float, compliance: float) -> float:

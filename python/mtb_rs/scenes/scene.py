@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -14,10 +15,13 @@ from ..base.check import choice, warn
 from ..base.errors import ToleranceWarning
 from ..base.plain import plain
 from ..base.words import Method, Model, Pressing, Quantity, Wheels
+from ..contact.problem import Kept
 from ..contact.sliding_start import (
     StartOfSliding,
 )
+from ..friction.fields import PressureDependentFriction
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction
+from ..geometry.contact_points import Patch, SheetPoints
 from ..geometry.geometries import WheelLayout
 from ..results.chart import Chart
 from ..results.result import Result
@@ -190,7 +194,7 @@ class Scene(PosedScene):
             by its name has no estimate, unless bodies of one's own give it). None: 0.05 for the choice of the
             model, and no estimate is made; `report.error_estimates` of :meth:`solve` has it. Steps make none.
         friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
-            Of wheels; None: ``Coulomb(0.3)``. A RailFriction varies over the rail.
+            Of wheels; None: the `friction` of the scene. A RailFriction varies over the rail.
         layer : InterfaceLayer
             Between wheel and rail.
         side : "left", "right" or "both"
@@ -278,7 +282,17 @@ class WheelScene(Scene):
         self.check_model(model)
         if tolerance is not None:
             self._judged(self, model, tolerance, quantity)
-        law = Coulomb(0.3) if friction is None else friction
+        law = self.friction if friction is None else friction
+        if isinstance(law, Real) and not isinstance(law, bool):
+            law = Coulomb(float(law))
         return prepare_wheels(
             self, self.layout, side or "left", law, layer, reference_point, standstill_speed
         )
+
+    def _friction(
+        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
+    ) -> Array | PressureDependentFriction:
+        # pressed and not moved; the law is that of the rolling to come
+        if self.sliding_direction is None:
+            return np.zeros(points.gap.size)
+        return super()._friction(points, patches, kept)
