@@ -145,5 +145,5 @@ def test_a_wheel_rolls_with_the_friction_of_its_scene(friction: Any, tmp_path: P
 
 @pytest.mark.parametrize("friction", [-0.1, float("nan"), "dry", True])
 def test_a_friction_that_no_wheel_has_is_named(friction: Any) -> None:
-    with pytest.raises(ValueError, match="friction|coefficient"):
+    with pytest.raises(ValueError, match=r"friction|coefficient"):
         mtb.scenes.wheel_on_rail(spacing=1e-3, friction=friction)
