@@ -127,6 +127,7 @@ def test_a_sweep_of_the_force_solves_the_ready_scenes(build: Any, arguments: dic
     "friction",
     [0.15, mtb.Coulomb(0.15), mtb.FallingFriction(0.3, 0.1, 1.0), mtb.RailFriction([-1, 1], [0.1, 0.2])],
 )
+@pytest.mark.coarse
 def test_a_wheel_rolls_with_the_friction_of_its_scene(friction: Any, tmp_path: Path) -> None:
     plain = mtb.scenes.wheel_on_rail(spacing=1e-3)
     scene = mtb.scenes.wheel_on_rail(spacing=1e-3, friction=friction)

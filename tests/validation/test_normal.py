@@ -103,9 +103,9 @@ def test_dense_and_fourier_give_the_same_pressures() -> None:
     spacing = (1e-4, 1.2e-4)
     for load in (
         {"force": 500.0},
-        {"force": 900.0, "moments": (0.05, -0.1)},
+        {"force": 900.0, "moments_about_axes": (0.1, 0.05)},
         {"approach": 8e-6},
-        {"approach": 8e-6, "moments": (0.02, -0.03)},
+        {"approach": 8e-6, "moments_about_axes": (0.03, 0.02)},
     ):
         fields = [
             mtb.solve_normal(
@@ -174,14 +174,25 @@ def test_square_punch_with_free_tilts() -> None:
     off = mtb.solve_normal(np.zeros((n, n)), side / n, moments_about_axes=(7.0, 12.0), **pair)
     found = [float((off.pressure * off.points[k] * off.area).sum()) for k in (0, 1)]
     assert found == pytest.approx(moments, rel=1e-9)
-    # as a scene has them, and in the old spelling
-    scene = mtb.Scene(STEEL, STEEL, np.zeros((n, n)), side / n, 0.0, force=1e4, moments=(7.0, 12.0))
-    assert relative(scene.solve().pressure.reshape(n, n), off.pressure) < 1e-6
     with pytest.warns(DeprecationWarning, match=r"moments_about_axes=\(-b, a\)"):
         before = mtb.solve_normal(np.zeros((n, n)), side / n, moments=moments, **pair)
     assert np.array_equal(before.pressure, off.pressure)
     with pytest.raises(TypeError, match="both moments_about_axes and moments"):
         mtb.solve_normal(np.zeros((n, n)), side / n, moments=moments, moments_about_axes=(7.0, 12.0), **pair)
+
+
+@pytest.mark.coarse
+def test_moments_mean_the_same_in_a_scene() -> None:
+    x = (np.arange(30) - 14.5) * 1e-3
+    bowl = (x[None, :] ** 2 + 2.0 * x[:, None] ** 2) / (2.0 * 10.0)
+    moments = (0.3, -0.5)
+    load = {"lower": STEEL, "upper": mtb.Rigid(), "force": 1e3}
+    field = mtb.solve_normal(bowl, 1e-3, moments_about_axes=moments, tolerance=1e-10, **load)
+    scene = mtb.Scene(gap=bowl, spacing=1e-3, friction=0.0, moments=moments, **load)
+    assert relative(scene.solve().pressure, field.pressure) < 1e-6
+    # the load acts at x = my / F, y = -mx / F
+    at = [float((field.pressure * field.points[k] * field.area).sum()) / 1e3 for k in (0, 1)]
+    assert at == pytest.approx((-0.5e-3, -0.3e-3), rel=1e-6)
 
 
 @pytest.mark.parametrize(("given", "at"), [((60.0, 0.0), 0), ((None, -60.0), 1)])
@@ -407,9 +418,9 @@ def test_roughness_has_the_statistics_asked_for() -> None:
         ({"periodic": 1}, "periodic is 1"),
         ({"method": "fast"}, "method is 'fast'"),
         ({"edge": "soft"}, "edge is 'soft'"),
-        ({"moments": (1.0,)}, "moments is"),
-        ({"moments": (1.0, None)}, r"moments\[0\] is 1 N m"),
-        ({"moments": (0.0, 0.0), "periodic": True}, "no tilt"),
+        ({"moments_about_axes": (1.0,)}, "moments_about_axes is"),
+        ({"moments_about_axes": (None, 1.0)}, r"moments_about_axes\[1\] is 1 N m"),
+        ({"moments_about_axes": (0.0, 0.0), "periodic": True}, "no tilt"),
         ({"force": None, "approach": 1e-9, "periodic": True}, "approach is 1e-09 m: .* mean gap, 0 m"),
     ],
 )
