@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import matplotlib.style
 
 matplotlib.use("Agg")
 matplotlib.style.use("mtb_rs.pictures")

@@ -16,7 +16,6 @@ from ..base import cache
 from ..base.cache import Memory
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
-from ..base.words import Model
 from ..base.words import Side as WheelSide
 from ..bodies.elastic_body import Condensed, ElasticBody
 from ..bodies.material import Material
@@ -53,13 +52,6 @@ class Held:
     supports: Any
     element_size: float | None = None
     thinner: float = 1.0
-
-
-def can_be_elastic(layout: Layout, model: Model) -> bool:
-    """Whether the bodies of a layout have the geometry a model needs."""
-    if model == "elastic-upper":
-        return isinstance(layout, (BlockLayout, ShoeLayout))
-    return model == "elastic-both" and isinstance(layout, ShoeLayout)
 
 
 #: Contacts of more points are made anew for each solve: their matrices are not kept.

@@ -21,7 +21,7 @@ from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.surfaces import BodySurface, height_of
 from ..geometry.contact_points import ContactSheet, SheetPoints
-from ..geometry.geometries import cells_over, check_room, flat_points, flat_sheet
+from ..geometry.geometries import Placed, cells_over, check_room, flat_points, flat_sheet
 from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
 from ..results.result import Result
@@ -69,7 +69,7 @@ OVERLAP = 1e-4
 
 @dataclass(frozen=True)
 @plain
-class BodyLayout:
+class BodyLayout(Placed):
     """The contact face of an elastic body of any geometry, against a plane or another body.
 
     The sheet is the plane z through the end of the face, with a regular grid over its bounding box, or over

@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..base import memory
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.words import Model
 from .contact_points import ContactSheet, Patch, SheetPoints
 from .pole_shoe import PoleShoe
 from .profiles import Profile, as_profile
@@ -43,11 +44,35 @@ class Layout(Protocol):
     def start(self) -> Spacing | None:
         """Where the choice of a spacing starts [m]; None if there is nothing to choose."""
 
+    @property
+    def models(self) -> tuple[Model, ...]:
+        """The models that it has bodies for, cheapest first."""
+
+    @property
+    def is_metric(self) -> bool:
+        """Whether its lengths are metres for certain; fields may be in normalised units."""
+
+    @property
+    def on_flange(self) -> str | None:
+        """What is to be said where a wheel runs on its flange."""
+
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The potential contact at `spacing` (dx, dy) [m]."""
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The undeformed bodies, for pictures."""
+
+
+class Placed:
+    """What most geometries share."""
+
+    models: ClassVar[tuple[Model, ...]] = ("half-space",)
+    is_metric: ClassVar[bool] = True
+
+    @property
+    def on_flange(self) -> str | None:
+        """There is no flange."""
+        return None
 
 
 def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing: Spacing) -> ContactSheet:
@@ -127,11 +152,12 @@ def check_room(sides: Sequence[tuple[int, int]], spacing: Spacing) -> None:
 @owning
 @dataclass(frozen=True)
 @plain
-class FieldLayout:
+class FieldLayout(Placed):
     """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
 
     gap: Array
     step: Spacing
+    is_metric: ClassVar[bool] = False
     is_body_edge: bool = False
     is_grid: bool = True
     start: None = None
@@ -162,7 +188,7 @@ class FieldLayout:
 
 @dataclass(frozen=True)
 @plain
-class ParaboloidLayout:
+class ParaboloidLayout(Placed):
     """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
 
     radius: float
@@ -198,12 +224,13 @@ class ParaboloidLayout:
 
 @dataclass(frozen=True)
 @plain
-class BlockLayout:
+class BlockLayout(Placed):
     """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
 
     width: float
     length: float
     height: float
+    models: ClassVar[tuple[Model, ...]] = ("half-space", "elastic-upper")
     is_body_edge: bool = True
     is_grid: bool = True
 
@@ -235,11 +262,12 @@ class BlockLayout:
 
 @dataclass(frozen=True)
 @plain
-class ShoeLayout:
+class ShoeLayout(Placed):
     """A pole shoe on the head of a rail of `rail_length` [m]."""
 
     shoe: PoleShoe
     rail_length: float
+    models: ClassVar[tuple[Model, ...]] = ("half-space", "elastic-upper", "elastic-both")
     is_body_edge: bool = True
     is_grid: bool = False
 
@@ -292,7 +320,7 @@ class ShoeLayout:
 @owning
 @dataclass(frozen=True)
 @plain
-class WheelLayout:
+class WheelLayout(Placed):
     """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
 
     Attributes

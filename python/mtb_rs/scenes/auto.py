@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from ..base.plain import plain
 from ..base.words import Model
-from ..contact.elastic import can_be_elastic
 from ..contact.estimate import NARROW, ORDER, GridField, difference, extrapolated, width
 from ..contact.problem import ContactProblem, Solution, mean_tractions, to_global
 from ..contact.solve import displaced
@@ -220,9 +219,9 @@ def _effect(rung: tuple[Model, bool]) -> str:
 def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
     """The models a scene has the geometry for, cheapest first."""
     found: list[Model] = ["half-space"]
-    if upper_is_elastic and can_be_elastic(layout, "elastic-upper"):
+    if upper_is_elastic and "elastic-upper" in layout.models:
         found.append("elastic-upper")
-        if lower_is_elastic and can_be_elastic(layout, "elastic-both"):
+        if lower_is_elastic and "elastic-both" in layout.models:
             found.append("elastic-both")
     return found
 

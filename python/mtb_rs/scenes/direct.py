@@ -17,7 +17,7 @@ from ..bodies.simple import HalfSpace, Rigid
 from ..contact.estimate import NARROW, coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
-from ..geometry.geometries import Layout, WheelLayout
+from ..geometry.geometries import Layout
 from ..half_space.normal import solve_normal
 from ..results.result import Result, percent
 from .auto import (
@@ -207,7 +207,7 @@ def _finer(scene: PosedScene, level: Level, ratio: float, *, is_bound: bool) -> 
 
 
 def _of_flange(layout: Layout) -> dict[str, str]:
-    said = layout.on_flange if isinstance(layout, WheelLayout) else None
+    said = layout.on_flange
     return {} if said is None else {"friction in the vertical balance": said}
 
 

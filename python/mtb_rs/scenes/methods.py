@@ -17,7 +17,6 @@ from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.simple import HalfSpace, Rigid
 from ..contact.coupled_start import at_rest
-from ..contact.elastic import can_be_elastic
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
@@ -77,7 +76,7 @@ def slide_from_rest(
     choice("pressure", pressure, Pressing)
     scene.check_model(model)
     if model == "auto":
-        model = "elastic-upper" if can_be_elastic(scene.layout, "elastic-upper") else "half-space"
+        model = "elastic-upper" if "elastic-upper" in scene.layout.models else "half-space"
     problem = scene.problem(model)
     check_room(problem.n)
     problem = replace(problem, direction=np.zeros((2, problem.n)))

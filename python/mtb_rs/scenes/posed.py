@@ -22,7 +22,7 @@ from ..bodies.sides import Side
 from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
-from ..contact.elastic import Held, can_be_elastic, half_spaces, ready_bodies
+from ..contact.elastic import Held, half_spaces, ready_bodies
 from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction, with_loads
 from ..contact.solids import BodyLayout, body_contact, check_faces
@@ -39,7 +39,7 @@ from ..friction.fields import (
 )
 from ..friction.laws import InterfaceLayer, of_friction
 from ..geometry.contact_points import Patch, SheetPoints, spacing_pair
-from ..geometry.geometries import BlockLayout, FieldLayout, Layout, ShoeLayout
+from ..geometry.geometries import FieldLayout, Layout
 from ..geometry.profiles import Profile
 from ..results.result import Result
 
@@ -130,14 +130,16 @@ class PosedScene:
             value = getattr(self, name)
             if value is not None:
                 put(self, name, positive(name, value, "N" if name == "force" else "m"))
-        if not isinstance(self.layout, (BlockLayout, ShoeLayout)):
+        assert self.layout is not None
+        has_bodies = "elastic-upper" in self.layout.models
+        if not has_bodies:
             for name in ("supports", "element_size"):
                 if getattr(self, name) is not None:
                     raise ValueError(
                         f"{name} is {getattr(self, name)!r}: it is for the elastic bodies of "
                         "block_on_plane and pole_shoe_on_rail; an ElasticBody has its own"
                     )
-        if self.supports is not None or isinstance(self.layout, (BlockLayout, ShoeLayout)):
+        if has_bodies:
             put(self, "supports", held_by(self.supports))
         if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
@@ -153,7 +155,7 @@ class PosedScene:
         if self.velocity is not None:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
         # fields may be in normalised units
-        if not isinstance(self.layout, FieldLayout):
+        if self.layout.is_metric:
             ask(of_scene(self.upper, self.lower, self.magnetic_pressure, self.force))
         largest = max(numbers_in(self.friction), default=0.0)
         # what is larger is refused where the field is made
@@ -274,7 +276,7 @@ class PosedScene:
             raise ValueError(
                 f"model is {model!r}: a scene with an ElasticBody has its model in its bodies, {own!r}"
             )
-        if not can_be_elastic(self.layout, model):
+        if model not in self.layout.models:
             raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
         for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
             if isinstance(getattr(self, name), Rigid):

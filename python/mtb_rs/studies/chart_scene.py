@@ -20,7 +20,6 @@ from ..base.plain import plain
 from ..base.words import Model, Quantity
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace, as_body
-from ..contact.elastic import can_be_elastic
 from ..contact.estimate import GridField, difference, extrapolated
 from ..contact.solids import BodyLayout
 from ..geometry.contact_points import Patch, spacing_pair
@@ -224,7 +223,7 @@ def _admits(scene: PosedScene, model: Model) -> bool:
     assert scene.layout is not None
     elastic = (scene.upper,) if model == "elastic-upper" else (scene.upper, scene.lower)
     return (
-        can_be_elastic(scene.layout, model)
+        model in scene.layout.models
         and scene.magnetic_pressure is not None
         and all(isinstance(body, HalfSpace) for body in elastic)
     )
