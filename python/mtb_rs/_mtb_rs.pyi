@@ -1,4 +1,4 @@
-from typing import Any, final
+from typing import Any, Protocol, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -209,19 +209,66 @@ class Profile:
     def arc_length(self, y: _Array) -> _Array: ...
     def position(self, s: _Array) -> _Array: ...
 
-def pole_shoe_sheet(
-    rail: Profile,
-    *,
+class _Shoe(Protocol):
+    @property
+    def length(self) -> float: ...
+    @property
+    def inner_edge(self) -> float: ...
+    @property
+    def conforming_to(self) -> float: ...
+    @property
+    def outer_edge(self) -> float: ...
+    @property
+    def relief_slope(self) -> float: ...
+    @property
+    def poles(self) -> int: ...
+    @property
+    def lateral(self) -> float: ...
+    @property
+    def yaw(self) -> float: ...
+
+class _RailSection(Protocol):
+    @property
+    def web_half_width(self) -> float: ...
+    @property
+    def web_top(self) -> float: ...
+    @property
+    def web_bottom(self) -> float: ...
+    @property
+    def head_edge(self) -> tuple[float, float]: ...
+    @property
+    def foot_half_width(self) -> float: ...
+    @property
+    def foot_toe(self) -> float: ...
+    @property
+    def bottom(self) -> float: ...
+
+# nodes (n, 3) [m], cells (m, 4 or 10), sets of nodes
+_Made = tuple[_Array, NDArray[np.int64], list[tuple[str, NDArray[np.int64]]]]
+# halved, clamped, thinner, quadratic
+_Filling = tuple[bool, bool, float, bool]
+
+def pole_shoe_sheet(rail: Profile, shoe: _Shoe, spacing: tuple[float, float]) -> dict[str, Any]: ...
+def block_mesh(x: _Array, y: _Array, height: float, filling: _Filling) -> _Made: ...
+def pole_mesh(
+    rail: Profile, shoe: _Shoe, side: float, height: float, x: _Array, y: _Array, filling: _Filling
+) -> _Made: ...
+def rail_mesh(
+    profile: Profile,
+    section: _RailSection,
+    x: _Array,
+    left: _Array,
+    right: _Array | None,
     length: float,
-    inner_edge: float,
-    conforming_to: float,
-    outer_edge: float,
-    relief_slope: float,
-    poles: int,
-    lateral: float,
-    yaw: float,
-    spacing: tuple[float, float],
-) -> dict[str, Any]: ...
+    quadratic: bool,
+) -> _Made: ...
+def quadratic_mesh(
+    nodes: _Array, cells: NDArray[np.uintp], sets: list[tuple[str, NDArray[np.uintp]]]
+) -> _Made: ...
+def tetrahedra(
+    corners: _Array, columns: list[bool], rows: list[bool], quadratic: bool
+) -> tuple[_Made, NDArray[np.int64]]: ...
+def check_unknowns(tetrahedra: float, quadratic: bool) -> None: ...
 def read_columns(
     text: str,
     names: tuple[list[str], list[str]],

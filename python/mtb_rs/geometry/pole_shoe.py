@@ -99,16 +99,5 @@ class PoleShoe:
         spacing : float or (dx, dy) [m]
             Cell size wanted; whole numbers of cells come as close as they can.
         """
-        fields = _mtb_rs.pole_shoe_sheet(
-            self.profile._core,
-            length=self.length,
-            inner_edge=self.inner_edge,
-            conforming_to=self.conforming_to,
-            outer_edge=self.outer_edge,
-            relief_slope=self.relief_slope,
-            poles=self.poles,
-            lateral=self.lateral,
-            yaw=self.yaw,
-            spacing=spacing_pair(spacing),
-        )
+        fields = _mtb_rs.pole_shoe_sheet(self.profile._core, self, spacing_pair(spacing))
         return contact_sheet(fields, ("left", "right")[: self.poles])

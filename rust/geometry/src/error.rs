@@ -158,6 +158,55 @@ pub enum Error {
         /// End that is reached, in the profile's own frame [m].
         end: f64,
     },
+    /// Coordinates of nodes that do not rise.
+    #[error("{name}: at least two rising numbers [m] are needed")]
+    NotRising {
+        /// Argument.
+        name: &'static str,
+    },
+    /// Nodes that do not span the conforming strip of a pole.
+    #[error("y runs from {start} to {end} m: the conforming strip is {inner} to {outer} m")]
+    OffStrip {
+        /// First coordinate |y| [m].
+        start: f64,
+        /// Last one [m].
+        end: f64,
+        /// Where the strip begins [m].
+        inner: f64,
+        /// Where it ends [m].
+        outer: f64,
+    },
+    /// A contact that does not fit on its rail.
+    #[error("length is {length} m: the contact from {start} to {end} m is longer")]
+    ShortRail {
+        /// Length of the rail [m].
+        length: f64,
+        /// Beginning of the contact [m].
+        start: f64,
+        /// Its end [m].
+        end: f64,
+    },
+    /// A solid that could not be factorised.
+    #[error(
+        "the mesh would have about {} tetrahedra with {} unknowns, more than {}: larger elements are needed (element_size, size or spacing)",
+        scientific(*.tetrahedra), scientific(*.unknowns), scientific(*.most)
+    )]
+    TooManyTetrahedra {
+        /// Tetrahedra expected.
+        tetrahedra: f64,
+        /// Unknown displacements expected.
+        unknowns: f64,
+        /// Most of them.
+        most: f64,
+    },
+    /// A tetrahedron or a set names a node that does not exist.
+    #[error("a tetrahedron or a set of nodes refers to node {node}: there are {count} nodes")]
+    MissingNode {
+        /// Node that is named.
+        node: usize,
+        /// Number of nodes.
+        count: usize,
+    },
     /// The look at a wish to stop found one.
     #[error("interrupted")]
     Interrupted,
@@ -191,6 +240,14 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+}
+
+/// A large number with two digits, such as 4e+06.
+fn scientific(value: f64) -> String {
+    let text = format!("{value:.1e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    format!("{}e{exponent:+03}", digits.trim_end_matches(".0"))
 }
 
 /// `value` if it is finite.

@@ -5,7 +5,8 @@
 //! ([`ContactSheet`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, the same in any
 //! pose of its wheelset ([`WheelOverRail`]), and the gap
 //! between arbitrary surfaces ([`SurfacePair`]): analytic ones and triangle meshes ([`SurfaceMesh`]),
-//! whose facets are taken for the curved surface they stand for.
+//! whose facets are taken for the curved surface they stand for. [`solid`]: blocks, pole shoes and rails filled
+//! with tetrahedra that follow a contact grid.
 //!
 //! **Not here.** No material, no load, no compliance, no solver.
 //!
@@ -25,6 +26,7 @@ mod profile;
 mod root;
 mod sheet;
 mod shoe;
+pub mod solid;
 mod surface;
 mod wheel;
 

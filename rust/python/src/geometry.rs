@@ -21,7 +21,7 @@ pub(crate) struct PyProfile(pub(crate) mtb_geometry::Profile);
 
 type Values<'py> = Bound<'py, PyArray1<f64>>;
 
-fn slice<'a>(array: &'a PyReadonlyArray1<'_, f64>) -> PyResult<&'a [f64]> {
+pub(crate) fn slice<'a>(array: &'a PyReadonlyArray1<'_, f64>) -> PyResult<&'a [f64]> {
     array.as_slice().map_err(|error| bad_input(&error))
 }
 
@@ -193,13 +193,9 @@ fn look(monitor: Monitor<'_>) -> ControlFlow<()> {
     })
 }
 
-/// Sheet of a pole shoe on a rail, as a dictionary of plain arrays.
-#[pyfunction]
-#[pyo3(signature = (rail, *, length, inner_edge, conforming_to, outer_edge, relief_slope, poles, lateral, yaw, spacing))]
-#[allow(clippy::too_many_arguments)] // reason: keyword-only, one for each parameter of the shoe
-pub(crate) fn pole_shoe_sheet<'py>(
-    py: Python<'py>,
-    rail: &PyProfile,
+/// The numbers of a pole shoe, attributes of the shoe in Python.
+#[derive(FromPyObject)]
+pub(crate) struct Shoe {
     length: f64,
     inner_edge: f64,
     conforming_to: f64,
@@ -208,19 +204,33 @@ pub(crate) fn pole_shoe_sheet<'py>(
     poles: usize,
     lateral: f64,
     yaw: f64,
+}
+
+impl Shoe {
+    pub(crate) fn on(&self, rail: &PyProfile) -> PoleShoe {
+        PoleShoe {
+            rail: rail.0.clone(),
+            length: self.length,
+            inner_edge: self.inner_edge,
+            conforming_to: self.conforming_to,
+            outer_edge: self.outer_edge,
+            relief_slope: self.relief_slope,
+            poles: self.poles,
+            lateral: self.lateral,
+            yaw: self.yaw,
+        }
+    }
+}
+
+/// Sheet of a pole shoe on a rail, as a dictionary of plain arrays.
+#[pyfunction]
+pub(crate) fn pole_shoe_sheet<'py>(
+    py: Python<'py>,
+    rail: &PyProfile,
+    shoe: Shoe,
     spacing: [f64; 2],
 ) -> PyResult<Bound<'py, PyDict>> {
-    let shoe = PoleShoe {
-        rail: rail.0.clone(),
-        length,
-        inner_edge,
-        conforming_to,
-        outer_edge,
-        relief_slope,
-        poles,
-        lateral,
-        yaw,
-    };
+    let shoe = shoe.on(rail);
     let laid = enter(py, |_| shoe.sheet(spacing))?;
     sheet(py, laid)
 }

@@ -15,6 +15,7 @@ mod geometry;
 mod normal;
 mod operator;
 mod prepared;
+mod solid;
 mod tangential;
 mod tetra;
 mod wheelset;
@@ -40,6 +41,10 @@ mod _mtb_rs {
     use super::operator::PyCompliance;
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
+    #[pymodule_export]
+    use super::solid::{
+        block_mesh, check_unknowns, pole_mesh, quadratic_mesh, rail_mesh, tetrahedra,
+    };
     #[pymodule_export]
     use super::tangential::{
         PyFriction, PyPatchOperators, fastsim_curve, kalker_coefficients, polach_curve,
