@@ -57,8 +57,11 @@ from .half_space.tangential import (
     solve_tangential,
 )
 from .results.chart import Chart, ChartPoint
+from .results.fields import Field
 from .results.report import Report
 from .results.result import Displacement, Result
+from .results.saved import load
+from .results.solid import Solid
 from .results.sweep_table import SweepTable
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
 from .scenes.scene import Scene, WheelScene
@@ -68,14 +71,14 @@ from .studies.sweeps import sweep
 
 if TYPE_CHECKING:
     from .case import Case, load_case
-    from .pictures.plane import animate
+    from .pictures.moving import animate
     from .pictures.space import write_html
 
 threads.limit()
 moved.keep()
 
 #: Names that bring heavy packages with them (pydantic, matplotlib): loaded when first used.
-_LATER = {"Case": "case", "animate": "pictures.plane", "load_case": "case", "write_html": "pictures.space"}
+_LATER = {"Case": "case", "animate": "pictures.moving", "load_case": "case", "write_html": "pictures.space"}
 
 
 def __getattr__(name: str) -> Any:
@@ -103,6 +106,7 @@ __all__ = [
     "Displacement",
     "ElasticBody",
     "FallingFriction",
+    "Field",
     "FoundationResult",
     "GaussianPressure",
     "Guide",
@@ -127,6 +131,7 @@ __all__ = [
     "Rolling",
     "Scene",
     "Shift",
+    "Solid",
     "StartOfSliding",
     "StaticKinetic",
     "StepResult",
@@ -152,6 +157,7 @@ __all__ = [
     "fastsim_curve",
     "hertz",
     "kalker_coefficients",
+    "load",
     "load_case",
     "polach",
     "roughness",

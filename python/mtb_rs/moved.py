@@ -24,7 +24,7 @@ PLACES = {
     "loads": ("friction.fields",),
     "material": ("bodies.material",),
     "mesh": ("bodies.mesh",),
-    "plot": ("pictures.plane", "pictures.quantities"),
+    "plot": ("pictures.plane", "pictures.quantities", "pictures.moving", "pictures.figures"),
     "reference": ("half_space.reference",),
     "result": ("results.result", "geometry.contact_points", "geometry.triangles"),
     "surfaces": ("bodies.surfaces",),

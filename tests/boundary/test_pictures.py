@@ -24,11 +24,13 @@ from PIL import Image
 import mtb_rs as mtb
 from mtb_rs import PictureWarning
 from mtb_rs.base import words
+from mtb_rs.base.stored import plain_data
 from mtb_rs.half_space import reference
 from mtb_rs.pictures import space as view
-from mtb_rs.pictures.files import plain, save
-from mtb_rs.pictures.plane import animate
-from mtb_rs.pictures.quantities import QUANTITIES, drawable
+from mtb_rs.pictures.files import save
+from mtb_rs.pictures.moving import animate
+from mtb_rs.pictures.quantities import drawable
+from mtb_rs.results.fields import FIELDS
 from mtb_rs.results.grids import borders, corners, quads
 from mtb_rs.results.result import Pictured, Result
 
@@ -374,7 +376,7 @@ def test_every_frame_says_what_it_shows(
 
 def test_the_words_are_those_that_are_checked() -> None:
     """What a type checker accepts as a field is what can be drawn."""
-    assert get_args(words.Field) == tuple(QUANTITIES)
+    assert get_args(words.Field) == tuple(dict.fromkeys(w for field in FIELDS.values() for w in field.words))
 
 
 def test_limits_set_the_scale(pole_shoe_result: Result) -> None:
@@ -452,7 +454,7 @@ def test_json_holds_no_nan() -> None:
         3: float("inf"),
         "n": np.int8(1),
     }
-    assert plain(value) == {"a": [1.0, None], "b": [2.0, "x"], "3": None, "n": 1}
+    assert plain_data(value) == {"a": [1.0, None], "b": [2.0, "x"], "3": None, "n": 1}
 
 
 def test_target_that_is_a_file_is_refused(pole_shoe_result: Result, tmp_path: Path) -> None:

@@ -727,6 +727,9 @@ class ElasticBody:
         """Numbers of the corners on the boundary."""
         return np.unique(self.faces[:, :3]).astype(np.int64)
 
+    def kept(self) -> None:
+        """A saved result keeps its nodes, displacements and stresses, not what was given."""
+
     def surface(self) -> Surface:
         """The boundary, for pictures."""
         used = self.surface_nodes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..base.check import number, positive
 from ..base.plain import plain
+from ..base.stored import stored
 
 #: Young's moduli [Pa]: up to the first, units are normalised ones; between it and the second only foams,
 #: cork and what hardly changes its volume (rubber, gels) are so soft; diamond has half of the third.
@@ -15,6 +16,7 @@ NORMALISED, SOFT, STIFF = 10.0, 1e6, 2e12
 RUBBERY = 0.45
 
 
+@stored
 @dataclass(frozen=True, slots=True)
 @plain
 class Material:

@@ -18,6 +18,7 @@ from .. import _mtb_rs
 from ..base.check import choice, positive
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.stored import stored
 from ..base.words import Side
 from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile
@@ -29,6 +30,7 @@ Index = NDArray[np.int64]
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain

@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import _mtb_rs
 from ..base.plain import plain
+from ..base.stored import stored
 from ..geometry.profiles import Profile
 from .material import Material
 from .surfaces import BodySurface, as_surface
@@ -17,6 +18,7 @@ from .surfaces import BodySurface, as_surface
 Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 
 
+@stored
 @dataclass(frozen=True)
 @plain
 class HalfSpace:
@@ -51,12 +53,17 @@ class HalfSpace:
         )
         return compliance
 
+    def kept(self) -> HalfSpace:
+        """What a saved result keeps of it: the material."""
+        return HalfSpace(self.material)
+
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
             raise ValueError(f"material of a half-space is {self.material!r}: a Material is needed")
         object.__setattr__(self, "surface", as_surface(self.surface))
 
 
+@stored
 @dataclass(frozen=True)
 @plain
 class Rigid:
@@ -74,6 +81,10 @@ class Rigid:
         """It does not give way."""
 
     on_hats = on_cells
+
+    def kept(self) -> Rigid:
+        """What a saved result keeps of it."""
+        return Rigid()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "surface", as_surface(self.surface))

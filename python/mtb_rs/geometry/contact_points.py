@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from ..base.check import positive
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.stored import stored
 
 Array = NDArray[np.float64]
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain

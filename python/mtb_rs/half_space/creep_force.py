@@ -14,6 +14,7 @@ from ..base.check import choice, number, pair, positive, reals
 from ..base.owning import check_finite, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
+from ..base.stored import stored
 from ..base.words import Bound
 from ..friction.laws import (
     Coulomb,
@@ -56,6 +57,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
     return KalkerCoefficients(*_mtb_rs.kalker_coefficients(axes, nu))
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain

@@ -17,10 +17,12 @@ from ..base.check import choice, number, positive, reals, warn
 from ..base.errors import ConvergenceError
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.stored import stored
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material
 from ..bodies.simple import Rigid, Simple, as_body
 from ..geometry.contact_points import spacing_pair
+from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import Pictured
 
@@ -45,6 +47,7 @@ _FAILURES = {
 }
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
@@ -94,6 +97,28 @@ class NormalResult(Pictured):
     periodic: bool
     error_estimate: float | None
     report: Report
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(
+            points=self.points,
+            area=self.area,
+            pressure=self.pressure,
+            gap=self.gap,
+            initial_gap=self.initial_gap,
+            status=self.status,
+        )
+
+    def totals(self) -> dict[str, Field]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return totals_of(normal_force=self.normal_force, approach=self.approach, tilts=self.tilts)
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: how good it is, the report."""
+        return {"error_estimate": self.error_estimate, "report": self.report.as_dict()}
+
+    def _kept(self) -> NormalResult:
+        return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape

@@ -20,6 +20,7 @@ from ..base.errors import ConvergenceError
 from ..base.owning import check_finite, owning, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
+from ..base.stored import stored
 from ..base.words import Coupling
 from ..bodies.material import Material
 from ..friction.laws import (
@@ -32,6 +33,7 @@ from ..friction.laws import (
     native_law,
 )
 from ..geometry.contact_points import window
+from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import TangentialFields
 from .pressure_field import PressureField, pressure_field
@@ -41,6 +43,7 @@ Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
 
+@stored
 @renamed(speed="velocity")
 @owning
 @dataclass(frozen=True)
@@ -97,6 +100,7 @@ class Rolling:
         return (length * c, length * s)
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
@@ -164,6 +168,7 @@ def _check_force(force: Any) -> None:
             number(f"force[{k}]", value, "N")
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
@@ -238,6 +243,7 @@ class TangentialState:
         return whole[1], whole[0]
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
@@ -303,6 +309,28 @@ class TangentialResult(TangentialFields):
     def dissipation_unit(self) -> str:
         """Work per area and distance rolled, or per area in a shift."""
         return "J/m2" if isinstance(self.motion, Shift) else "Pa"
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(
+            {"slip": self.slip_unit, "dissipation": self.dissipation_unit},
+            points=self.points,
+            area=self.area,
+            pressure=self.pressure,
+            traction=self.traction,
+            slip=self.slip,
+            friction_coefficient=self.friction_coefficient,
+            dissipation=self.dissipation,
+            status=self.status,
+        )
+
+    def totals(self) -> dict[str, Field]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return super().totals() | totals_of(creepage=self.creepage)
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: the motion asked for, the report."""
+        return {"motion": self.motion, "report": self.report.as_dict()}
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]}, {self.report.status})"

@@ -3,9 +3,12 @@
 
 from .chart_page import page as page_of_chart
 from .chart_plot import draw as drawing_of_chart
+from .figures import own_figures
 from .files import save
-from .plane import animate, draw_area_load, draw_sweep, own_figures, plot, plot_side_by_side
+from .moving import animate
+from .plane import plot, plot_side_by_side
 from .space import view, view_von_mises, write_html
+from .sweep_plot import draw_area_load, draw_sweep
 
 __all__ = [
     "animate",

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
-import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +15,14 @@ from PIL import Image
 
 from ..base.check import warn
 from ..base.errors import PictureWarning
-from ..base.files import check_folder, drafted, read_text
+from ..base.files import check_folder, drafted
+from ..base.stored import plain_data
+from ..base.words import Field as Word
 from ..results.grids import flat, patches
-from ..results.result import Pictured, Result, png
+from ..results.result import Drawn, Pictured, png
+from ..results.saved import SUMMARY, data_files, mark, summary_in
 from . import space
-from .plane import own_figures
+from .figures import own_figures
 from .quantities import drawable
 
 #: Where a pole shoe is cut for line plots [m]: its inner edge and inside the conforming strip, as in
@@ -29,50 +30,23 @@ from .quantities import drawable
 POLE_SHOE_CUTS = (6e-3, 12e-3)
 
 
-#: What a result may hold, of what goes into `fields.npz`; the last ones are totals, not fields.
-FIELDS = (
-    "points",
-    "area",
-    "normal",
-    "pressure",
-    "traction",
-    "slip",
-    "friction_coefficient",
-    "dissipation",
-    "gap",
-    "initial_gap",
-    "status",
-)
-TOTALS = (
-    "force",
-    "moment",
-    "spin_moment",
-    "reference_point",
-    "normal_force",
-    "approach",
-    "tilts",
-    "creepage",
-)
-
-
 #: Quantities drawn as maps and as cuts; the pictures bear their names.
-MAPS = ("pressure", "vertical_displacement", "status", "traction", "slip")
-LINES = ("pressure", "vertical_displacement")
-#: What lists the files of a result.
-SUMMARY = "summary.json"
+MAPS: tuple[Word, ...] = ("pressure", "vertical_displacement", "status", "traction", "slip")
+LINES: tuple[Word, ...] = ("pressure", "vertical_displacement")
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(
-    rf"fields\.npz|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
+    rf"fields\.npz|result\.(npz|json)|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
     rf"({'|'.join(LINES)})_lines(_along_y)?\.png"
 )
 
 
-def save(result: Pictured, directory: str | Path) -> list[Path]:
+def save(result: Drawn, directory: str | Path) -> list[Path]:
     """Writes a result into a directory, which is made if need be.
 
     ========================== =====================================================================
-    summary.json               inputs, forces, report, per-patch figures; no NaN
-    fields.npz                 every array of the result, under its own name
+    summary.json               inputs, forces, report, per-patch figures, units of the fields; no NaN
+    fields.npz                 every field and total of the result, under its own name
+    result.json, result.npz    what :func:`mtb_rs.load` needs besides
     contact.vtp                the patches with all fields, for ParaView (needs pyvista)
     body_<name>.vtp            surfaces of the bodies without finite elements (needs pyvista)
     body_<name>.vtu            elastic bodies with displacement, stress (xx, yy, zz, xy, yz, xz) and
@@ -107,15 +81,19 @@ def save(result: Pictured, directory: str | Path) -> list[Path]:
     target = check_saveable(directory)
     files: dict[str, bytes] = {}
     with own_figures():
-        notices = _fields(result, files) + _pictures(result, files)
+        kept = result._kept()
+        picture = kept._picture()
+        files |= data_files(kept)
+        notices = _vtk(picture, files) + _pictures(picture, files)
     names = sorted(files)
-    text = json.dumps(summary(result, names, notices), indent=2, allow_nan=False)
+    told = summary(picture, names, notices, type(kept).__name__)
+    text = json.dumps(told, indent=2, allow_nan=False)
     earlier = _files_of_earlier_result(target)
     with drafted(target) as draft:
         for name, content in [*files.items(), (SUMMARY, text.encode() + b"\n")]:
             draft.write(name, content)
         # until the last file is in its place the summary tells whose files these are
-        listed = {**_mark(), "is_complete": False, "files": sorted({*names, *earlier})}
+        listed = {**mark(), "is_complete": False, "files": sorted({*names, *earlier})}
         draft.write("listed", json.dumps(listed).encode() + b"\n")
         draft.move("listed", SUMMARY)
         for name in names:
@@ -140,7 +118,7 @@ def check_saveable(directory: str | Path) -> Path:
     own = _files_of_earlier_result(target)
     present = sorted(path.name for path in target.iterdir()) if target.exists() else []
     for name in present:
-        if (_OWN.fullmatch(name) and name not in own) or (name == SUMMARY and _listing(target) is None):
+        if (_OWN.fullmatch(name) and name not in own) or (name == SUMMARY and summary_in(target) is None):
             raise ValueError(
                 f"{target / name} is there, and no earlier result of mtb_rs lists it: it would be lost; move "
                 "it, or save into another directory"
@@ -148,8 +126,8 @@ def check_saveable(directory: str | Path) -> Path:
     return target
 
 
-def summary(result: Pictured, files: list[str], notices: list[str]) -> dict[str, Any]:
-    """What `summary.json` holds: plain data, None for what is not finite."""
+def summary(result: Pictured, files: list[str], notices: list[str], kind: str) -> dict[str, Any]:
+    """What `summary.json` holds of a result of a `kind`: plain data, None for what is not finite."""
     pressure, area, status = (flat(result, v) for v in (result.pressure, result.area, result.status))
     by_patch = {
         patch.name: {
@@ -161,65 +139,26 @@ def summary(result: Pictured, files: list[str], notices: list[str]) -> dict[str,
         }
         for patch in patches(result)
     }
-    content: dict[str, Any] = {**_mark(), "result": type(result).__name__}
-    if isinstance(result, Result):
-        content["inputs"] = result.summary
-    for name in ("motion", "model", "error_estimate", *TOTALS):
-        if hasattr(result, name) and not (name == "motion" and isinstance(result, Result)):
-            content[name] = getattr(result, name)
+    facts = result.facts()
+    report = {"report": facts.pop("report")} if "report" in facts else {}
+    content: dict[str, Any] = {**mark(), "result": kind, **facts}
+    content |= {name: total.values for name, total in result.totals().items()}
     content |= {"points": int(pressure.size), "patches": by_patch}
-    if hasattr(result, "report"):
-        content["report"] = result.report.as_dict()
-    content |= {"files": files, "notices": notices}
-    return {key: plain(value) for key, value in content.items()}
+    content |= {"fields": {n: {"label": f.label, "unit": f.unit} for n, f in result.fields().items()}}
+    content |= {**report, "files": files, "notices": notices}
+    return {key: plain_data(value) for key, value in content.items()}
 
 
-def plain(value: Any) -> Any:
-    """`value` as JSON can hold it: lists and numbers; None for NaN and infinity."""
-    if value is None or isinstance(value, (bool, str, int)):
-        return value
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.repr}
-    return str(value)
-
-
-def _mark() -> dict[str, Any]:
-    """What a summary is known by."""
-    from .._mtb_rs import __version__
-
-    return {"mtb_rs": __version__}
-
-
-def _fields(result: Pictured, files: dict[str, bytes]) -> list[str]:
-    fields = {name: getattr(result, name) for name in FIELDS if hasattr(result, name)}
-    if isinstance(result, Result):
-        fields["displacement_upper"] = result.displacement.upper
-        fields["displacement_lower"] = result.displacement.lower
-    totals = {name: getattr(result, name) for name in TOTALS if hasattr(result, name)}
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **fields, **totals)
-    files["fields.npz"] = buffer.getvalue()
+def _vtk(result: Pictured, files: dict[str, bytes]) -> list[str]:
     try:
         contact = space.contact_mesh(result)
     except ImportError:
         return ["no VTK files: they need pyvista, pip install 'mtb-rs[viz]'"]
     data = contact.cell_data if patches(result) else contact.point_data
-    for name, values in fields.items():
+    for name, field in result.fields().items():
         if name != "points":
-            data[name] = np.ascontiguousarray(flat(result, values).T)
+            data[name] = np.ascontiguousarray(flat(result, field.values).T)
     files["contact.vtp"] = space.vtk_bytes(contact)
-    if not isinstance(result, Result):
-        return []
     plain = [surface for surface in space.bodies(result) if surface.von_mises is None]
     for stem, surface in zip(_plain_names(s.name for s in plain), plain, strict=True):
         files[f"body_{stem}.vtp"] = space.vtk_bytes(space.body_mesh(surface))
@@ -249,7 +188,7 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
         if quantity in known and (quantity not in ("traction", "slip") or "slip" in known):
             files[f"{quantity}.png"] = png(result.plot(quantity))
     if patches(result):
-        shoe = isinstance(result, Result) and result.summary.get("scene") == "pole_shoe_on_rail"
+        shoe = result.facts().get("inputs", {}).get("scene") == "pole_shoe_on_rail"
         for quantity in LINES:
             if quantity in known:
                 picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
@@ -258,12 +197,12 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
                     peak = flat(result, result.points)[0, flat(result, result.pressure).argmax()]
                     picture = result.plot(quantity, "line", x=float(peak))
                     files[f"{quantity}_lines_along_y.png"] = png(picture)
-    if not isinstance(result, Result):
+    if not result.surfaces and not result.solids():
         return []
     missing = space.missing_for_view()
     if missing is None:
         views = {"view": result.plot("pressure", "3d", off_screen=True)}
-        if result.parts:
+        if result.solids():
             views["von_mises"] = result.plot("von_mises", "3d", off_screen=True)
         for name, plotter in views.items():
             buffer = io.BytesIO()
@@ -274,18 +213,7 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
     return [f"no view.png: {missing}"]
 
 
-def _listing(directory: Path) -> list[Any] | None:
-    """The files that the summary of an earlier result lists; None without such a summary."""
-    try:
-        found = json.loads(read_text(directory / SUMMARY))
-    except (ValueError, RecursionError):
-        return None
-    if not isinstance(found, dict) or not isinstance(found.get("mtb_rs"), str):
-        return None
-    listed = found.get("files")
-    return listed if isinstance(listed, list) else None
-
-
 def _files_of_earlier_result(directory: Path) -> set[str]:
     """What an earlier result wrote: names that its summary lists and that a result can have."""
-    return {name for name in _listing(directory) or () if isinstance(name, str) and _OWN.fullmatch(name)}
+    listed = (summary_in(directory) or {}).get("files", ())
+    return {name for name in listed if isinstance(name, str) and _OWN.fullmatch(name)}

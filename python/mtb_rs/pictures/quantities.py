@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,8 @@ from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from ..base.plain import plain
-from ..base.words import Body, Field, Limits
+from ..base.words import Body, Limits
+from ..results.fields import Field
 from ..results.result import Pictured
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ OPEN_COLOUR = "#EDEDED"
 INK = "#333333"
 MILLIMETRE = 1e-3
 
-_PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
+PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "-": ((1.0, "-"), (1e-3, "10⁻³"), (1e-6, "10⁻⁶"), (1e-9, "10⁻⁹")),
@@ -36,91 +36,31 @@ _PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
 }
 
 
-@dataclass(frozen=True)
-@plain
-class Quantity:
-    """A field that can be drawn: how it is called, which attribute it comes from and how, its SI unit."""
-
-    label: str
-    unit: str
-    source: str
-    values: Callable[[Any, Body], Array]
-    contact_only: bool = False
-    by_body: bool = False
-    colours: str | None = None
+def drawable(result: Pictured) -> tuple[Any, ...]:
+    """The words of what this kind of result has to draw."""
+    return tuple(dict.fromkeys(word for field in result.fields().values() for word in field.words))
 
 
-def _displacement(component: int) -> Callable[[Any, Body], Array]:
-    return lambda result, body: np.asarray(getattr(result.displacement, body)[component])
-
-
-def _of(source: str, component: int | None = None) -> Callable[[Any, Body], Array]:
-    def values(result: Any, _: Body) -> Array:
-        field = np.asarray(getattr(result, source), dtype=float)
-        return field if component is None else field[component]
-
-    return values
-
-
-def _size(source: str) -> Callable[[Any, Body], Array]:
-    return lambda result, _: np.asarray(np.linalg.norm(getattr(result, source), axis=0))
-
-
-QUANTITIES: dict[Field, Quantity] = {
-    "pressure": Quantity("pressure", "Pa", "pressure", _of("pressure"), contact_only=True),
-    "traction": Quantity("|traction|", "Pa", "traction", _size("traction"), contact_only=True),
-    "longitudinal_traction": Quantity(
-        "longitudinal traction", "Pa", "traction", _of("traction", 0), contact_only=True
-    ),
-    "lateral_traction": Quantity("lateral traction", "Pa", "traction", _of("traction", 1), contact_only=True),
-    "slip": Quantity("|slip|", "slip", "slip", _size("slip"), contact_only=True),
-    "longitudinal_slip": Quantity("longitudinal slip", "slip", "slip", _of("slip", 0), contact_only=True),
-    "lateral_slip": Quantity("lateral slip", "slip", "slip", _of("slip", 1), contact_only=True),
-    "friction_coefficient": Quantity(
-        "friction coefficient", "-", "friction_coefficient", _of("friction_coefficient"), contact_only=True
-    ),
-    "dissipation": Quantity("dissipation", "dissipation", "dissipation", _of("dissipation")),
-    "gap": Quantity("gap", "m", "gap", _of("gap"), colours="viridis_r"),
-    "initial_gap": Quantity("initial gap", "m", "initial_gap", _of("initial_gap"), colours="viridis_r"),
-    "status": Quantity("status", "", "status", _of("status")),
-    "vertical_displacement": Quantity(
-        "vertical displacement", "m", "displacement", _displacement(2), by_body=True
-    ),
-    "longitudinal_displacement": Quantity(
-        "longitudinal displacement", "m", "displacement", _displacement(0), by_body=True
-    ),
-    "lateral_displacement": Quantity(
-        "lateral displacement", "m", "displacement", _displacement(1), by_body=True
-    ),
-}
-
-
-def drawable(result: Pictured) -> tuple[Field, ...]:
-    """The quantities this kind of result has."""
-    return tuple(name for name, asked in QUANTITIES.items() if hasattr(result, asked.source))
-
-
-def quantity_of(result: Pictured, name: Field) -> Quantity:
-    """The named quantity of a result, in its unit; `ValueError` for one it does not have."""
-    known = drawable(result)
-    if not known:
+def quantity_of(result: Pictured, word: str, body: Body = "lower") -> Field:
+    """What a word stands for in a result, of a body where bodies differ; `ValueError` for one it has not."""
+    # the door: whatever it is that is to be drawn
+    if not isinstance(result, Pictured):
         raise ValueError(f"{result!r} is no result that can be drawn")
-    if name not in known:
-        # stresses are drawn in space, of bodies that have elements
-        accepted = (*known, "von_mises") if getattr(result, "parts", ()) else known
-        raise ValueError(f"quantity is {name!r}: one of {', '.join(accepted)} is needed")
-    asked = QUANTITIES[name]
-    units = {"slip": "slip_unit", "dissipation": "dissipation_unit"}
-    return replace(asked, unit=getattr(result, units[asked.unit])) if asked.unit in units else asked
+    for field in result.fields().values():
+        if field.body in (None, body) and word in field.words:
+            return field.part(word)
+    # stresses are drawn in space, of bodies that have elements
+    accepted = (*drawable(result), "von_mises") if result.has_solids else drawable(result)
+    raise ValueError(f"quantity is {word!r}: one of {', '.join(accepted)} is needed")
 
 
 def unit_of(values: Array, unit: str) -> tuple[float, str]:
     """The prefix that suits the largest value: 0.3 to 300 of it."""
     largest = float(np.abs(values).max(initial=0.0))
-    for factor, name in _PREFIXES[unit]:
+    for factor, name in PREFIXES[unit]:
         if largest >= 0.3 * factor:
             return factor, name
-    return _PREFIXES[unit][-2 if largest == 0.0 else -1]
+    return PREFIXES[unit][-2 if largest == 0.0 else -1]
 
 
 @dataclass(frozen=True)
@@ -135,7 +75,7 @@ class Scale:
     extend: str
 
 
-def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -> Scale:
+def colour_scale(values: Array, asked: Field, limits: Limits | None = None) -> Scale:
     """Unit and colours for `values` [SI], or for given `limits` [SI].
 
     Values on both sides of zero get a scale that is white there. Peaks at sharp edges, singular in
@@ -151,17 +91,19 @@ def colour_scale(values: Array, asked: Quantity, limits: Limits | None = None) -
         above = bool(values.size and values.max() > limits[1])
         extend = "both" if below and above else "min" if below else "max" if above else "neither"
         mixed, falling = low < 0.0 < high, low < 0.0
-        colours = "RdBu_r" if mixed else asked.colours or ("viridis_r" if falling else "viridis")
+        colours = "RdBu_r" if mixed else "viridis_r" if falling or asked.is_distance else "viridis"
         return Scale(factor, unit, colours, Normalize(low, high), extend)
     if min(-low, high) > 0.02 * max(-low, high):
         bound = max(-low, high)
         return Scale(factor, unit, "RdBu_r", Normalize(-bound, bound), "neither")
     if low < 0.0:
-        return Scale(factor, unit, asked.colours or "viridis_r", Normalize(low, high), "neither")
+        return Scale(factor, unit, "viridis_r", Normalize(low, high), "neither")
     robust = float(np.percentile(spanned, 97.0)) if spanned.size else high
     peaked = high > 1.4 * robust > 0.0
     norm = Normalize(0.0, robust if peaked else high or 1.0)
-    return Scale(factor, unit, asked.colours or "viridis", norm, "max" if peaked else "neither")
+    return Scale(
+        factor, unit, "viridis_r" if asked.is_distance else "viridis", norm, "max" if peaked else "neither"
+    )
 
 
 def bar_title(label: str, values: Array, scale: Scale) -> str:

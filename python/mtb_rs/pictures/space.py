@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
@@ -23,11 +23,14 @@ from numpy.typing import NDArray
 from ..base.check import number
 from ..base.errors import ViewError
 from ..base.files import check_target, write_bytes
-from ..base.words import Body, Field, Limits
+from ..base.words import Body, Limits
+from ..base.words import Field as Word
 from ..geometry.triangles import Surface
+from ..results.fields import Field
 from ..results.grids import corners, flat, patches, quads
-from ..results.result import Pictured, Result
-from .quantities import STATUS_COLOURS, STATUS_NAMES, Quantity, bar_title, colour_scale, quantity_of
+from ..results.result import Pictured
+from ..results.solid import Solid
+from .quantities import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
 
 if TYPE_CHECKING:
     import pyvista
@@ -82,7 +85,7 @@ def missing_for_view() -> str | None:
 
 def view(
     result: Pictured,
-    quantity: Field = "pressure",
+    quantity: Word = "pressure",
     *,
     body: Body = "lower",
     limits: Limits | None = None,
@@ -127,8 +130,8 @@ def view(
         scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
 
-    asked = quantity_of(result, quantity)
-    surfaces = bodies(result) if isinstance(result, Result) else ()
+    asked = quantity_of(result, quantity, body)
+    surfaces = bodies(result)
     if scale is None:
         scale = _default_scale(surfaces, result)
 
@@ -136,9 +139,9 @@ def view(
     for surface in surfaces:
         _add_body(plotter, surface, _places(result), scale)
 
-    values = flat(result, asked.values(result, body)).astype(float)
+    values = flat(result, asked.values).astype(float)
     closed = flat(result, result.status) > 0
-    shown = closed if asked.contact_only else np.ones_like(closed)
+    shown = closed if asked.extent == "contact" else np.ones_like(closed)
     style: dict[str, Any]
     if quantity == "status":
         factor = 1.0
@@ -174,7 +177,7 @@ def view(
 
 
 def view_von_mises(
-    result: Result,
+    result: Pictured,
     *,
     limits: tuple[float, float] | None = None,
     scale: float | None = None,
@@ -191,22 +194,26 @@ def view_von_mises(
     ValueError
         If no body has finite elements.
     """
-    if not result.parts:
+    solids = result.solids()
+    if not solids:
+        model = result.facts().get("model")
+        if model is None:
+            raise ValueError("quantity is 'von_mises': only scenes have bodies with stresses")
         raise ValueError(
-            f"quantity is 'von_mises', but in the model {result.model!r} no body has finite elements: "
+            f"quantity is 'von_mises', but in the model {model!r} no body has finite elements: "
             "solve with model='elastic-upper' or 'elastic-both'"
         )
     if scale is not None:
         scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
 
-    surfaces = bodies(result)
+    surfaces = _bodies(result, solids)
     if scale is None:
         scale = _default_scale(surfaces, result)
     stress = {id(s): s.von_mises for s in surfaces if s.von_mises is not None}
     label = "von Mises stress"
-    asked = Quantity(label, "Pa", "von_mises", lambda r, _: r.pressure)
     everything = np.concatenate(list(stress.values()))
+    asked = Field("von_mises", label, "Pa", everything)
     shades = colour_scale(everything, asked, limits)
     for surface in surfaces:
         if id(surface) not in stress:
@@ -225,7 +232,7 @@ def view_von_mises(
             copy_mesh=True,
         )
         _add_outline(plotter, mesh)
-    below = all(part.upper for part in result.parts)
+    below = all(solid.upper for solid in solids)
     return _framed(plotter, result, scale, np.array([1.3, -1.5, -1.1 if below else 1.25]))
 
 
@@ -268,8 +275,11 @@ def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyv
     import pyvista
 
     points = _places(result)
-    if isinstance(result, Result):
-        points = points + scale * flat(result, result.displacement.lower) + lift * flat(result, result.normal)
+    fields = result.fields()
+    if "displacement_lower" in fields:
+        points = points + scale * flat(result, fields["displacement_lower"].values)
+    if "normal" in fields:
+        points = points + lift * flat(result, fields["normal"].values)
     grids = patches(result)
     if not grids:
         return pyvista.PolyData(points.T)
@@ -289,17 +299,21 @@ def _places(result: Pictured) -> Array:
     return points if len(points) == 3 else np.concatenate([points, np.zeros((1, points.shape[1]))])
 
 
-def bodies(result: Result) -> tuple[Surface, ...]:
+def bodies(result: Pictured) -> tuple[Surface, ...]:
     """The bodies for pictures: finite elements with their displacement, half-spaces without.
 
     Costs one back-substitution for each elastic body. A body known by its half is shown whole.
     """
+    return _bodies(result, result.solids())
+
+
+def _bodies(result: Pictured, solids: Sequence[Solid]) -> tuple[Surface, ...]:
     elastic: dict[str, list[Surface]] = {"upper": [], "lower": []}
-    for part, state in zip(result.parts, result.states().values(), strict=True):
-        side = elastic["upper" if part.upper else "lower"]
-        side.append(state.surface)
-        if part.is_half:
-            side.append(_mirrored(state.surface))
+    for solid in solids:
+        side = elastic["upper" if solid.upper else "lower"]
+        side.append(solid.surface)
+        if solid.is_half:
+            side.append(_mirrored(solid.surface))
     rest = [s for s in result.surfaces if not any(elastic[k] and s.name.startswith(k) for k in elastic)]
     return (*rest, *elastic["lower"], *elastic["upper"])
 
@@ -311,7 +325,7 @@ def _mirrored(surface: Surface) -> Surface:
     return Surface(name, vertices, surface.triangles[:, ::-1], moved, surface.von_mises)
 
 
-def solid_meshes(result: Result) -> dict[str, pyvista.UnstructuredGrid]:
+def solid_meshes(result: Pictured) -> dict[str, pyvista.UnstructuredGrid]:
     """The elastic bodies by name, with displacement [m], stress and von Mises' stress [Pa] at their nodes.
 
     Stress in VTK's order: xx, yy, zz, xy, yz, xz. A body known by its half comes as two halves.
@@ -319,20 +333,20 @@ def solid_meshes(result: Result) -> dict[str, pyvista.UnstructuredGrid]:
     import pyvista
 
     solids = {}
-    for part, state in zip(result.parts, result.states().values(), strict=True):
-        mesh, u, stress = state.body.mesh, state.displacement, state.stress[[0, 1, 2, 5, 3, 4]]
-        halves = [(state.body.name, mesh, u, stress)]
-        if part.is_half:
+    for solid in result.solids():
+        mesh, u, stress = solid.mesh, solid.displacement, solid.stress[[0, 1, 2, 5, 3, 4]]
+        halves = [(solid.name, mesh, u, stress)]
+        if solid.is_half:
             flip = np.array([[1.0], [-1.0], [1.0]])
             # the mirror turns round the shear stresses on planes normal to y
             turned = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, None]
-            halves.append((f"{state.body.name} mirrored", mesh.mirrored(), flip * u, turned * stress))
+            halves.append((f"{solid.name} mirrored", mesh.mirrored(), flip * u, turned * stress))
         kind = pyvista.CellType.QUADRATIC_TETRA if mesh.is_quadratic else pyvista.CellType.TETRA
         for name, half, moved, stressed in halves:
             solids[name] = pyvista.UnstructuredGrid({kind: half.cells}, half.nodes)
             for field, values in (("displacement", moved), ("stress", stressed)):
                 solids[name].point_data[field] = np.ascontiguousarray(values.T)
-            solids[name].point_data["von_mises"] = state.von_mises
+            solids[name].point_data["von_mises"] = solid.von_mises
     return solids
 
 
@@ -362,7 +376,7 @@ def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
     return text.encode()
 
 
-def write_html(result: Pictured, path: str | Path, quantity: Field = "pressure", **options: Any) -> Path:
+def write_html(result: Pictured, path: str | Path, quantity: Word = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
 
     Parameters

@@ -22,7 +22,7 @@ def flat(result: Pictured, values: NDArray[Any]) -> NDArray[Any]:
 
 def patches(result: Pictured) -> tuple[Patch, ...]:
     """The regular grids of a result, for use with :func:`flat`; none where the points are scattered."""
-    own: tuple[Patch, ...] = tuple(getattr(result, "patches", ()))
+    own = result.patches
     if result.pressure.ndim == 1 or len(own) == 1:
         return own
     ny, nx = result.pressure.shape
@@ -80,8 +80,9 @@ def _single_steps(result: Pictured, patch: Patch) -> tuple[Array, Array]:
     points = np.zeros((3, patch.ny, patch.nx))
     points[: len(result.points)] = patch.view(flat(result, result.points))
     normal = np.array([0.0, 0.0, 1.0])
-    if hasattr(result, "normal"):
-        normal = patch.view(flat(result, result.normal)).reshape(3, -1).mean(axis=1)
+    fields = result.fields()
+    if "normal" in fields:
+        normal = patch.view(flat(result, fields["normal"].values)).reshape(3, -1).mean(axis=1)
     if patch.nx > 1:
         along = points[:, 0, 1] - points[:, 0, 0]
     elif patch.ny > 1:

@@ -9,9 +9,11 @@ from typing import Any, get_args
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.stored import stored
 from ..base.words import Quantity
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain

@@ -6,7 +6,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack, overload
 
@@ -15,13 +15,17 @@ from numpy.typing import NDArray
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.stored import plain_data, stored
 from ..base.words import Field, Flat, FlatOptions, Model, Space, SpaceOptions, Stress, StressOptions
 from ..bodies.elastic_body import BodyState
 from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..geometry.triangles import Surface
 from .doors import pictures
+from .fields import Field as ResultField
+from .fields import fields_of, totals_of
 from .report import Report
+from .solid import Solid, solid_of
 
 if TYPE_CHECKING:
     import pyvista  # noqa: TID251 (only for type checkers)
@@ -30,6 +34,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+@stored
 @plain
 class Displacement(NamedTuple):
     """Displacement of both bodies at the contact points, each (3, ...) [m], common frame.
@@ -47,6 +52,22 @@ class Drawn:
 
     def _picture(self) -> Pictured:
         raise NotImplementedError
+
+    def _kept(self) -> Any:
+        """What goes into files in its place: the same as plain data."""
+        return self
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        check_fields(self._picture())
+
+    def fields(self) -> dict[str, ResultField]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return self._picture().fields()
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return self._picture().totals()
 
     def _repr_png_(self) -> bytes | None:
         """The pressure map, for notebooks."""
@@ -92,19 +113,71 @@ class Pictured(Drawn):
     area: Array
     pressure: Array
     status: NDArray[np.int8]
+    #: Regular grids of its points and surfaces of its bodies, where it has such.
+    patches: tuple[Patch, ...] = ()
+    surfaces: tuple[Surface, ...] = ()
 
     def _picture(self) -> Pictured:
         return self
 
-    @property
-    def slip_unit(self) -> str:
-        """Unit of the slip, if there is one: relative in rolling."""
-        return "-"
+    def fields(self) -> dict[str, ResultField]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(points=self.points, area=self.area, pressure=self.pressure, status=self.status)
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return {}
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
+        return {}
 
     @property
-    def dissipation_unit(self) -> str:
-        """Unit of the dissipation, if there is one: work per area and distance rolled."""
-        return "Pa"
+    def has_solids(self) -> bool:
+        """Whether it has elastic bodies of finite elements."""
+        return False
+
+    def solids(self) -> tuple[Solid, ...]:
+        """Its elastic bodies of finite elements, with displacement and stress at their nodes."""
+        return ()
+
+
+def check_fields(result: Pictured) -> None:
+    """Raises ValueError unless fields, grids and surfaces of a result fit together."""
+    shape = result.pressure.shape
+    fields = result.fields()
+    if len(shape) not in (1, 2) or not result.pressure.size:
+        raise ValueError(f"pressure has the shape {shape}: (n,) or (ny, nx) is needed")
+    for name, entry in fields.items():
+        values = entry.values
+        sizes = (3,) if "vertical" in entry.parts or name == "normal" else (2, 3)
+        wanted = [(k, *shape) for k in sizes] if entry.is_vector else [shape]
+        if values.dtype.kind not in "fi" or values.shape not in wanted:
+            raise ValueError(f"{name} has the shape {values.shape} beside a pressure of {shape}")
+    if not np.isin(result.status, (0, 1, 2)).all():
+        raise ValueError("status holds other numbers than 0, 1 and 2")
+    if not np.all(result.area >= 0.0):
+        raise ValueError("area is negative")
+    first = 0
+    for patch in result.patches:
+        if patch.start != first or min(patch.nx, patch.ny) < 1 or not min(patch.spacing) > 0.0:
+            raise ValueError(f"the grid {patch.name!r} does not fit the points")
+        first += patch.nx * patch.ny
+    if result.patches and first != result.pressure.size:
+        raise ValueError(f"the grids have {first} points, the pressure {result.pressure.size}")
+    for surface in (*result.surfaces, *(solid.surface for solid in result.solids())):
+        count = surface.vertices.shape[-1]
+        triangles, moved, stress = surface.triangles, surface.displacement, surface.von_mises
+        if (
+            surface.vertices.shape != (3, count)
+            or triangles.ndim != 2
+            or triangles.shape[1] != 3
+            or (triangles.size and not 0 <= triangles.min() <= triangles.max() < count)
+            or (moved is not None and moved.shape != (3, count))
+            or (stress is not None and stress.shape != (count,))
+            or not np.all(np.isfinite(surface.vertices))
+        ):
+            raise ValueError(f"the surface {surface.name!r} does not fit together")
 
 
 def png(figure: Figure) -> bytes:
@@ -120,12 +193,30 @@ class TangentialFields(Pictured):
     Adds ``traction`` (3, ny, nx), ``slip`` (2, ny, nx) and ``force`` (3,): friction, minus the normal force.
     """
 
+    traction: Array
+    slip: Array
     force: Array
+    spin_moment: float
 
     @property
     def normal_force(self) -> float:
         """Sum of pressure times area [N]."""
         return -float(self.force[2])
+
+    def fields(self) -> dict[str, ResultField]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(
+            points=self.points,
+            area=self.area,
+            pressure=self.pressure,
+            traction=self.traction,
+            slip=self.slip,
+            status=self.status,
+        )
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return totals_of(force=self.force, spin_moment=self.spin_moment, normal_force=self.normal_force)
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
@@ -136,6 +227,7 @@ class TangentialFields(Pictured):
         )
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
@@ -175,9 +267,10 @@ class Result(Pictured):
     surfaces : tuple of Surface
         The bodies, for pictures.
     lower, upper : HalfSpace, Rigid or ElasticBody
-        The bodies of the scene.
+        The bodies of the scene. A result that was loaded knows half-spaces and rigid bodies without their
+        surfaces, and None of elastic ones, which are among its :meth:`solids`.
     parts : tuple of ElasticPart
-        The elastic bodies; their insides are recovered by :meth:`states`.
+        The elastic bodies; their insides are recovered by :meth:`states`. None of a result that was loaded.
     coefficients : (3, n) [Pa]
         Unknowns of the solution: traction along both tangents on the lower body, and pressure.
     motion : (m,)
@@ -214,12 +307,76 @@ class Result(Pictured):
     parts: tuple[ElasticPart, ...] = field(default=(), compare=False)
     coefficients: Array | None = None
     motion: Array | None = None
+    loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
+
+    def fields(self) -> dict[str, ResultField]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(
+            points=self.points,
+            area=self.area,
+            normal=self.normal,
+            pressure=self.pressure,
+            traction=self.traction,
+            gap=self.gap,
+            initial_gap=self.initial_gap,
+            status=self.status,
+            displacement_upper=self.displacement.upper,
+            displacement_lower=self.displacement.lower,
+        )
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        return totals_of(
+            force=self.force,
+            moment=self.moment,
+            reference_point=self.reference_point,
+            normal_force=self.normal_force,
+            approach=self.approach,
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: inputs, the model, how good it is."""
+        report = self.report.as_dict()
+        return {
+            "inputs": self.summary,
+            "model": self.model,
+            "error_estimate": self.error_estimate,
+            "report": report,
+        }
+
+    @property
+    def has_solids(self) -> bool:
+        """Whether it has elastic bodies of finite elements."""
+        return bool(self.parts or self.loaded)
+
+    def solids(self) -> tuple[Solid, ...]:
+        """The elastic bodies of finite elements, with displacement, stress and reactions, as plain data.
+
+        Costs as :meth:`states`, and nothing of a result that was loaded.
+        """
+        if self.loaded is not None:
+            return self.loaded
+        states = self.states().values()
+        return tuple(solid_of(part, state) for part, state in zip(self.parts, states, strict=True))
+
+    def _kept(self) -> Result:
+        bodies = {side: getattr(self, side) and getattr(self, side).kept() for side in ("lower", "upper")}
+        return replace(self, parts=(), loaded=self.solids(), summary=plain_data(self.summary), **bodies)
 
     def states(self) -> dict[str, BodyState]:
         """The whole elastic bodies, by name: displacements, reactions and stresses inside.
 
         Costs one back-substitution for each body, and its factorisation if that is not in memory.
+
+        Raises
+        ------
+        ValueError
+            If the result was loaded: it has its :meth:`solids`.
         """
+        if self.loaded:
+            raise ValueError(
+                "this result was loaded: displacements, stresses and reactions of its bodies are in solids()"
+            )
         assert self.coefficients is not None or not self.parts
         states = {}
         first = 0

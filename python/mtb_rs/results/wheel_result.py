@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 
 from ..base.owning import owning, solved
 from ..base.plain import plain
+from ..base.stored import stored
 from ..base.words import Field, Flat, FlatOptions, Side
 from ..geometry.geometries import FLANGE
 from .doors import pictures
+from .fields import Field as ResultField
+from .fields import fields_of, totals_of
 from .result import Drawn, Pictured, png
 
 if TYPE_CHECKING:
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
@@ -40,6 +44,7 @@ class WheelState:
     ratio: tuple[tuple[str, tuple[int, int], Array], ...]
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain
@@ -160,15 +165,23 @@ class PatchPicture(Pictured):
     normal_force: float
     creepage: Array
 
-    @property
-    def slip_unit(self) -> str:
-        return "m/s"
+    def fields(self) -> dict[str, ResultField]:
+        return fields_of(
+            {"slip": "m/s", "dissipation": "W/m2"},
+            points=self.points,
+            area=self.area,
+            pressure=self.pressure,
+            traction=self.traction,
+            slip=self.slip,
+            dissipation=self.dissipation,
+            status=self.status,
+        )
 
-    @property
-    def dissipation_unit(self) -> str:
-        return "W/m2"
+    def totals(self) -> dict[str, ResultField]:
+        return totals_of(normal_force=self.normal_force, creepage=self.creepage)
 
 
+@stored
 @dataclass(frozen=True)
 @plain
 class WheelReport:
@@ -189,6 +202,7 @@ class WheelReport:
     status: str = "solved"
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain

@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..base.files import check_target, read_bytes, write_bytes
 from ..base.owning import own, owning, solved
 from ..base.plain import plain
 from ..base.questions import ask
+from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import Side
 from ..contact.plausible import of_deformation, width_of
@@ -26,6 +27,7 @@ from ..contact.problem import ContactProblem, to_global, to_local
 from ..contact.solve import JAMMED, displaced
 from ..friction.fields import PressureDependentFriction, VelocityTable
 from ..geometry.contact_points import Patch
+from ..results.fields import Field, fields_of, totals_of
 from ..results.result import Pictured
 from ..scenes.posed import PosedScene
 from . import fmu
@@ -36,6 +38,7 @@ Array = NDArray[np.float64]
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain
@@ -54,6 +57,7 @@ class StepState:
     motion: Array
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain
@@ -90,6 +94,7 @@ class StepReport:
         return asdict(self)
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
@@ -101,6 +106,7 @@ class StepGrid:
     patches: tuple[Patch, ...]
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain
@@ -146,7 +152,7 @@ class StepResult(Pictured):
         return self._grid.area
 
     @property
-    def patches(self) -> tuple[Patch, ...]:
+    def patches(self) -> tuple[Patch, ...]:  # type: ignore[override]
         """Regular grids of the points; none for a contact from a file."""
         return self._grid.patches
 
@@ -161,6 +167,24 @@ class StepResult(Pictured):
         if self._core is None:
             return np.asarray(self._pressure)
         return self._core.mean_pressure(self.state.pressure)
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        return fields_of(
+            points=self.points, area=self.area, pressure=self.pressure, gap=self.gap, status=self.status
+        )
+
+    def totals(self) -> dict[str, Field]:
+        """Its forces and moments, by name: values with unit and label."""
+        return totals_of(force=self.force, moment=self.moment, reference_point=self.reference_point)
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: the report."""
+        return {"report": self.report.as_dict()}
+
+    def _kept(self) -> StepResult:
+        # without the matrices
+        return replace(self, _core=None, _pressure=self.pressure)
 
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices

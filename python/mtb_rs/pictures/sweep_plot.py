@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pictures of sweeps: a quantity over the arguments of a scene, areas over loads."""
+
+from __future__ import annotations
+
+from itertools import cycle
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ..results.sweep_table import UNITS, SweepTable
+from .figures import canvas, style_axes
+from .quantities import INK, LINE_COLOURS, PREFIXES, unit_of
+
+Array = NDArray[np.float64]
+
+
+def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
+    """A quantity of a sweep over its first parameter, a line for each value of the others."""
+    if not table.columns:
+        raise ValueError("nothing to draw: no case of the sweep is solved")
+    if quantity not in table.columns:
+        raise ValueError(f"quantity is {quantity!r}: one of {', '.join(table.columns)} is needed")
+    (first, along), *others = table.parameters.items()
+    values = table.columns[quantity]
+    unit = UNITS.get(quantity, "")
+    factor = 1.0
+    if unit in PREFIXES:
+        factor, unit = unit_of(values[np.isfinite(values)], unit)
+    numeric = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in along)
+    places = np.array(along, dtype=float) if numeric else np.arange(len(along), dtype=float)
+    measured = table.units.get(first, "")
+    if measured in PREFIXES:
+        step, measured = unit_of(places, measured)
+        places = places / step
+    order = np.argsort(places, kind="stable")
+    figure, ax = canvas(ax, (7.2, 3.9))
+    styles = ((colour, dash) for dash in cycle(("-", "--", ":", "-.")) for colour in LINE_COLOURS)
+    for at, (colour, dash) in zip(np.ndindex(values.shape[1:]), styles, strict=False):
+        label = ", ".join(
+            f"{spaced(k)} = {_measured(table, k, i)}" for (k, v), i in zip(others, at, strict=True)
+        )
+        line = values[(slice(None), *at)][order] / factor
+        # labels have no places between them
+        ax.plot(
+            places[order],
+            line,
+            dash if numeric else "none",
+            marker="." if numeric else "o",
+            color=colour,
+            linewidth=1.6,
+            label=label or None,
+        )
+    if not numeric:
+        ax.set_xticks(places, [str(v) for v in along])
+    ax.set_xlabel(f"{spaced(first)} [{measured}]" if measured not in ("", "1") else spaced(first))
+    name = spaced(quantity)
+    ax.set_ylabel(f"{name} [{unit}]" if unit not in ("", "1") else name)
+    ax.set_title(spaced(table.attributes["scene"]), loc="left", fontsize=10.5, color=INK)
+    if others:
+        ax.legend(frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    style_axes(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
+    """Contact area over the force of a rough contact, in the order of the forces."""
+    order = np.argsort(curve.force, kind="stable")
+    newton, force = next((unit for unit in _FORCES if curve.force.max() >= unit[0]), _FORCES[-1])
+    square, area = next((unit for unit in _AREAS if curve.contact_area.max() >= unit[0]), _AREAS[-1])
+    figure, ax = canvas(ax, (7.2, 3.9))
+    ax.plot(
+        curve.force[order] / newton,
+        curve.contact_area[order] / square,
+        marker=".",
+        color=LINE_COLOURS[0],
+        linewidth=1.6,
+    )
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(bottom=0.0)
+    ax.set_xlabel(f"normal force [{force}]")
+    ax.set_ylabel(f"contact area [{area}]")
+    ax.set_title("Contact area over load", loc="left", fontsize=10.5, color=INK)
+    style_axes(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+#: Newtons of the units of a force, square metres of those of an area.
+_FORCES = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"))
+_AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"))
+
+
+class AreaLoad(Protocol):
+    """Areas [m2] over forces [N]."""
+
+    @property
+    def force(self) -> Array: ...
+    @property
+    def contact_area(self) -> Array: ...
+
+
+def spaced(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _measured(table: SweepTable, name: str, at: int) -> str:
+    """One of the values of a parameter with its unit, all in the same one."""
+    values = table.parameters[name]
+    factor, unit = 1.0, table.units.get(name, "")
+    if unit in PREFIXES:
+        factor, unit = unit_of(np.array(values, dtype=float), unit)
+    value = values[at] / factor if factor != 1.0 else values[at]
+    return _plain(value) if unit in ("", "1") else f"{_plain(value)} {unit}"
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

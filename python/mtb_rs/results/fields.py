@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a result consists of: fields over the contact points and totals, each with its unit and its word."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.owning import owning
+from ..base.plain import plain
+from ..base.words import Body
+
+#: What is drawn of a field: itself, its magnitude, or one of its components.
+Part = Literal["value", "magnitude", "longitudinal", "lateral", "vertical"]
+#: Where a field tells something: at points in contact, there and beside them, or everywhere.
+Extent = Literal["contact", "around", "everywhere"]
+
+_COMPONENTS: dict[Part, int] = {"longitudinal": 0, "lateral": 1, "vertical": 2}
+
+
+@owning
+@dataclass(frozen=True)
+@plain
+class Field:
+    """One quantity of a result.
+
+    Attributes
+    ----------
+    name : str
+        Under which it is stored.
+    label : str
+        In words.
+    unit : str
+        SI; "-" of ratios, "" of codes.
+    values : (...), or (k, ...) of a vector
+        Over the contact points; of a total: one number or vector.
+    is_vector : bool
+    parts : tuple of "value", "magnitude", "longitudinal", "lateral", "vertical"
+        What pictures show of it; nothing of places and areas.
+    extent : "contact", "around" or "everywhere"
+        Where it tells something; one of the contact is drawn nowhere else.
+    body : "upper", "lower" or None
+        Whose it is, where it is that of one body.
+    is_signed : bool
+        Whether its sign has a meaning.
+    is_distance : bool
+        Whether small values are the telling ones.
+    """
+
+    name: str
+    label: str
+    unit: str
+    values: NDArray[Any]
+    is_vector: bool = False
+    parts: tuple[Part, ...] = ("value",)
+    extent: Extent = "everywhere"
+    body: Body | None = None
+    is_signed: bool = False
+    is_distance: bool = False
+
+    @property
+    def words(self) -> dict[str, Part]:
+        """The words that its parts are asked for by."""
+        stem = self.name if self.body is None else self.name.removesuffix(f"_{self.body}")
+        return {stem if part in ("value", "magnitude") else f"{part}_{stem}": part for part in self.parts}
+
+    def part(self, word: str) -> Field:
+        """The scalar field that `word`, one of :attr:`words`, stands for."""
+        part = self.words[word]
+        if part == "value":
+            return self
+        if part == "magnitude":
+            label, values = f"|{self.label}|", np.linalg.norm(self.values, axis=0)
+        else:
+            label, values = f"{part} {self.label}", self.values[_COMPONENTS[part]]
+        signed = part != "magnitude"
+        return replace(
+            self, name=word, label=label, values=values, is_vector=False, parts=("value",), is_signed=signed
+        )
+
+
+_EMPTY = np.empty(0)
+_FRICTION: tuple[Part, ...] = ("magnitude", "longitudinal", "lateral")
+_MOVED: tuple[Part, ...] = ("vertical", "longitudinal", "lateral")
+#: All fields that results have, without their values.
+FIELDS = {
+    field.name: field
+    for field in (
+        Field("points", "contact points", "m", _EMPTY, is_vector=True, parts=()),
+        Field("area", "area", "m2", _EMPTY, parts=()),
+        Field("normal", "normal of the lower body", "-", _EMPTY, is_vector=True, parts=()),
+        Field("pressure", "pressure", "Pa", _EMPTY, extent="contact"),
+        Field("traction", "traction", "Pa", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
+        Field("slip", "slip", "-", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
+        Field("friction_coefficient", "friction coefficient", "-", _EMPTY, extent="contact"),
+        Field("dissipation", "dissipation", "Pa", _EMPTY, extent="around"),
+        Field("gap", "gap", "m", _EMPTY, is_distance=True),
+        Field("initial_gap", "initial gap", "m", _EMPTY, is_distance=True),
+        Field("status", "status", "", _EMPTY, extent="around"),
+        Field("displacement_upper", "displacement", "m", _EMPTY, True, _MOVED, body="upper"),
+        Field("displacement_lower", "displacement", "m", _EMPTY, True, _MOVED, body="lower"),
+    )
+}
+#: All totals that results have, without their values.
+TOTALS = {
+    field.name: field
+    for field in (
+        Field("force", "force on the lower body", "N", _EMPTY, is_vector=True, parts=()),
+        Field("moment", "moment on the lower body", "N m", _EMPTY, is_vector=True, parts=()),
+        Field("spin_moment", "moment of friction", "N m", _EMPTY, parts=()),
+        Field("reference_point", "reference point", "m", _EMPTY, is_vector=True, parts=()),
+        Field("normal_force", "normal force", "N", _EMPTY, parts=()),
+        Field("approach", "approach", "m", _EMPTY, parts=()),
+        Field("tilts", "tilts", "-", _EMPTY, parts=()),
+        Field("creepage", "creepage or shift", "", _EMPTY, parts=()),
+    )
+}
+
+
+def fields_of(units: Mapping[str, str] | None = None, **values: ArrayLike) -> dict[str, Field]:
+    """Fields of a result from their values, in another than their usual unit where `units` say so."""
+    return _filled(FIELDS, units or {}, values)
+
+
+def totals_of(**values: ArrayLike) -> dict[str, Field]:
+    """Totals of a result from their values."""
+    return _filled(TOTALS, {}, values)
+
+
+def _filled(
+    known: Mapping[str, Field], units: Mapping[str, str], values: Mapping[str, ArrayLike]
+) -> dict[str, Field]:
+    return {
+        name: replace(known[name], values=np.asarray(given), unit=units.get(name, known[name].unit))
+        for name, given in values.items()
+    }

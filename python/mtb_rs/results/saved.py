@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A result as data in a folder, and back from there without solving.
+
+`result.json` tells how the result is built, down to numbers and text; its arrays are in `fields.npz`, those
+that are fields or totals, and in `result.npz`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import path_of
+from ..base.errors import MissingFileError
+from ..base.files import read_arrays, read_bytes, read_text
+from ..base.stored import Packer, unpack
+from .result import Drawn
+
+#: What lists the files of a result; how it is built; its fields and totals; its other arrays.
+SUMMARY, RESULT, FIELDS, REST = "summary.json", "result.json", "fields.npz", "result.npz"
+#: The form of `result.json`, and of what it refers to: the next number where an older reader would fail.
+SCHEMA = 1
+
+
+def mark() -> dict[str, Any]:
+    """What the files of a result are known by."""
+    return {"mtb_rs": _mtb_rs.__version__, "schema": SCHEMA}
+
+
+def summary_in(directory: Path) -> dict[str, Any] | None:
+    """The summary of an earlier result; None without one of this library."""
+    try:
+        found = json.loads(read_text(directory / SUMMARY))
+    except (ValueError, RecursionError):
+        return None
+    is_own = isinstance(found, dict) and isinstance(found.get("mtb_rs"), str)
+    return found if is_own and isinstance(found.get("files"), list) else None
+
+
+def data_files(kept: Drawn) -> dict[str, bytes]:
+    """The files that :func:`load` reads, from a result as plain data."""
+    told = {**kept.fields(), **kept.totals()}
+    named = {name: field.values for name, field in told.items()}
+    packer = Packer(named)
+    structure = {**mark(), "result": packer.pack(kept)}
+    files = {FIELDS: _archive(named), RESULT: json.dumps(structure, allow_nan=False).encode() + b"\n"}
+    if packer.arrays:
+        files[REST] = _archive(packer.arrays)
+    return files
+
+
+def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
+
+
+def load(directory: str | Path) -> Any:
+    """A result that was saved into a directory, by ``result.save`` or ``mtb-rs run``, without solving.
+
+    It plots, exports and saves as the one that was saved, its fields and its report are the same to the last
+    bit. What it has not: the inside of a scene. Elastic bodies are known at their nodes
+    (:meth:`mtb_rs.Result.solids`), the inputs of a scene are those of its summary, and half-spaces have lost
+    their surfaces; a step is one that was pickled.
+
+    Parameters
+    ----------
+    directory : str or Path
+
+    Returns
+    -------
+    Result, NormalResult, TangentialResult, FoundationResult, StepResult, WheelPatch or WheelStep
+        Of the kind that was saved.
+
+    Raises
+    ------
+    ValueError
+        If there is no such directory (then a FileNotFoundError, too), if no result was saved there, or
+        another version has saved it, or if a file is damaged: it is named.
+    """
+    folder = path_of("directory", directory)
+    if not folder.is_dir():
+        kind = ValueError if folder.exists() else MissingFileError
+        raise kind(f"{folder} is no directory: one that a result was saved into is needed")
+    summary = summary_in(folder)
+    if summary is None:
+        raise ValueError(f"{folder} has no {SUMMARY} of mtb_rs: no result was saved there")
+    if summary.get("is_complete") is False:
+        raise ValueError(f"the result in {folder} is not complete: saving it was interrupted; save it again")
+    if "schema" not in summary:
+        raise ValueError(
+            f"the result in {folder} was saved by an mtb_rs that did not yet keep what loading needs: solve "
+            "and save it again"
+        )
+    if summary["schema"] != SCHEMA:
+        raise ValueError(
+            f"the result in {folder} was saved in the form {summary['schema']!r} by mtb_rs "
+            f"{summary['mtb_rs']}; this one, {_mtb_rs.__version__}, reads the form {SCHEMA}"
+        )
+    structure = _structure(folder / RESULT)
+    arrays = {name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file).items()}
+    try:
+        result = unpack(structure, arrays)
+        if not isinstance(result, Drawn):
+            raise ValueError(f"result is of the kind {type(result).__name__}, which is no result")
+        result.check()
+    # constructors raise whatever they stumble over
+    except (ValueError, TypeError, RuntimeError, IndexError, KeyError, AttributeError, MemoryError) as error:
+        told = " ".join(str(error).split())
+        raise ValueError(f"{folder / RESULT} cannot be read: it is damaged, {told}") from None
+    return result
+
+
+def _structure(path: Path) -> Any:
+    text = read_text(path, "result")
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        told = "it is nested too deeply" if isinstance(error, RecursionError) else f"it is no JSON: {error}"
+        raise ValueError(f"{path} cannot be read: {told}") from None
+    if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
+        raise ValueError(f"{path} cannot be read: it holds no result in the form {SCHEMA}")
+    return found["result"]
+
+
+def _arrays(path: Path) -> dict[str, NDArray[Any]]:
+    if path.name == REST and not path.exists():
+        return {}
+    content = read_bytes(path, "arrays")
+    try:
+        return read_arrays(content)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from None
