@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The command line: ``mtb-rs run CASE.toml``, ``mtb-rs chart CASE.toml``, ``mtb-rs sweep CASE.toml``."""
+"""The command line: ``mtb-rs run``, ``mtb-rs show``, ``mtb-rs chart``, ``mtb-rs sweep``."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from .base.files import DATA, check_folder, read_text
 from .geometry.profiles import STANDARD_PROFILES
 from .results.report import QUANTITIES
 from .results.result import Result
+from .results.saved import load
 from .studies.sweeps import MOST_CASES, most_processes
 
 if TYPE_CHECKING:
@@ -147,6 +148,23 @@ def _parser() -> argparse.ArgumentParser:
         help="where to write (default: a directory named as the case, here)",
     )
     run.set_defaults(command=_run)
+    show = commands.add_parser(
+        "show",
+        help="report on a saved result and draw it, without solving",
+        description="Prints the report of a result that `mtb-rs run` or `result.save` has written, with its "
+        "fields, and draws one of them where -o says so.",
+    )
+    show.add_argument("saved", type=Path, metavar="DIR")
+    show.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="PICTURE",
+        help="where to draw: .png, .svg, .pdf; of kind 3d .png or .html (a page to turn)",
+    )
+    show.add_argument("--quantity", metavar="Q", help="what is drawn (default: pressure)")
+    show.add_argument("--kind", metavar="K", help="map, line or 3d (default: map)")
+    show.set_defaults(command=_show)
     chart = commands.add_parser(
         "chart",
         help="chart speed against accuracy of all models and methods",
@@ -229,6 +247,39 @@ def _run(options: argparse.Namespace) -> int:
     for warning in caught:
         console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"{len(written)} files in {directory}", markup=False, soft_wrap=True)
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    if options.output is None and (options.quantity or options.kind):
+        raise ValueError("-o PICTURE is missing: it says where to draw")
+    console = _console(sys.stdout)
+    result = load(options.saved)
+    if options.output is not None:
+        from .pictures.files import draw_into
+
+        draw_into(options.output, result, options.quantity or "pressure", options.kind)
+    if "inputs" in result.facts():
+        print_report(result, console)
+    else:
+        console.print(str(result), markup=False, soft_wrap=True)
+        for total in result.totals().values():
+            numbers = ", ".join(f"{value:.6g}" for value in np.atleast_1d(total.values))
+            console.print(f"{total.label}: {numbers} {total.unit}".rstrip(" -"), markup=False, soft_wrap=True)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for name in ("field", "unit"):
+        table.add_column(name)
+    for name in ("smallest", "largest"):
+        table.add_column(name, justify="right")
+    for field in result.fields().values():
+        for word in field.words:
+            part = field.part(word)
+            body = "" if field.body is None else f" of the {field.body} body"
+            ends = (f"{float(end):.5g}" for end in (part.values.min(), part.values.max()))
+            table.add_row(word.replace("_", " ") + body, part.unit, *ends)
+    console.print(table, markup=False)
+    if options.output is not None:
+        console.print(f"drawn in {options.output}", markup=False, soft_wrap=True)
     return 0
 
 
@@ -391,8 +442,8 @@ def _sweep(options: argparse.Namespace) -> int:
     return 0 if solved else NO_SOLUTION
 
 
-def print_report(result: Result, console: Console, elapsed: float) -> None:
-    """A short report: what was solved, what carries what, how well, how long it took."""
+def print_report(result: Result, console: Console, elapsed: float | None = None) -> None:
+    """A short report: what was solved, what carries what, how well, how long it took, if that is known."""
     report = result.report
     # what is rounding beside the whole is 0 here
     force = np.where(np.abs(result.force) < 1e-12 * np.linalg.norm(result.force), 0.0, result.force)
@@ -422,7 +473,10 @@ def print_report(result: Result, console: Console, elapsed: float) -> None:
     if report.missed:
         rows.append(("tolerance", report.missed))
     stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in report.time_s.items())
-    rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
+    if elapsed is not None:
+        rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
+    elif stages:
+        rows.append(("time", stages))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")

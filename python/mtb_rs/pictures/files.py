@@ -8,16 +8,17 @@ import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from PIL import Image
 
 from ..base.check import warn
 from ..base.errors import PictureWarning
-from ..base.files import check_folder, drafted
+from ..base.files import check_folder, check_target, drafted, write_bytes
 from ..base.stored import plain_data
 from ..base.words import Field as Word
+from ..base.words import Stress
 from ..results.grids import flat, patches
 from ..results.result import Drawn, Pictured, png
 from ..results.saved import SUMMARY, data_files, mark, summary_in
@@ -104,6 +105,39 @@ def save(result: Drawn, directory: str | Path) -> list[Path]:
     for notice in notices:
         warn(notice, PictureWarning)
     return [target / name for name in [*names, SUMMARY]]
+
+
+def draw_into(path: str | Path, result: Drawn, quantity: str, kind: str | None = None) -> None:
+    """Draws one quantity of a result into a file, whose ending tells the format.
+
+    Raises
+    ------
+    ValueError
+        If the result has no such quantity or kind of picture, or nothing draws into such a file.
+    ViewError
+        Of pictures in space, as :func:`mtb_rs.pictures.view`.
+    OSError
+        If nothing can be written there.
+    """
+    target = check_target(path)
+    ending = target.suffix.lower()
+    is_space = kind == "3d" or (kind is None and quantity in get_args(Stress))
+    endings = (".png", ".html") if is_space else (".png", ".svg", ".pdf")
+    if ending not in endings:
+        raise ValueError(f"path is {str(path)!r}: a name ending in one of {', '.join(endings)} is needed")
+    drawn: Any = result
+    buffer = io.BytesIO()
+    with own_figures():
+        if not is_space:
+            drawn.plot(quantity, kind).savefig(buffer, format=ending[1:])
+        else:
+            plotter = drawn.plot(quantity, "3d", off_screen=True)
+            if ending == ".html":
+                buffer.write(space.page_of(plotter).encode())
+            else:
+                Image.fromarray(plotter.screenshot(return_img=True)).save(buffer, "PNG")
+                plotter.close()
+    write_bytes(target, buffer.getbuffer())
 
 
 def check_saveable(directory: str | Path) -> Path:

@@ -394,18 +394,23 @@ def write_html(result: Pictured, path: str | Path, quantity: Word = "pressure", 
         If nothing can be written there.
     """
     target = check_target(path)
-    plotter = view(result, quantity, off_screen=True, **options)
+    page = page_of(view(result, quantity, off_screen=True, **options))
+    write_bytes(target, page.encode())
+    return target
+
+
+def page_of(plotter: pyvista.Plotter) -> str:
+    """A view as one page; the view is closed."""
     try:
         with _signals_as_they_were(), _without_download():
-            page = plotter.trame.export_html(None).getvalue()
+            page: str = plotter.trame.export_html(None).getvalue()
     except (ImportError, AttributeError) as error:
         raise ViewError(
             "the HTML page needs trame-pyvista and nest-asyncio2: pip install 'mtb-rs[html]'"
         ) from error
     finally:
         plotter.close()
-    write_bytes(target, page.encode())
-    return target
+    return page
 
 
 @contextmanager

@@ -65,9 +65,8 @@ def load(directory: str | Path) -> Any:
     """A result that was saved into a directory, by ``result.save`` or ``mtb-rs run``, without solving.
 
     It plots, exports and saves as the one that was saved, its fields and its report are the same to the last
-    bit. What it has not: the inside of a scene. Elastic bodies are known at their nodes
-    (:meth:`mtb_rs.Result.solids`), the inputs of a scene are those of its summary, and half-spaces have lost
-    their surfaces; a step is one that was pickled.
+    bit. Elastic bodies are known at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of
+    a scene as its summary tells them, and half-spaces without their surfaces.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def load(directory: str | Path) -> Any:
 
     Returns
     -------
-    Result, NormalResult, TangentialResult, FoundationResult, StepResult, WheelPatch or WheelStep
+    Result, NormalResult, TangentialResult, FoundationResult, StepResult or WheelPatch
         Of the kind that was saved.
 
     Raises

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Saved results come back as they were: fields, pictures, files; what is no saved result is refused."""
+
+from __future__ import annotations
+
+import functools
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import mtb_rs as mtb
+from mtb_rs.__main__ import main
+from mtb_rs.base.plain import same
+from mtb_rs.half_space import reference
+from mtb_rs.pictures import space
+from mtb_rs.pictures.quantities import drawable
+from mtb_rs.results.saved import FIELDS, REST, RESULT, SUMMARY
+
+PATCH = reference.elliptic_pressure(1e3, (2e-3, 2e-3), (10, 8), mtb.steel, mtb.steel)
+ROLL, COULOMB = mtb.Rolling(creepage=(5e-4, 3e-4, 0.6)), mtb.Coulomb(0.3)
+
+
+def normal() -> mtb.NormalResult:
+    x = (np.arange(10) - 4.5) * 1e-4
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / (2 * 0.05)
+    return mtb.solve_normal(gap, 1e-4, lower=mtb.Rigid(), upper=mtb.steel, force=15.0)
+
+
+def transient() -> mtb.TangentialResult:
+    shift = mtb.solve_tangential(PATCH, mtb.Shift(displacement=(3e-6, 0.0)), COULOMB)
+    motion = mtb.Rolling(creepage=(5e-4, 0.0, 0.0), transient=True, step=4e-4)
+    return mtb.solve_tangential(PATCH, motion, COULOMB, state=shift.state)
+
+
+@functools.cache
+def wheel_step() -> mtb.WheelStep:
+    wheels = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare()
+    return wheels.step(velocity=20.0)
+
+
+#: A result of every kind that can be saved.
+MADE: dict[str, Callable[[], Any]] = {
+    "incremental": lambda: mtb.scenes.paraboloid_on_plane(points=12).solve(
+        "half-space", method="incremental"
+    ),
+    "own friction": lambda: mtb.scenes.block_on_plane(
+        friction=lambda x, y: 0.1 + 0.0 * x, spacing=2e-2
+    ).solve("half-space"),
+    "elastic": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2).solve("elastic-both"),
+    "normal": normal,
+    "rolling": lambda: mtb.solve_tangential(PATCH, ROLL, COULOMB),
+    "transient": transient,
+    "shift": lambda: mtb.solve_tangential(PATCH, mtb.Shift(displacement=(3e-6, 0.0)), COULOMB),
+    "fastsim": lambda: mtb.fastsim(PATCH, (5e-4, 3e-4, 0.6), COULOMB),
+    "step": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2).prepare("half-space").step(velocity=1.0),
+    "wheel patch": lambda: wheel_step().patches[0],
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Any, Path]]:
+    """A result of a kind, and where it was saved."""
+
+    @functools.cache
+    def made(kind: str) -> tuple[Any, Path]:
+        result = MADE[kind]()
+        place = tmp_path_factory.mktemp(kind.replace(" ", "_"))
+        result.save(place)
+        return result, place
+
+    return made
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("kind", MADE)
+def test_a_saved_result_comes_back_as_it_was(
+    kind: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    result, place = folder(kind)
+    loaded = mtb.load(place)
+    assert type(loaded) is type(result)
+    assert (repr(loaded), str(loaded)) == (repr(result), str(result))
+    for mine, theirs in ((result.fields(), loaded.fields()), (result.totals(), loaded.totals())):
+        assert list(mine) == list(theirs)
+        for name, field in mine.items():
+            assert field == theirs[name]
+            assert field.values.tobytes() == theirs[name].values.tobytes()
+            assert field.values.dtype == theirs[name].values.dtype
+    for name in ("report", "state", "motion", "patches", "surfaces", "coefficients", "error_estimate"):
+        assert same(getattr(loaded, name, None), getattr(result, name, None)), name
+    words = drawable(loaded._picture())
+    for word in words:
+        for picture in ("map", "line"):
+            assert loaded.plot(word, picture).axes
+    # everything again, pictures in space included
+    loaded.save(tmp_path / "again")
+    written = sorted(path.name for path in place.iterdir())
+    assert sorted(path.name for path in (tmp_path / "again").iterdir()) == written
+    for name in written:
+        assert (place / name).read_bytes() == (tmp_path / "again" / name).read_bytes(), name
+
+
+@pytest.mark.coarse
+def test_elastic_bodies_come_back_with_their_stresses(folder: Callable[[str], tuple[Any, Path]]) -> None:
+    result, place = folder("elastic")
+    loaded = mtb.load(place)
+    states = result.states()
+    assert [solid.name for solid in loaded.solids()] == list(states)
+    for solid in loaded.solids():
+        state = states[solid.name]
+        assert np.array_equal(solid.displacement, state.displacement)
+        assert np.array_equal(solid.stress, state.stress)
+        assert same(dict(solid.reactions), dict(state.reactions))
+    assert [same(a, b) for a, b in zip(space.bodies(loaded), space.bodies(result), strict=True)]
+    with pytest.raises(ValueError, match=r"in solids\(\)"):
+        loaded.states()
+
+
+def test_what_is_loaded_can_be_solved_on(folder: Callable[[str], tuple[Any, Path]]) -> None:
+    (pressed, place), (shifted, other) = folder("normal"), folder("shift")
+    again, state = mtb.load(place), mtb.load(other).state
+    rolled = [mtb.solve_tangential(r, ROLL, COULOMB) for r in (pressed, again)]
+    assert np.array_equal(rolled[0].traction, rolled[1].traction)
+    assert state == shifted.state
+
+
+def test_units_are_those_of_the_motion(folder: Callable[[str], tuple[Any, Path]]) -> None:
+    units = {"rolling": ("-", "Pa"), "shift": ("m", "J/m2"), "wheel patch": ("m/s", "W/m2")}
+    for kind, wanted in units.items():
+        fields = folder(kind)[0].fields()
+        assert tuple(fields[name].unit for name in ("slip", "dissipation")) == wanted
+    said = json.loads((folder("shift")[1] / SUMMARY).read_text(encoding="utf-8"))["fields"]
+    assert said["slip"] == {"label": "slip", "unit": "m"}
+
+
+def _result(place: Path, change: Callable[[dict[str, Any]], Any]) -> None:
+    found = json.loads((place / RESULT).read_text(encoding="utf-8"))
+    change(found["result"]["of"])
+    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+
+
+def _arrays(place: Path, **changes: Any) -> None:
+    with np.load(place / FIELDS) as arrays:
+        kept = dict(arrays)
+    np.savez(place / FIELDS, **kept | changes)
+
+
+def _summary(place: Path, **changes: Any) -> None:
+    found = json.loads((place / SUMMARY).read_text(encoding="utf-8")) | changes
+    kept = {key: value for key, value in found.items() if value is not None}
+    (place / SUMMARY).write_text(json.dumps(kept), encoding="utf-8")
+
+
+#: What is done to a saved result, and what the refusal says.
+DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
+    "no directory": (shutil.rmtree, "is no directory"),
+    "no summary": (lambda p: (p / SUMMARY).unlink(), "no result was saved there"),
+    "foreign summary": (lambda p: (p / SUMMARY).write_text('{"files": []}'), "no result was saved there"),
+    "interrupted": (lambda p: _summary(p, is_complete=False), "saving it was interrupted"),
+    "before loading": (lambda p: _summary(p, schema=None), "did not yet keep what loading needs"),
+    "later form": (lambda p: _summary(p, schema=99), "in the form 99"),
+    "no structure": (lambda p: (p / RESULT).unlink(), f"{RESULT} cannot be read: No such file"),
+    "no JSON": (lambda p: (p / RESULT).write_text("{"), f"{RESULT} cannot be read: it is no JSON"),
+    "deep JSON": (lambda p: (p / RESULT).write_text("[" * 100_000), f"{RESULT} cannot be read"),
+    "too much text": (lambda p: (p / RESULT).write_bytes(b" " * 16_000_001), "bytes: at most"),
+    "no arrays": (lambda p: (p / FIELDS).unlink(), f"{FIELDS} cannot be read: No such file"),
+    "half an archive": (
+        lambda p: (p / FIELDS).write_bytes((p / FIELDS).read_bytes()[:500]),
+        f"{FIELDS} cannot be read",
+    ),
+    "objects": (lambda p: _arrays(p, pressure=np.array([{}], dtype=object)), f"{FIELDS} cannot be read"),
+    "an array is missing": (lambda p: (p / REST).unlink(), "is missing"),
+    "another class": (lambda p: _kind(p, "Popen"), "is of the kind 'Popen', which is not known"),
+    "no result": (lambda p: _kind(p, "Material", young_modulus=1e9, poisson_ratio=0.3), "is no result"),
+    "unknown entry": (lambda p: _result(p, lambda of: of.update(shell="ls")), "result.shell is not known"),
+    "missing entry": (lambda p: _result(p, lambda of: of.pop("gap")), "result.gap is missing"),
+    "wrong type": (lambda p: _result(p, lambda of: of.update(normal_force="1")), "of the wrong type: str"),
+    "NaN": (lambda p: _result(p, lambda of: of.update(normal_force={"float": "nan"})), "NaN or infinite"),
+    "shapes": (lambda p: _arrays(p, gap=np.zeros(7)), "gap has the shape"),
+    "complex": (lambda p: _arrays(p, gap=np.zeros(64) * 1j), "gap is of the wrong type"),
+    "codes": (lambda p: _scaled(p, "status", 7), "status holds other numbers"),
+    "areas": (lambda p: _scaled(p, "area", -1), "area is negative"),
+    "grids": (lambda p: _result(p, _shifted_grid), "does not fit the points"),
+    "triangles": (lambda p: _result(p, _one_triangle), "does not fit together"),
+}
+
+
+def _kind(place: Path, name: str, **parts: Any) -> None:
+    found = json.loads((place / RESULT).read_text(encoding="utf-8"))
+    found["result"] = {"class": name, "of": parts}
+    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+
+
+def _scaled(place: Path, name: str, factor: int) -> None:
+    with np.load(place / FIELDS) as arrays:
+        array = arrays[name]
+    _arrays(place, **{name: (array * factor).astype(array.dtype)})
+
+
+def _shifted_grid(of: dict[str, Any]) -> None:
+    of["patches"]["tuple"][0]["of"]["start"] = 3
+
+
+def _one_triangle(of: dict[str, Any]) -> None:
+    surface = of["surfaces"]["tuple"][0]["of"]
+    surface["vertices"] = {"array": "points"}
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_no_saved_result_is_refused_in_a_sentence(
+    damage: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    place = Path(shutil.copytree(folder("own friction")[1], tmp_path / "out"))
+    harm, said = DAMAGES[damage]
+    harm(place)
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (the message is looked at below)
+        mtb.load(place)
+    told = str(caught.value)
+    assert said in told
+    assert str(place) in told
+    assert "\n" not in told
+
+
+def test_a_small_archive_of_endless_zeros_is_refused(
+    folder: Callable[[str], tuple[Any, Path]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = Path(shutil.copytree(folder("own friction")[1], tmp_path / "out"))
+    _arrays(place, zeros=np.zeros(200_000))
+    from mtb_rs.base import files
+    from mtb_rs.results import saved
+
+    monkeypatch.setattr(saved, "read_arrays", functools.partial(files.read_arrays, most=100_000))
+    with pytest.raises(ValueError, match=rf"{FIELDS} cannot be read: its arrays take 1\.\d+e\+06 bytes"):
+        mtb.load(place)
+
+
+JUNK = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.just([]), st.just({})
+)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_junk_in_a_saved_result_is_refused_or_loads(
+    data: st.DataObject, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    kind = data.draw(st.sampled_from(["shift", "step", "wheel patch"]))
+    place = Path(shutil.copytree(folder(kind)[1], tmp_path / "out", dirs_exist_ok=True))
+    found = json.loads((place / RESULT).read_text(encoding="utf-8"))
+    places: list[tuple[Any, Any]] = []
+
+    def walk(node: Any) -> None:
+        for key in node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ():
+            places.append((node, key))
+            walk(node[key])
+
+    walk(found["result"])
+    node, key = data.draw(st.sampled_from(range(len(places))).map(places.__getitem__))
+    node[key] = data.draw(JUNK)
+    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+    refused = ""
+    try:
+        loaded = mtb.load(place)
+    except ValueError as error:
+        refused = str(error)
+    assert str(place) in refused or loaded.plot("pressure").axes
+
+
+def test_show_reports_and_draws(
+    folder: Callable[[str], tuple[Any, Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for kind, words in (("own friction", "peak pressure"), ("fastsim", "normal force: 1000 N")):
+        _, place = folder(kind)
+        picture = tmp_path / f"{kind}.png"
+        arguments = ["show", str(place), "--quantity", "traction", "--kind", "line", "-o", str(picture)]
+        assert main(arguments) == 0
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        shown = capsys.readouterr().out
+        assert words in shown
+        assert "longitudinal traction" in shown
+    for wrong, said in (
+        (["--quantity", "gap"], "-o PICTURE is missing"),
+        (["-o", str(tmp_path / "a.gif")], "ending in one of .png, .svg, .pdf"),
+        (["-o", str(tmp_path / "a.png"), "--quantity", "gaps"], "quantity is 'gaps': one of pressure"),
+    ):
+        assert main(["show", str(folder("own friction")[1]), *wrong]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["show", str(tmp_path / "nothing")]) == 2
+    assert "is no directory" in capsys.readouterr().err
