@@ -78,7 +78,8 @@ class Packer:
             return {_TUPLE: [self.pack(item, f"{place}.{k}") for k, item in enumerate(value)]}
         if isinstance(value, Mapping):
             return {_MAPPING: [[str(k), self.pack(item, f"{place}.{k}")] for k, item in value.items()]}
-        raise TypeError(f"{place} is {value!r}, which no file of a result holds")
+        # whatever else a user has put in is kept as its text
+        return plain_data(value)
 
     def _array(self, array: NDArray[Any], place: str) -> str:
         if id(array) in self._known:

@@ -98,7 +98,7 @@ class Drawn:
 
     def save(self, directory: str | Path) -> list[Path]:
         """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.pictures.save`."""
-        files: list[Path] = pictures().save(self._picture(), directory)
+        files: list[Path] = pictures().save(self, directory)
         return files
 
 
