@@ -58,11 +58,10 @@ TRANSFORM, TRANSFORMS = 5.0, 2
 
 def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: str) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
-    assert scene.layout is not None
     started = time.perf_counter()
     allowed = LEEWAY * TOLERANCE if tolerance is None else tolerance
     tolerance = TOLERANCE if tolerance is None else tolerance
-    layout = scene.layout
+    layout = scene.geometry
     free = scene.spacing is None
     start = layout.start if scene.spacing is None else scene.known_spacing
     assert start is not None
@@ -156,7 +155,6 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
 
     The model is then as full as helps: what it leaves out is within the tolerance.
     """
-    assert scene.layout is not None
     remedies, hint, is_bound = [], "", False
     of_mesh = errors.mesh.get(quantity, 0.0)
     rest = max(tolerance - of_mesh, 0.5 * tolerance)
@@ -173,7 +171,7 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
             remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
         elif scene.spacing is None:
             hint = f", which {name}=None does not take: more than {MOST_OPERATIONS:.0e} operations"
-        elif scene.layout.start is not None:
+        elif scene.geometry.start is not None:
             hint = f"; {name}=None finds what is needed"
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
@@ -216,15 +214,14 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
 
     With a `free` spacing a larger share of the tolerance is left to the cells.
     """
-    assert scene.layout is not None
     if scene.own_model is not None:
         return given(scene, scene.own_model)
     clock = time.perf_counter()
     models: list[Model] = ["half-space"]
     if scene.magnetic_pressure is not None:
-        models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+        models = rungs(scene.geometry, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
     spacing = scene.known_spacing
-    sheet = scene.layout.sheet(spacing)
+    sheet = scene.geometry.sheet(spacing)
     large = len(models) == 1 and sheet.area.size > DENSE_POINTS
     ladder = [(model, True) for model in models]
     if large and is_coupled(scene, scene.problem(models[0])):
@@ -242,19 +239,18 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     except ValueError:
         # bad input is for the fine problem to name
         return Choice(models[-1], time_s=time.perf_counter() - clock)
-    skip, used = scene.layout.is_body_edge, time.perf_counter() - clock
+    skip, used = scene.geometry.is_body_edge, time.perf_counter() - clock
     found = Ladder(ladder, solved, quantity, skip, wider != spacing, used)
     return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
 
 
 def given(scene: PosedScene, model: Model) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
-    assert scene.layout is not None
     if scene.own_model is not None:
         return Choice(scene.own_model)
     if scene.magnetic_pressure is None:
         return Choice(model)
-    models = rungs(scene.layout, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+    models = rungs(scene.geometry, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
     omitted = {EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]}
     return Choice(model, omitted, {}) if omitted else Choice(model)
 
@@ -324,8 +320,7 @@ def layered(
     that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
     again.
     """
-    assert scene.layout is not None
-    width = coarsened(level.spacing, scene.layout.sheet(level.spacing).patches)
+    width = coarsened(level.spacing, scene.geometry.sheet(level.spacing).patches)
     if width is None:
         return None
     ratio = float(np.sqrt(np.prod(width) / np.prod(level.spacing)))
@@ -448,7 +443,6 @@ def _by_convolution(
 ) -> Solution:
     """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
     clock = time.perf_counter()
-    assert scene.layout is not None
     assert isinstance(scene.lower, (HalfSpace, Rigid))
     assert isinstance(scene.upper, (HalfSpace, Rigid))
     grid, x, y = problem.axes()[0]
@@ -472,7 +466,7 @@ def _by_convolution(
         approach=scene.approach,
         moments_about_axes=(about_x, about_y),
         tolerance=tolerance,
-        edge="sharp" if scene.layout.is_body_edge else "error",
+        edge="sharp" if scene.geometry.is_body_edge else "error",
     )
     problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
     pressure = np.ascontiguousarray(normal.pressure.reshape(-1))

@@ -71,12 +71,11 @@ def slide_from_rest(
     pressure: Pressing = "follows",
 ) -> StartOfSliding:
     """See :meth:`mtb_rs.Scene.start_of_sliding`."""
-    assert scene.layout is not None
     choice("model", model, Model)
     choice("pressure", pressure, Pressing)
     scene.check_model(model)
     if model == "auto":
-        model = "elastic-upper" if "elastic-upper" in scene.layout.models else "half-space"
+        model = "elastic-upper" if "elastic-upper" in scene.geometry.models else "half-space"
     problem = scene.problem(model)
     check_room(problem.n)
     problem = replace(problem, direction=np.zeros((2, problem.n)))

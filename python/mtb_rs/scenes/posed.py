@@ -162,6 +162,12 @@ class PosedScene:
         ask(of_friction("friction", largest) if largest <= LARGEST_FRICTION else [])
 
     @property
+    def geometry(self) -> Layout:
+        """Where the bodies may touch: contact points at any spacing, models, surfaces."""
+        assert self.layout is not None
+        return self.layout
+
+    @property
     def known_spacing(self) -> tuple[float, float]:
         """The spacing, where it must be known."""
         if self.spacing is None:
@@ -215,8 +221,8 @@ class PosedScene:
                 "contact (supports that lift, or hold it)"
             )
         hint = ""
-        assert isinstance(self.layout, BodyLayout)
-        if self.layout.gap is None and np.ptp(points.gap) > 0.0:
+        assert isinstance(self.geometry, BodyLayout)
+        if self.geometry.gap is None and np.ptp(points.gap) > 0.0:
             hint = f"; a contact narrower than the cells of {self.known_spacing} m needs finer ones"
         return (
             "the bodies never touch: nothing brings them together over their least gap of "
@@ -247,12 +253,11 @@ class PosedScene:
         method: Method,
         **known: Any,
     ) -> Result:
-        assert self.layout is not None
         return finish(
             problem,
             solution,
             method=method,
-            surfaces=self.layout.surfaces(),
+            surfaces=self.geometry.surfaces(),
             summary=self._summary(),
             bodies=(self.lower, self.upper),
             **known,
@@ -268,7 +273,6 @@ class PosedScene:
 
     def check_model(self, model: Model) -> None:
         """Whether the scene has the geometry and the bodies of a model."""
-        assert self.layout is not None
         own = self.own_model
         if model == "auto" or model == (own or "half-space"):
             return
@@ -276,7 +280,7 @@ class PosedScene:
             raise ValueError(
                 f"model is {model!r}: a scene with an ElasticBody has its model in its bodies, {own!r}"
             )
-        if model not in self.layout.models:
+        if model not in self.geometry.models:
             raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
         for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
             if isinstance(getattr(self, name), Rigid):
@@ -304,8 +308,7 @@ class PosedScene:
         self, model: Model, spacing: tuple[float, float], thinner: float, time_s: dict[str, float]
     ) -> Contact:
         """The bodies of a model where they stand."""
-        layout = self.layout
-        assert layout is not None
+        layout = self.geometry
         if isinstance(layout, BodyLayout):
             return body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
         upper, lower = _simple(self.upper), _simple(self.lower)
@@ -402,17 +405,15 @@ class PosedScene:
         """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `patches`."""
         if not _has_arrays(spec):
             return spec
-        assert self.layout is not None
-        own = self.layout.sheet(self.known_spacing)
+        own = self.geometry.sheet(self.known_spacing)
         return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
 
     def on_cells(self, spacing: tuple[float, float]) -> Self:
         """The same scene on other cells, to which fields given on its own grid are carried."""
-        assert self.layout is not None
         changes: dict[str, Any] = {"spacing": spacing}
         fields = {name: getattr(self, name) for name in ("friction", "magnetic_pressure")}
         if any(map(_has_arrays, fields.values())):
-            own, other = self.layout.sheet(self.known_spacing), self.layout.sheet(spacing)
+            own, other = self.geometry.sheet(self.known_spacing), self.geometry.sheet(spacing)
             choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
             changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
         return self.with_(**changes)
@@ -447,9 +448,8 @@ class PosedScene:
 
     def check_reach(self, problem: ContactProblem, result: Result) -> None:
         """Contact must exist, and must not be cut off by the edge of the grid."""
-        assert self.layout is not None
         contact = result.report.contact_area > 0.0
-        if isinstance(self.layout, BodyLayout):
+        if isinstance(self.geometry, BodyLayout):
             if not contact:
                 raise ValueError(self._why_apart(problem.points, problem.loads))
             check_faces((self.upper, self.lower), problem, result)  # type: ignore[arg-type]
@@ -458,7 +458,7 @@ class PosedScene:
                 f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
                 f"{float(problem.points.gap.min()):.6g} m"
             )
-        if self.layout.is_body_edge:
+        if self.geometry.is_body_edge:
             return
         for patch in problem.patches:
             p = patch.view(result.pressure.reshape(-1)) > 0.0

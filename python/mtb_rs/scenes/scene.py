@@ -276,7 +276,7 @@ class WheelScene(Scene):
         is held to for the normal contact where the scene has it."""
         from ..simulation.wheel_stepping import prepare_wheels
 
-        assert isinstance(self.layout, WheelLayout)
+        assert isinstance(self.geometry, WheelLayout)
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
         self.check_model(model)
@@ -286,7 +286,7 @@ class WheelScene(Scene):
         if isinstance(law, Real) and not isinstance(law, bool):
             law = Coulomb(float(law))
         return prepare_wheels(
-            self, self.layout, side or "left", law, layer, reference_point, standstill_speed
+            self, self.geometry, side or "left", law, layer, reference_point, standstill_speed
         )
 
     def _friction(

@@ -107,7 +107,6 @@ def chart(
     positive("budget", budget, "s")
     if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
         raise ValueError(f"repeats is {repeats!r}: a whole number from 1 on is needed")
-    assert scene.layout is not None
     told = progress or silent
     started = time.perf_counter()
     spacings = _spacings(scene)
@@ -127,7 +126,7 @@ def chart(
         points.append(tried)
     else:
         reference, error, words = exact, 0.0, "closed form"
-    skip = scene.layout.is_body_edge
+    skip = scene.geometry.is_body_edge
     finer = 1.001 * reference.spacing[0] * reference.spacing[1]
     allowed = [s for s in spacings if s[0] * s[1] > finer]
     candidates = _candidates(scene, copies, convolved, finer)
@@ -220,10 +219,9 @@ def _models(scene: PosedScene) -> list[Model]:
 def _admits(scene: PosedScene, model: Model) -> bool:
     if model == "half-space":
         return True
-    assert scene.layout is not None
     elastic = (scene.upper,) if model == "elastic-upper" else (scene.upper, scene.lower)
     return (
-        model in scene.layout.models
+        model in scene.geometry.models
         and scene.magnetic_pressure is not None
         and all(isinstance(body, HalfSpace) for body in elastic)
     )
@@ -231,11 +229,10 @@ def _admits(scene: PosedScene, model: Model) -> bool:
 
 def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
     """Spacings from coarse to fine, each with a grid of its own of at least 4 points a side."""
-    assert scene.layout is not None
-    own = scene.layout.start if scene.spacing is None else spacing_pair(scene.spacing)
+    own = scene.geometry.start if scene.spacing is None else spacing_pair(scene.spacing)
     assert own is not None
     wanted: list[Spacing]
-    if isinstance(scene.layout, FieldLayout):
+    if isinstance(scene.geometry, FieldLayout):
         # a given field can be thinned, not refined
         wanted = [(own[0] * k, own[1] * k) for k in (16, 12, 8, 6, 4, 3, 2, 1)]
     else:
@@ -247,11 +244,11 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
         if last[0] * last[1] > 1.1 * largest * spacing[0] * spacing[1]:
             break
         try:
-            sheet = scene.layout.sheet(spacing)
+            sheet = scene.geometry.sheet(spacing)
         except ValueError:
             continue
         patches = sheet.patches
-        if isinstance(scene.layout, BodyLayout) and scene.layout.is_coarser_than(sheet.spacing):
+        if isinstance(scene.geometry, BodyLayout) and scene.geometry.is_coarser_than(sheet.spacing):
             break
         sizes = tuple(n for p in patches for n in (p.nx, p.ny))
         count = sum(p.nx * p.ny for p in patches)
@@ -266,8 +263,7 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
 
 def fields_of(scene: PosedScene, result: Result, spacing: Spacing) -> Fields:
     """What a chart compares of a result of `scene` at a spacing."""
-    assert scene.layout is not None
-    sheet = scene.layout.sheet(spacing)
+    sheet = scene.geometry.sheet(spacing)
     points = sheet.nodes if result.patches == sheet.node_patches else sheet.cells
     axes = [(p, *p.axes()) for p in result.patches]
     hats = None
@@ -290,7 +286,7 @@ def closed_form(scene: PosedScene) -> Fields | None:
     """Hertz' pressure under the ready paraboloid, where friction does not change it."""
     from ..half_space.reference import SlidingParaboloid
 
-    layout = scene.layout
+    layout = scene.geometry
     if not isinstance(layout, ParaboloidLayout) or scene.force is None or not _uncoupled(scene):
         return None
     lower, upper = scene.lower, scene.upper
@@ -325,7 +321,6 @@ def _fine(
     progress: Callable[[float, str], None],
 ) -> tuple[Fields, float | None, ChartPoint]:
     """The finest solve that the budget affords, its error by one twice as wide, and its point."""
-    assert scene.layout is not None
     started = time.perf_counter()
     solved: list[tuple[Fields, Report, float, float]] = []
     failure: Exception | None = None
@@ -355,7 +350,7 @@ def _fine(
     if len(solved) > 1:
         # over about twice the spacing: differences between near spacings are mostly noise
         rough = solved[max(len(solved) - 3, 0)][0]
-        apart = rough.errors(fields, scene.layout.is_body_edge).get("pressure")
+        apart = rough.errors(fields, scene.geometry.is_body_edge).get("pressure")
         error = None if apart is None else extrapolated(apart, fields.spacing, rough.spacing)
     point = ChartPoint(
         name,
@@ -401,7 +396,7 @@ def _candidates(scene: PosedScene, copies: _Copies, convolved: Solve | None, fin
         if model == "elastic-upper" and scene.own_model is None:
             loop = _by_model(scene, model, method="staggered", max_iterations=200)
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
-    if scene.layout is not None and scene.layout.start is not None:
+    if scene.geometry.start is not None:
         found.append(
             _Way("auto, spacing free (tolerance)", _by_tolerance(scene), fresh=True, tolerances=TOLERANCES)
         )
@@ -492,17 +487,15 @@ def _uncoupled(scene: PosedScene) -> bool:
 
 
 def _one_grid(scene: PosedScene) -> bool:
-    assert scene.layout is not None
     number = isinstance(scene.magnetic_pressure, (int, float))
-    return scene.layout.is_grid and scene.moments is None and (scene.magnetic_pressure is None or number)
+    return scene.geometry.is_grid and scene.moments is None and (scene.magnetic_pressure is None or number)
 
 
 def _by_convolution(scene: PosedScene) -> Solve:
     """The same half-spaces by :func:`mtb_rs.solve_normal`: friction follows from the pressure."""
     from ..half_space.normal import solve_normal
 
-    assert scene.layout is not None
-    layout = scene.layout
+    layout = scene.geometry
     mu = float(np.mean(scene.friction)) if _rubs(scene) and np.ndim(scene.friction) == 0 else 0.0
     along = np.zeros(2) if scene.sliding_direction is None else np.array(scene.sliding_direction)
     along = along / max(float(np.linalg.norm(along)), 1e-300)
