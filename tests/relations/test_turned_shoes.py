@@ -77,6 +77,7 @@ def test_half_a_turn_and_the_mirror_of_all_change_nothing(model: str, **place: f
     check_turned_and_mirrored(model, **place)
 
 
+@pytest.mark.coarse
 @settings(max_examples=2, deadline=None)
 @given(**{**ASLANT, "depth": st.floats(0.0, 4e-6)})
 def test_neither_do_they_where_the_rail_gives_way(**place: float) -> None:
