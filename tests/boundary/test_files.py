@@ -103,6 +103,7 @@ except OSError as error:
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_in_a_sentence_and_leaves_nothing(tmp_path: Path) -> None:
     done = python(FULL, tmp_path)
     assert done.returncode == 0, done.stderr
@@ -367,7 +368,7 @@ def forged(path: Path, changed: dict[str, object]) -> None:
         if value is None:
             del arrays[name]
         else:
-            arrays[name] = value
+            arrays[name] = value  # type: ignore[assignment]
     cache._write(path.parent, path.stem, arrays)
 
 

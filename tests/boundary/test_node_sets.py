@@ -83,8 +83,8 @@ def test_named_sets_stay_as_given() -> None:
     sets = BLOCK_NAMED.node_sets
     for change in (
         lambda: sets.__setitem__("other", np.arange(3)),
-        lambda: sets.update(other=np.arange(3)),
-        lambda: sets.pop("clamp"),
+        lambda: sets.update(other=np.arange(3)),  # type: ignore[attr-defined]
+        lambda: sets.pop("clamp"),  # type: ignore[attr-defined]
     ):
         with pytest.raises(TypeError, match="does not change"):
             change()

@@ -62,6 +62,7 @@ def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result) -> None:
     assert len(matplotlib.pyplot.get_fignums()) == 2 * len(known)
 
 
+@pytest.mark.slow
 def test_results_on_fields_draw_and_save_themselves(tmp_path: Path) -> None:
     hertz = mtb.hertz(20e3, radii=(0.46, 0.3), lower=mtb.steel, upper=mtb.steel)
     normal = hertz.on_grid((24, 20), (0.4e-3, 0.4e-3))
@@ -84,7 +85,7 @@ def test_results_on_fields_draw_and_save_themselves(tmp_path: Path) -> None:
         normal.plot("pressure").axes[0].collections
     )
     with Image.open(animate([rolling, shift], tmp_path / "two.gif", "traction")) as moving:
-        assert moving.n_frames == 2
+        assert moving.n_frames == 2  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match="quantity is 'slip': one of pressure, gap"):
         normal.plot("slip")
     assert len(repr(rolling)) < 200
@@ -94,7 +95,7 @@ def test_line_names_the_row_it_shows(pole_shoe_result: Result) -> None:
     axes = pole_shoe_result.plot("pressure", "line", y=(6e-3, 12e-3)).axes[0]
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert labels == ["y = 7.5 mm", "y = 10.5 mm"]
-    drawn = axes.patches[0].get_data()
+    drawn = axes.patches[0].get_data()  # type: ignore[attr-defined]
     row = pole_shoe_result.patches[0].view(pole_shoe_result.pressure)[0]
     np.testing.assert_allclose(drawn.values, row / 1e6, rtol=1e-14)
     np.testing.assert_allclose(drawn.edges, np.linspace(-48, 48, 33), atol=1e-9)
@@ -299,7 +300,7 @@ def test_animation_shares_one_scale(pole_shoe_result: Result, tmp_path: Path) ->
     for options in ({}, {"y": 12e-3}):
         path = animate([pole_shoe_result, half], tmp_path / "history.gif", **options)
         with Image.open(path) as moving:
-            assert moving.n_frames == 2
+            assert moving.n_frames == 2  # type: ignore[attr-defined]
     with Image.open(animate((r for r in (half, half)), tmp_path / "same.png")) as still:
         assert still.size == (1080, still.height)
     with pytest.raises(ValueError, match=r"\.gif, \.webp or \.png"):
@@ -315,7 +316,7 @@ def test_a_cut_along_y_goes_through_every_patch_there(pole_shoe_result: Result, 
     column = (
         pole_shoe_result.points[0] == pole_shoe_result.points[0][np.abs(pole_shoe_result.points[0]).argmin()]
     )
-    drawn = np.concatenate([stairs.get_data().values for stairs in axes.patches[:2]])
+    drawn = np.concatenate([stairs.get_data().values for stairs in axes.patches[:2]])  # type: ignore[attr-defined]
     np.testing.assert_array_equal(np.sort(drawn), np.sort(pole_shoe_result.pressure[column] / 1e6))
     assert len(axes.patches) == 4
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
@@ -323,7 +324,7 @@ def test_a_cut_along_y_goes_through_every_patch_there(pole_shoe_result: Result, 
         "x = 28.5 mm",
     ]
     # the steps have the borders of the cells, which are 3 mm wide
-    np.testing.assert_allclose(np.diff(axes.patches[0].get_data().edges), 3.0)
+    np.testing.assert_allclose(np.diff(axes.patches[0].get_data().edges), 3.0)  # type: ignore[attr-defined]
     names = {path.name for path in pole_shoe_result.save(tmp_path)}
     assert {"pressure_lines_along_y.png", "vertical_displacement_lines_along_y.png"} <= names
     assert pole_shoe_result.save(tmp_path)
@@ -358,7 +359,9 @@ def test_every_frame_says_what_it_shows(
     said: list[str] = []
     above = Figure.suptitle
     monkeypatch.setattr(
-        Figure, "suptitle", lambda self, text, **k: said.append(text) or above(self, text, **k)
+        Figure,
+        "suptitle",
+        lambda self, text, **k: said.append(text) or above(self, text, **k),  # type: ignore[func-returns-value]
     )
     more = dataclasses.replace(
         pole_shoe_result,
@@ -440,8 +443,8 @@ def test_without_pyvista_the_rest_is_written(
 
 def test_missing_driver_names_the_packages(monkeypatch: pytest.MonkeyPatch, pole_shoe_result: Result) -> None:
     pytest.importorskip("pyvista")
-    crashed = subprocess.CompletedProcess([], -11)
-    monkeypatch.setattr(view.subprocess, "run", lambda *_, **__: crashed)
+    crashed = subprocess.CompletedProcess([], -11)  # type: ignore[var-annotated]
+    monkeypatch.setattr(view.subprocess, "run", lambda *_, **__: crashed)  # type: ignore[attr-defined]
     ask_anew(monkeypatch)
     with pytest.raises(mtb.ViewError, match="apt-get install libegl1 libgl1-mesa-dri"):
         pole_shoe_result.plot("pressure", "3d")

@@ -97,7 +97,7 @@ def test_headings_of_velocity_tables_count(tmp_path: Path, text: str, value: tup
     assert table.value == pytest.approx(value)
     case = 'scene = "pole_shoe_on_rail"\nvelocity = 5.0\nfriction = {file = "t.csv"}\n'
     (tmp_path / "case.toml").write_text(case, encoding="utf-8")
-    assert mtb.load_case(tmp_path / "case.toml").friction == table
+    assert mtb.load_case(tmp_path / "case.toml").friction == table  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

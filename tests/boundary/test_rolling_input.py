@@ -287,6 +287,6 @@ def test_the_old_name_of_the_velocity_still_works(call, name):
 
 def test_old_names_of_the_velocity_can_be_read():
     with pytest.warns(DeprecationWarning, match=r"Rolling\.speed is called velocity now"):
-        assert mtb.Rolling(velocity=3.0).speed == 3.0
+        assert mtb.Rolling(velocity=3.0).speed == 3.0  # type: ignore[attr-defined]
     with pytest.warns(DeprecationWarning, match="is called slip_speed now"):
-        assert FALLING.sliding(speed=0.5) == FALLING.sliding(0.5)
+        assert FALLING.sliding(speed=0.5) == FALLING.sliding(0.5)  # type: ignore[call-arg]

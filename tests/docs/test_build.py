@@ -13,6 +13,8 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # builds the pages
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 NEEDED = ("sphinx", "myst_parser", "furo")

@@ -17,6 +17,8 @@ import pytest
 
 from mtb_rs.pictures.space import missing_for_view
 
+pytestmark = pytest.mark.slow  # runs every page in a process of its own
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 

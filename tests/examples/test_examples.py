@@ -15,6 +15,8 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # runs every example in a process of its own
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

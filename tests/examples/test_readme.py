@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.slow  # runs the README in a process of its own
+
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 
 

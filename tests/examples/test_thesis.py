@@ -11,6 +11,8 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # runs the scripts of the thesis
+
 FOLDER = Path(__file__).parents[2] / "examples" / "thesis"
 SCRIPTS = ("paraboloid", "pole_shoe", "block", "full_shoe", "convergence", "staggered", "left_open")
 

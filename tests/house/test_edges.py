@@ -56,6 +56,14 @@ def test_pages_tell_the_edges_as_they_are() -> None:
         assert unused == set(ALLOWED) - set().union(*ALLOWED.values()), page
 
 
+def test_maps_name_every_crate_once() -> None:
+    crates = sorted(path.parent.name for path in ROOT.glob("rust/*/Cargo.toml"))
+    house = (ROOT / "README.md").read_text(encoding="utf-8").split("## The house")[1].split("## ")[0]
+    assert sorted(re.findall(r"^rust/(\w+) ", house, re.MULTILINE)) == crates
+    page = (ROOT / "docs" / "crates.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| (?:\[)?`mtb-(\w+)`", page, re.MULTILINE)) == crates
+
+
 def test_every_reference_resolves() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     listed = re.findall(r"^- \[([^\]]+)\]", readme.split("## References")[1], flags=re.MULTILINE)

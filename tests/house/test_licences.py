@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Nothing the package or its crates need is under a licence that spreads (GPL, AGPL)."""
+"""Nothing the package or its crates need is under a licence that spreads (GPL, AGPL); sources name theirs."""
 
 from __future__ import annotations
 
@@ -72,13 +72,13 @@ def licence(package: Distribution) -> str:
         "Apache Software License": "Apache-2.0",
         "Python Software Foundation License": "PSF-2.0",
     }
-    if expression := package.metadata.get("License-Expression"):
+    if expression := package.metadata.get("License-Expression"):  # type: ignore[attr-defined]
         return expression
     classifiers = package.metadata.get_all("Classifier") or []
     stated = [c.split(" :: ")[-1] for c in classifiers if c.startswith("License ::")]
     if stated:
         return " AND ".join(names.get(name, name) for name in stated)
-    return str(package.metadata.get("License") or "")
+    return str(package.metadata.get("License") or "")  # type: ignore[attr-defined]
 
 
 def needed(name: str, found: dict[str, str]) -> None:
@@ -105,3 +105,39 @@ def test_python_packages() -> None:
 def test_gpl_stays_behind_extras() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert not any(re.match("gmsh|tamaas", requirement) for requirement in project["dependencies"])
+
+
+LINE = "SPDX-License-Identifier: MIT OR Apache-2.0"
+#: Kinds of files that somebody writes, and that have comments.
+KINDS = {
+    ".c", ".cfg", ".cmake", ".cpp", ".css", ".f90", ".h", ".hpp", ".in", ".js", ".mplstyle", ".py", ".pyi",
+    ".rs", ".sh", ".toml", ".yaml", ".yml",
+}  # fmt: skip
+#: Folders that are made, not written.
+MADE = {"target", "_build", "out", "node_modules", "__pycache__", "build", "dist"}
+
+
+def written(folder: Path) -> list[Path]:
+    """Sources in a folder, those without an ending too, if they are scripts."""
+    found = []
+    for path in sorted(folder.iterdir()):
+        if path.is_dir():
+            if path.name not in MADE and (not path.name.startswith(".") or path.name == ".ci"):
+                found += written(path)
+            continue
+        is_script = not path.suffix and path.read_bytes()[:2] == b"#!"
+        if path.suffix in KINDS or path.name == "CMakeLists.txt" or is_script:
+            found.append(path)
+    return found
+
+
+def test_every_source_names_its_licence() -> None:
+    sources = written(ROOT)
+    kinds = {path.suffix for path in sources}
+    assert {"", ".py", ".pyi", ".rs", ".toml", ".c", ".h", ".f90", ".css"} <= kinds
+    silent = [
+        str(path.relative_to(ROOT))
+        for path in sources
+        if not any(LINE in line for line in path.read_text(encoding="utf-8").splitlines()[:2])
+    ]
+    assert silent == []

@@ -25,6 +25,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("folder", ["studies", "benches", "examples", "examples/thesis"])
+@pytest.mark.slow
 def test_calls_fit(folder: str, cache: Path) -> None:
     scripts = sorted(str(path.relative_to(ROOT)) for path in (ROOT / folder).glob("*.py"))
     assert scripts

@@ -13,6 +13,8 @@ import trimesh
 
 from mtb_rs.bodies.mesh_files import SURFACE_FILES
 
+pytestmark = pytest.mark.slow  # starts Python for each extra
+
 Environment = Callable[..., dict[str, str]]
 
 

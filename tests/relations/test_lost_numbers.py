@@ -92,7 +92,7 @@ def lost(found: Any) -> Any:
 def test_a_scene_that_fails_with_nan_fails_in_words(status: str, monkeypatch: pytest.MonkeyPatch) -> None:
     found = solve.solve_direct
 
-    def failing(*args: Any, **options: Any) -> solve.Solution:
+    def failing(*args: Any, **options: Any) -> solve.Solution:  # type: ignore[name-defined]
         solution = found(*args, **options)
         return dataclasses.replace(
             solution, pressure=np.full_like(solution.pressure, np.nan), status=status, wedging_margin=None

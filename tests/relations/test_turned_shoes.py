@@ -123,6 +123,7 @@ def check_turned_and_mirrored(
     ("model", "depth"),
     [("half-space", 0.3e-3), ("half-space", 3e-3), ("elastic-upper", 3e-3), ("elastic-both", 0.3e-3)],
 )
+@pytest.mark.slow
 def test_a_shoe_hardly_aside_of_a_worn_rail_is_a_centred_one(model: str, depth: float) -> None:
     centred, aside, beside = (
         shoe(model, rail=worn(depth), **place) for place in ({}, {"lateral": 1e-9}, {"yaw": 1e-9})

@@ -45,6 +45,7 @@ def honesty() -> Iterator[ModuleType]:
         ("wheel", {"spacing": 3e-4, "lateral": 3e-3}),
     ],
 )
+@pytest.mark.slow
 def test_the_estimate_is_honest_and_the_choice_thrifty(
     honesty: ModuleType, kind: str, arguments: dict[str, Any]
 ) -> None:
@@ -81,6 +82,7 @@ def test_the_chosen_spacing_of_a_paraboloid_meets_the_tolerance_against_hertz() 
         ("wheel_on_rail", {}, 0.05),
     ],
 )
+@pytest.mark.slow
 def test_the_chosen_spacing_meets_the_tolerance_against_a_finer_solve(
     name: str, arguments: dict[str, Any], tolerance: float
 ) -> None:
@@ -126,6 +128,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[Level]:
     ("name", "solves"),
     [("block_on_plane", 4), ("pole_shoe_on_rail", 5), ("wheel_on_rail", 2), ("paraboloid_on_plane", 2)],
 )
+@pytest.mark.slow
 def test_choice_and_estimate_cost_a_third_of_the_solve_and_are_reused(
     name: str, solves: int, solved: list[Level]
 ) -> None:
@@ -231,6 +234,7 @@ def test_a_large_grid_leaves_out_the_coupling_where_it_does_not_matter() -> None
     assert tight.report.omitted == {}
 
 
+@pytest.mark.slow
 def test_a_spacing_found_is_as_good_as_the_same_one_given() -> None:
     asked: dict[str, Any] = {"tolerance": 0.01, "quantity": "force"}
     found = mtb.scenes.block_on_plane(height=0.25, spacing=None).solve(**asked)

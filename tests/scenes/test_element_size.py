@@ -8,6 +8,8 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # solves on fine meshes
+
 
 def shoe(**changes: float) -> mtb.Scene:
     scene = mtb.scenes.pole_shoe_on_rail(height=40e-3, poles=1, spacing=(6e-3, 5.2e-3), supports="points")

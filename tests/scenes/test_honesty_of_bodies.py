@@ -38,6 +38,7 @@ SHAPES = (9, 15, 22)
 
 
 @pytest.mark.parametrize("number", SHAPES)
+@pytest.mark.slow
 def test_estimates_of_other_shapes_are_honest(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("gmsh", exc_type=ImportError)
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "studies"))

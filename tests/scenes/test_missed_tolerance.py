@@ -30,6 +30,7 @@ def own_block(elements: int, spacing: float, tolerance: float) -> mtb.Result:
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", mtb.scenes.__all__)
+@pytest.mark.slow
 def test_ready_scenes_as_they_are_say_nothing(name: str) -> None:
     result = getattr(mtb.scenes, name)().solve()
     assert not result.report.missed

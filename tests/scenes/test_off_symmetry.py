@@ -48,6 +48,7 @@ def test_a_shoe_hardly_aside_is_a_centred_one() -> None:
 
 
 @pytest.mark.parametrize("scene", [mtb.scenes.pole_shoe_on_rail, mtb.scenes.block_on_plane])
+@pytest.mark.slow
 def test_a_reversed_slide_gives_the_mirror_image(scene: Callable[..., mtb.Scene]) -> None:
     # an odd and an even number of cells along x
     for spacing in (6e-3, 90e-3 / 14):

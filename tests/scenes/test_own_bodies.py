@@ -97,6 +97,7 @@ def attempted(scene: mtb.Scene) -> mtb.Result | str:
 @pytest.mark.coarse
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.sampled_from(CASES))
+@pytest.mark.slow
 def test_every_way_of_asking_gives_the_same_numbers(case: tuple[Any, ...]) -> None:
     scene = scene_of(case)
     result = attempted(scene)

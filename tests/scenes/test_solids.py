@@ -435,6 +435,7 @@ def chamfered(slope, end, spacing, *, ends=False):
 
 
 @pytest.mark.coarse
+@pytest.mark.slow
 def test_a_kink_within_cells_divides_them():
     """A face that ends at the kink, on a finer grid, is the truth: nothing behind the kink touches."""
     truth = chamfered(0.1, 0.0213, 3e-3, ends=True).normal_force

@@ -27,6 +27,7 @@ def block(height: float, friction: float) -> mtb.Scene:
     [block(0.1, 0.5), block(0.5, 0.2), mtb.scenes.pole_shoe_on_rail(friction=0.5, spacing=6e-3)],
     ids=["low block", "tall block", "pole shoe"],
 )
+@pytest.mark.slow
 def test_the_start_ends_in_gross_sliding(scene: mtb.Scene) -> None:
     start = scene.start_of_sliding(along_x(np.geomspace(1e-7, 20e-3, 16)), model="elastic-upper")
     slides = scene.solve(model="elastic-upper")

@@ -10,6 +10,8 @@ import pytest
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # compiles programs
+
 ROOT = Path(__file__).parents[2]
 CAPI = ROOT / "rust" / "capi"
 LINK = ["-lmtb_capi", "-lm", "-lpthread", "-ldl"]

@@ -11,6 +11,8 @@ from fmpy.validation import validate_fmu
 
 import mtb_rs as mtb
 
+pytestmark = pytest.mark.slow  # compiles units
+
 ROOT = Path(__file__).parents[2]
 LOAD = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
 OUTPUTS = [*LOAD, "friction_power", "peak_pressure"]

@@ -294,7 +294,7 @@ def test_a_checkpoint_stays_the_file_it_is(tmp_path):
 @pytest.mark.coarse
 def test_two_sweeps_with_one_checkpoint_lose_nothing(tmp_path):
     path = tmp_path / "sweep.jsonl"
-    inner = []
+    inner = []  # type: ignore[var-annotated]
 
     def once(done, total):
         if done == 2 and not inner:

@@ -49,7 +49,7 @@ def elastic_energy(field: mtb.PressureField, traction: np.ndarray, layer: mtb.In
         for body in (field.lower, field.upper)
     )
     if layer is not None:
-        moved = moved + layer.flexibility * load
+        moved = moved + layer.flexibility * load  # type: ignore[assignment]
     return 0.5 * float((load * moved).sum()) * field.spacing[0] * field.spacing[1]
 
 

@@ -75,6 +75,7 @@ def block(height: float) -> tuple[mtb.ElasticBody, ContactSheet, _mtb_rs.Samplin
     ("height", "friction", "name"),
     [(0.05, 0.5, "block_h050_he5"), (0.1, 0.5, "block_h100_he5"), (0.1, 0.0, "block_h100_he5_mu0")],
 )
+@pytest.mark.slow
 def test_block_against_finite_elements(
     plane: tuple[Array, Array], height: float, friction: float, name: str
 ) -> None:

@@ -28,7 +28,7 @@ def cell_pressures(cells: int, friction: float, lower: mtb.Material, upper: mtb.
         for m in (lower, upper)
     ]
     direction = np.stack([np.ones(cells), np.zeros(cells)])
-    pair = _mtb_rs.SlidingPair(*bodies, direction, friction > 0.0)
+    pair = _mtb_rs.SlidingPair(*bodies, direction, friction > 0.0)  # type: ignore[call-arg]
     up = np.stack([np.zeros(cells), np.zeros(cells), np.ones(cells)])[None]
     out = pair.solve(
         np.zeros(cells),

@@ -462,7 +462,7 @@ def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple
         half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, n, n)], (cell, cell), True)
         for body in (soft, stiff)
     ]
-    pair = SlidingPair(*bodies, np.zeros((2, points)), False).compliance
+    pair = SlidingPair(*bodies, np.zeros((2, points)), False).compliance  # type: ignore[call-arg]
     contact = CoupledContact(
         compliance=np.block([[pair.influence(row, column) for column in "xyn"] for row in "xyn"]),
         motions=np.repeat([[0.0, 0.0, 1.0]], points, axis=1),

@@ -64,7 +64,7 @@ def test_displacement_and_reactions_equal_scikit_fem(is_quadratic: bool) -> None
         component[basis.split_indices()[k]] = k
     node = np.array([int(np.argmin(((mesh.nodes - p) ** 2).sum(axis=1))) for p in places])
     load = force[component, node]
-    held = np.isin(node, body.nodes_at("top", "top"))
+    held = np.isin(node, body.nodes_at("top", "top"))  # type: ignore[assignment]
     prescribed = np.zeros(basis.N)
     prescribed[held] = np.array([1e-6, 0.0, -2e-6])[component[held]]
     expected = skfem.solve(*skfem.condense(stiffness, load, x=prescribed, D=np.flatnonzero(held)))
@@ -128,9 +128,9 @@ def test_a_surface_filled_by_gmsh_deforms_as_the_extruded_block() -> None:
     fields = []
     for body in (gmsh_body, block):
         _, sampling = foot(body)
-        assert sampling.weights.sum() == pytest.approx(0.048 * 0.032, rel=1e-12)
+        assert sampling.weights.sum() == pytest.approx(0.048 * 0.032, rel=1e-12)  # type: ignore[attr-defined]
         condensed = body.condense(sampling, keep=False)
-        traction = np.zeros((3, sampling.n_points))
+        traction = np.zeros((3, sampling.n_points))  # type: ignore[attr-defined]
         traction[2] = 1e6
         traction[0] = 0.3e6
         fields.append(condensed.compliance.displacement(traction))
@@ -171,7 +171,7 @@ def test_contact_can_hold_what_a_driven_top_leaves_free() -> None:
     condensed = body.condense(sampling, keep=False)
     assert condensed.mode_names == ("translation along z", "rotation about x", "rotation about y")
     # a uniform pressure against an equal pull: nothing moves but the drive
-    pressure = np.zeros((3, sampling.n_points))
+    pressure = np.zeros((3, sampling.n_points))  # type: ignore[attr-defined]
     pressure[2] = 1e6
     assert condensed.mode_work(pressure)[0] == pytest.approx(1e6 * 0.048 * 0.032)
     assert np.abs(condensed.mode_work(pressure)[1:]).max() < 1e-9
@@ -202,7 +202,7 @@ def test_guided_points_share_one_displacement() -> None:
     work = body.given_work(condensed)
     assert work == pytest.approx([-50.0])
     # pressure that balances the force on the guide
-    traction = np.zeros((3, sampling.n_points))
+    traction = np.zeros((3, sampling.n_points))  # type: ignore[attr-defined]
     traction[2] = 50.0 / (0.048 * 0.032)
     state = body.recover(sampling, condensed.modes, traction, np.array([2e-6]))
     hanging = state.displacement[2, body.support_nodes(0)]

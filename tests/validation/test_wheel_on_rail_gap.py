@@ -51,7 +51,7 @@ def reference(spacing: str) -> tuple[Array, Array, Array]:
     dx = float(words["dx"])
     x = float(words["xl"]) + dx * (np.arange(nx) + 0.5)
     y = float(words["yl"]) + dx * (np.arange(ny) + 0.5)
-    return x * MM, y * MM, gap
+    return x * MM, y * MM, gap  # type: ignore[return-value]
 
 
 def difference(field: WheelRailGap, x: Array, y: Array, gap: Array, shift: float = 0.0) -> Array:
