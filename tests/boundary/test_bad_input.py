@@ -112,7 +112,11 @@ def fails(_x: np.ndarray, _y: np.ndarray) -> float:
         (normal, {"force": -1.0}, "force is -1"),
         (normal, {"force": 0.0}, "force is 0"),
         (normal, {"force": 1e300}, "force is 1e.300"),
-        (normal, {"force": 1.0, "moments": (1.0, None)}, r"moments\[0\] is 1 N m: the resultant lies 1 m"),
+        (
+            normal,
+            {"force": 1.0, "moments_about_axes": (None, 1.0)},
+            r"axes\[1\] is 1 N m: .* 1 m from the middle",
+        ),
         (normal, {"force": 1.0, "spacing": 1e300}, "spacing is 1e.300"),
         (normal, {"force": 1.0, "spacing": None}, "spacing is None"),
         (normal, {"force": 1.0, "gap": [[1, 2], [3]]}, "gap is .*: real numbers"),

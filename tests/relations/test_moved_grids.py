@@ -64,7 +64,9 @@ def close(found: Any, wanted: Any, tolerance: float) -> None:
 @FEW
 @given(
     seed=st.integers(0, 99),
-    way=st.sampled_from([{"force": 40.0}, {"force": None, "approach": 3e-6}, {"moments": (2e-3, -1e-3)}]),
+    way=st.sampled_from(
+        [{"force": 40.0}, {"force": None, "approach": 3e-6}, {"moments_about_axes": (1e-3, 2e-3)}]
+    ),
     method=st.sampled_from(["dense", "fft"]),
     periodic=st.booleans(),
 )
@@ -74,8 +76,11 @@ def test_pressure_turns_with_its_gap(
     turn, swaps = TURNS[name]
     periodic = periodic and method == "fft" and way == {"force": 40.0}
     gap, moved = rough(seed), dict(way)
-    if "moments" in way:  # of the pressure along x and y: a vector in the plane
-        moved["moments"] = tuple(turn @ way["moments"])
+    if "moments_about_axes" in way:
+        # (my, -mx), first moments of the pressure along x and y, are a vector in the plane
+        about_x, about_y = way["moments_about_axes"]
+        along = turn @ np.array([about_y, -about_x])
+        moved["moments_about_axes"] = (-along[1], along[0])
     sides = tuple(np.abs(turn) @ SPACING)
     own = pressed(gap, **way, method=method, periodic=periodic, **bodies(False))
     image = pressed(field(turn, gap), sides, **moved, method=method, periodic=periodic, **bodies(swaps))

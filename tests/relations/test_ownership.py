@@ -132,7 +132,7 @@ MAKERS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
     "NormalResult": (normal, lambda: {"gap": np.array(BOWL)}),
     "NormalResult on its own grid": (
         lambda **a: mtb.solve_normal(**a, force=50.0, **STEEL),
-        lambda: {"gap": np.array(BOWL), "spacing": np.array([1e-4, 1e-4]), "moments": [0.0, 0.0]},
+        lambda: {"gap": np.array(BOWL), "spacing": np.array([1e-4, 1e-4]), "moments_about_axes": [0.0, 0.0]},
     ),
     "TangentialResult": (rolled, lambda: {"friction": np.full((9, 9), 0.3), "creepage": np.full(3, 1e-4)}),
     "FoundationResult": (

@@ -282,9 +282,10 @@ class WheelScene(Scene):
         self.check_model(model)
         if tolerance is not None:
             self._judged(self, model, tolerance, quantity)
-        law = self.friction if friction is None else friction
-        if isinstance(law, Real) and not isinstance(law, bool):
-            law = Coulomb(float(law))
+        law = friction
+        if law is None:
+            own = self.friction
+            law = Coulomb(float(own)) if isinstance(own, Real) else own
         return prepare_wheels(
             self, self.geometry, side or "left", law, layer, reference_point, standstill_speed
         )
