@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 from typing import Any, Protocol, final
 
 import numpy as np

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Digest of the code of `tetra`, for whatever keeps its results.
 
 use std::collections::hash_map::DefaultHasher;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Elastic blocks and shoes in one solve, against independent finite-element programs and the thesis' loop."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Scenes of two half-spaces: conditions of contact, balance, symmetry, conventions, loads."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Bodies of any geometry: from meshes and surfaces, against the built-in scenes and closed forms."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Solids of CAD files: their shape, their own unit, and what cannot be read."""
 
 from pathlib import Path

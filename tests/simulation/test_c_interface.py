@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The C interface: programs in C and Fortran, compiled here, give the numbers of Python."""
 
 import ctypes

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Functional mock-up units: FMPy, an importer of the standard, gets the numbers of Python."""
 
 import zipfile

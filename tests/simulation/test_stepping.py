@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Prepared contacts: steps equal solves, poses move, reversals reverse, memory changes nothing but time."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Sweeps: any executor, one table, interruptions and dead workers lose nothing."""
 
 import csv

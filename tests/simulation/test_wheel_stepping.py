@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Wheels in steps: the scene's own solution, Hertz, Klingel, mirrors; memory changes nothing but time."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The sheet of the pole shoe: it fills the conforming strip, and measures true gaps off centre."""
 
 from __future__ import annotations

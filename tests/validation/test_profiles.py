@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Profiles against their drawings, against quadrature, and through files."""
 
 from __future__ import annotations

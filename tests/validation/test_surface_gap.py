@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The gap between arbitrary surfaces: meshes from files against exact distances."""
 
 from __future__ import annotations

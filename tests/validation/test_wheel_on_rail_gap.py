@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Wheel on rail against the gap fields of CONTACT (tests/data/contact, S1002 on UIC60, 6.2 mm shift).
 
 That reference's rail is not 60E1 turned by 1/40 but the Manchester benchmark's table of a UIC60,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The C interface of prepared sliding contacts and of wheels on rails.
 //!
 //! **What.** Handles of contacts and wheels that Python prepared and wrote to a file: load, step, read fields,

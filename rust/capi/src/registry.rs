@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Contacts and wheels by number: a handle that was freed is an error, not a crash.
 
 use std::collections::HashMap;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The door as callers misuse it: any bytes for a file, any handle, null and wrong lengths, many threads.
 
 use std::ffi::{CStr, CString};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Complementarity problems and variational inequalities over simple sets.
 //!
 //! **What.** [`linear`]: dense linear complementarity problems, symmetric or not, with free rigid

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Complementarity conditions, checked independently of the solvers.
 
 use mtb_complementarity::linear::{

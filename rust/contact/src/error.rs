@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::Error as Complementarity;
 use mtb_operator::Error as Operator;
 use mtb_operator::dense::Interrupted;

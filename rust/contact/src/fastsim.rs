@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Simplified theory: an elastic foundation under the rolling contact, solved strip by strip.
 //!
 //! The displacement of the lower body relative to the upper one is `L q`, point by point. Steady rolling

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Friction laws: the coefficient of friction as a function of the slip speed and of its past.
 
 /// Steady coefficient of friction as a function of the slip speed.

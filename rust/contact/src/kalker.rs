@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Kalker's linear creep coefficients.
 
 use crate::Error;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frictional contact problems: stated, solved, reported.
 //!
 //! **What.** [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Polach's closed-form creep forces. [Polach1999], [Polach2005]
 
 use std::f64::consts::PI;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Arrays and counts as bytes for a file: a mark, version, length and checksum of what follows, then its parts.
 //!
 //! Little-endian throughout: counts and flags as u64, numbers as f64, arrays as a count and their entries.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Gross sliding: every point in contact slips, so friction is known once the pressure is.
 
 use mtb_complementarity::linear::{

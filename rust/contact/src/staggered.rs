@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The thesis' staggered scheme: half-space contact, then finite elements, then contact again.
 //!
 //! Kept because it is the known remedy, and because where it fails is worth knowing. It counts the local compliance of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Prepared contacts: balance, poses, and bytes that are what they say.
 
 use std::sync::Arc;

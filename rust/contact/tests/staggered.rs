@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The staggered scheme: where it converges it solves the doubly counted problem, and its limit is the predicted one.
 
 use mtb_complementarity::linear::{Options, Problem, solve};

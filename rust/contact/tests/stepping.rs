@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Steps from memory equal solves without one.
 
 use std::sync::Arc;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What it costs to condense the pole of a brake: counts and a breakdown of time.
 //!
 //! `cargo bench -p mtb-elasticity --bench condense`

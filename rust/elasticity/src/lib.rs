@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Elastic bodies seen from their contact surface.
 //!
 //! **What.** [`half_space`]: the influence coefficients of rectangles, and half-spaces on regular grids of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Finite-element bodies: patch test, rigid motions, observed rates, condensation.
 
 mod box_mesh;

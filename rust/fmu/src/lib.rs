@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Prepared sliding contacts as functional mock-up units: FMI 2.0, co-simulation [Blochwitz2012].
 //!
 //! **What.** The functions of the FMI standard over one contact that Python prepared. The unit holds it as

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use std::ops::Range;
 
 /// Value references: pose x, y, z, roll, pitch, yaw; velocity x, y; magnetic pressure ...

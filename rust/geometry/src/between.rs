@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sheet and the gap between two arbitrary surfaces.
 
 use rayon::prelude::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables of two columns as people write them: the one reader of such text.
 
 use crate::Error;

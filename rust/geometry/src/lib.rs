@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Profiles, surfaces, contact sheets and gaps.
 //!
 //! **What.** Cross-sections of rails and wheels ([`Profile`]), the pole shoe of a magnetic track

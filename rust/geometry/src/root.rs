@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// Where an increasing function reaches `target` inside a bracket: Newton steps, halved bracket where
 /// they leave it. `function` returns value and derivative; the result is clamped to the bracket.
 pub(crate) fn increasing(

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// Points on the lower body with the undeformed gap above them; vectors are `(3, n)`,
 /// component-major.
 #[derive(Clone, Debug, Default, PartialEq)]

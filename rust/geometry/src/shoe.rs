@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pole shoe of a magnetic track brake, worn to the shape of its rail.
 
 use crate::error::{finite, out_of_range, positive};

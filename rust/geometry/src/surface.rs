@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces of bodies, and what a line meets on them.
 
 use crate::Error;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::LinearOperator;
 
 /// One of the three components of a traction or a displacement at a contact point.

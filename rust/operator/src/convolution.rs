@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::{Kernel, LinearOperator, Transform};
 
 /// The convolution of one grid with one kernel, as a linear map: free space or periodic.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Factors of dense matrices, made in place and in pieces, with a look at the monitor between them.
 
 use std::ops::ControlFlow;

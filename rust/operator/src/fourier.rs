@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Products with convolution kernels on regular grids by the real fast Fourier transform.
 
 use std::sync::{Arc, Mutex};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::Error;
 
 /// A regular, cell-centred grid: `nx * ny` points, x fastest, each the centre of a cell `dx` by `dy`.

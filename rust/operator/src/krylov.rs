@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Krylov solvers for closures that know how to multiply.
 
 /// How a Krylov solve went.

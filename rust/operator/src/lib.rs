@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Linear maps on contact points.
 //!
 //! **What.** [`LinearOperator`] (a square map on `f64` vectors), [`Compliance`] (traction in,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// A square linear map on vectors of `f64`.
 pub trait LinearOperator: Send + Sync {
     /// Length of the vectors the map takes and returns.

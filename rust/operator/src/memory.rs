@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the machine has, and what may be asked of it.
 
 use std::fs::read_to_string;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Arranged bodies give the same numbers point by point and as matrices, and mirrors do what mirrors do.
 
 use std::sync::Arc;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The edge: errors of the crates become Python exceptions here, and here only.
 
 use std::cell::{Cell, RefCell};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Profiles, surfaces, sheets and gaps.
 
 use std::ops::ControlFlow;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Python bindings: one file per crate, no arithmetic.
 //!
 //! A bound function checks shapes, borrows its arrays, lets go of the interpreter, calls, maps the

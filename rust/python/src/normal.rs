@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frictionless contact on regular grids.
 
 use mtb_complementarity::bounded::Status;

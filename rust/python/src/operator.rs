@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Compliances as Python sees them: opaque handles on contact points.
 
 use std::sync::Arc;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sliding contacts in a simulation.
 
 use std::sync::{Arc, Mutex, PoisonError};

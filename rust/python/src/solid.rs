@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Solids filled with tetrahedra.
 
 use mtb_geometry::solid::{self, Filling, Hexahedra, RailSection, SolidMesh};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Stick and slip, and the fast approximations.
 
 use mtb_complementarity::discs::{

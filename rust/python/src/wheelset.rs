@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wheels on rails in a simulation.
 
 use std::sync::{Mutex, PoisonError};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A wheelset runs through one wave of its path: 20 m long, 4 mm to either side, at 30 m/s.
 //!
 //! cargo run --release -p mtb-wheelset --example sinusoidal_path

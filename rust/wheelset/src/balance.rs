@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pressures of a wheel at a height, and the height at which they carry the force.
 
 use mtb_complementarity::bounded::Status;

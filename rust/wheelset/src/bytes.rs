@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A prepared wheelset as bytes: an [`mtb_contact::record`] marked `MTBW`.
 
 use mtb_contact::friction::{Friction, Memory, SlipLaw};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Friction between wheels and rails.
 
 use std::borrow::Cow;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wheels on rails in a simulation: pose and velocity of the wheelset in, forces and tractions out.
 //!
 //! **What.** A [`Wheelset`] says which profiles, bodies and friction; [`PreparedWheels`] solves it once a step:

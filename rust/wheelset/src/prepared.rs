@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A wheelset ready for a simulation, and its steps.
 
 use std::sync::Arc;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Steady rolling of a patch.
 
 use mtb_complementarity::discs::DiscState;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Roots of a few functions that cost a contact solve each and end where a profile ends.
 
 use nalgebra::{DMatrix, DVector};

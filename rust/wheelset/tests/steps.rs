@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Steps of a wheelset: balance, mirrors, memory, bytes; what cannot be is an error, never a panic.
 
 use std::cell::Cell;

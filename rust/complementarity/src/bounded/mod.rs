@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Symmetric complementarity problems of any size, known only by their products.
 //!
 //! Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `N^T p = f`, where `A` is symmetric

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums over the contact set, and the balance of the free motions.
 
 use super::Mode;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums over the points that may be in contact, in eight interleaved parts, which keeps them fast and their
 //! rounding small.
 

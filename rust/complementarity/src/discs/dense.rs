@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, MatRef, Par};
 use mtb_operator::dense::Lu;
 use mtb_operator::{LinearOperator, Monitor, reset_workers};

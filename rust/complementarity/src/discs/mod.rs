@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Variational inequalities on discs, `|q_i| <= g_i`.
 
 mod dense;

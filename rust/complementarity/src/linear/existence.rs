@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Does a solution exist? Cheap answers before and beside the solution.
 
 use faer::{Mat, Side};

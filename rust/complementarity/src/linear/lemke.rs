@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Monitor, Progress};
 
 use super::active_set::stationary;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Dense linear complementarity problems with free rigid motions.
 
 mod active_set;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::error::{Error, check};
 
 /// Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `K^T p = f`.

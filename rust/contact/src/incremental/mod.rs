@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The thesis' incremental scheme [Steininger2025, 2.2]: the upper body is lowered in steps, and after each
 //! step pressure, friction, back-deformation and normals follow one another.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One of the two bodies on its way.
 
 use mtb_operator::Compliance;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Points, normals and tangents of a surface given on a regular grid.
 
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

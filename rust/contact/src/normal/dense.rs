@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Few cells: the dense matrix and the active-set method.
 
 use mtb_complementarity::bounded::Status;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Grids of a nested solve: coarsening, passing pressures on, rectangles of cells.
 
 use mtb_complementarity::bounded::Mode;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The normal problem on a regular grid: pressures that keep two surfaces from penetrating.
 //!
 //! Half-spaces under uniformly loaded cells make the influence matrix a convolution. The solver

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
 
 use mtb_complementarity::bounded::{self, Solution, Status};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The influence matrix of a rectangle of cells, and its rough inverse.
 
 use std::f64::consts::PI;

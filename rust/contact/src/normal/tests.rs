@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use std::f64::consts::PI;
 
 use mtb_operator::{Grid, unmonitored};

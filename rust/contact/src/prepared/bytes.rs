@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A prepared contact as bytes: a [`crate::record`] marked `MTBC`.
 
 use std::sync::Arc;

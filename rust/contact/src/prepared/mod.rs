@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A sliding contact ready for a simulation: pose and velocity in, force and moment out.
 
 mod bytes;

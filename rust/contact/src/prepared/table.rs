@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::error::{Error, check};
 
 /// Rows of numbers over rising speeds, linear between them; a single row holds at all speeds.

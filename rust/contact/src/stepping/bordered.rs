@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::Mat;
 use mtb_operator::Monitor;
 use mtb_operator::dense::{Interrupted, Watch};

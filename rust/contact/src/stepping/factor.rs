@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
 use mtb_operator::Monitor;
 use mtb_operator::dense::{self, Interrupted};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sliding pair in time: one solve a step, each from what the last one knew.
 
 mod bordered;

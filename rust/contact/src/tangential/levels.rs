@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::Grid;
 
 /// Fewest cells along a direction that are worth halving.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Stick and slip: shifts, transient and steady rolling.
 //!
 //! With `C` the influence of the tangential traction `q` on the lower body on the displacement of the

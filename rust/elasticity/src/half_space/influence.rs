@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Influence coefficients of a uniformly loaded rectangle on the half-space.
 
 use std::f64::consts::PI;

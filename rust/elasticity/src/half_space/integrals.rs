@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Half-space compliance on scattered points, from five surface integrals that know no material.
 
 use std::sync::Arc;

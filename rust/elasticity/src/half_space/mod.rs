@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The half-space: influence coefficients of rectangles, and the body on regular grids or scattered points.
 
 mod body;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Quadrature and interpolation points on [-1, 1].
 
 /// Gauss-Legendre rule of six points: (node, weight), exact to degree 11.

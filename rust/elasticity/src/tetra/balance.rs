@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Loads spread over a body, and what its supports exert on it, as linear maps of the loads.
 
 use nalgebra::{Matrix3, Vector3};

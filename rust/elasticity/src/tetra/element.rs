@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::mesh::EDGES;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use std::ops::ControlFlow;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Finite-element bodies of 4-node (linear) or 10-node (quadratic) tetrahedra.
 //!
 //! **What.** A [`TetraMesh`] with an elastic [`Material`](crate::Material) and [`Support`]s is a

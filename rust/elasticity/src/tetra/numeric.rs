@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Numbers of the sparse Cholesky factor, supernode by supernode, with a look at the monitor between.
 
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use feral_metis::{CscPattern, MetisOptions, metis_order_full};
 
 /// Undirected graph without loops, neighbours of vertex `v` in `neighbours[start[v]..start[v + 1]]`,

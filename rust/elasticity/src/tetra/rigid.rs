@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 
 use super::mesh::TetraMesh;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Boxes of tetrahedra for tests and benches.
 
 use std::collections::HashMap;

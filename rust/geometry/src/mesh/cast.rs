@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Lines against the curved surface of a mesh.
 
 use nalgebra::Vector3;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The curved surface near a vertex: a polynomial height over its tangent plane.
 
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector3};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bodies given by triangles, with the curved surface behind the facets.
 
 mod cast;

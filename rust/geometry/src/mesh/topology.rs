@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which triangles continue each other smoothly.
 
 use std::collections::HashMap;

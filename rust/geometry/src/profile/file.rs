@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::{Interpolation, Profile};
 use crate::Error;
 use crate::columns::{Column, LENGTHS, content, read_columns, unreadable};

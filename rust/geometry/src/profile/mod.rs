@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Profiles: heights z(y) in the cross-section of a rail or a wheel.
 
 mod file;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::root;
 
 /// Height of a profile and its derivatives at one lateral position.

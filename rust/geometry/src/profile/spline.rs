@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::piece::{Curve, Piece};
 
 /// Cubic spline with not-a-knot ends through at least two points; fewer than four give the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // reason: values that must be exact are compared exactly
 #![allow(clippy::float_cmp)]
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::hexahedra::Hexahedra;
 use super::layers::heights;
 use super::{Filling, SolidMesh, check_unknowns, extent, least, rising, steps, symmetric};

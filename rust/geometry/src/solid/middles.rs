@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{EDGES, SolidMesh};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Solids filled with tetrahedra: blocks, pole shoes and rails that follow a contact grid.
 //!
 //! Each is a grid of hexahedra, cut into six tetrahedra each, symmetric where the body is: turning the

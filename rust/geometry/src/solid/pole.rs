@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::hexahedra::{Curved, Hexahedra};
 use super::layers::{ACROSS, heights, layers};
 use super::{Filling, SolidMesh, check_unknowns, doubled, extent, least, rising, steps, symmetric};

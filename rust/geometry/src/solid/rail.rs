@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::hexahedra::{Curved, Hexahedra};
 use super::layers::{ACROSS_RAIL, coarseness, layers};
 use super::{SolidMesh, check_unknowns, doubled, least, rising, spaced, steps, symmetric};

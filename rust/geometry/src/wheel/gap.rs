@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The gap over the contact plane.
 
 use rayon::prelude::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A wheel on a rail: where they touch, the contact plane, and the gap over it.
 
 mod gap;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The contact plane of a posed wheel, and the gap over it.
 
 use std::ops::Range;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wheel and rail in the vertical plane through the axle: placement and overlap.
 
 use super::{WheelOnRail, WheelRailContact};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 use super::*;
 
 fn field(n: usize, seed: u64) -> Vec<f64> {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which points are near.
 
 /// Points in square bins as wide as the functions reach.

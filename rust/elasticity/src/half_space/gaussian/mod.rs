@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The thesis' basis: normalised truncated Gaussians on scattered points.
 
 mod bins;

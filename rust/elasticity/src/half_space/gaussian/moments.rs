@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Basis functions seen from afar.
 
 use super::super::quadrature::chebyshev;

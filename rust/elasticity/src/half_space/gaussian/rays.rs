@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays from a point to the end of what is integrated.
 
 /// Where the rays of an angular interval end.

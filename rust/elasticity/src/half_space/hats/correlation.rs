@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the hats of two nodes weigh at each offset between them.
 
 use super::moments::POWERS;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Hats of which only a part lies on the contact face.
 
 use std::sync::OnceLock;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The half-space under bilinear pressures, in the weak form that fits finite elements.
 
 mod correlation;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Integrals of a singular kernel times polynomials.
 
 use super::super::quadrature::GAUSS_6;
