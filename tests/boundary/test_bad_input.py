@@ -65,7 +65,7 @@ def fails(_x: np.ndarray, _y: np.ndarray) -> float:
         (shoe, {"friction": lambda x: 0.5}, "friction is a function that fails with TypeError"),
         (shoe, {"friction": fails}, "fails with ZeroDivisionError: division by zero; a function of x and y"),
         (shoe, {"friction": lambda x, y: np.ones(3)}, r"for friction gives an array of shape \(3,\)"),
-        (shoe, {"friction": lambda x, y: x / 0 * 0}, r"the function for friction gives\[0\] is nan"),
+        (shoe, {"friction": lambda x, y: x / 0 * 0}, r"the result of the function for friction\[0\] is nan"),
         (shoe, {"friction": True}, "friction is True"),
         (shoe, {"friction": "0.5"}, "friction is '0.5'"),
         (shoe, {"friction": None}, "friction is None"),

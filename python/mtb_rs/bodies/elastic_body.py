@@ -505,7 +505,9 @@ class ElasticBody:
         except ValueError as error:
             raise ValueError(f"{what} of {self.name}: {error}") from None
         if found.size == 0:
-            raise ValueError(f"{what} of {self.name} has no node: {_in_words(where)}")
+            raise ValueError(
+                f"{what} of {self.name} has no node ({_in_words(where)}): a place with nodes is needed"
+            )
         return found.astype(np.int64)
 
     def _check_values(self) -> None:

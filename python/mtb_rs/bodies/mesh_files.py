@@ -464,7 +464,7 @@ def filled(
 
 def _check_size(size: float, extent: float) -> None:
     if size > extent:
-        raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large")
+        raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large, a smaller size is needed")
 
 
 def _on_contact(vertices: Array, near: Near | None) -> NDArray[np.bool_] | None:

@@ -306,7 +306,7 @@ def _called(
             f"{name} is a function that fails with {type(error).__name__}: {error}; "
             f"a function of {of} is needed"
         ) from error
-    values = reals(f"what the function for {name} gives", given)
+    values = reals(f"the result of the function for {name}", given)
     if values.shape not in ((), (1,), (n,)):
         raise ValueError(
             f"the function for {name} gives an array of shape {values.shape}: "

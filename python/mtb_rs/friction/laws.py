@@ -286,7 +286,9 @@ def coulomb_field(friction: Coulomb, shape: tuple[int, int]) -> Array:
     """The coefficient (ny, nx) on a grid of that shape."""
     values = np.asarray(friction.coefficient, dtype=float)
     if values.ndim and values.shape != shape:
-        raise ValueError(f"coefficient has shape {values.shape}, the patch has {shape}")
+        raise ValueError(
+            f"coefficient has shape {values.shape}: one number, or the shape of the patch, {shape}, is needed"
+        )
     return np.broadcast_to(values, shape)
 
 

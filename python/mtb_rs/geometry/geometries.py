@@ -276,7 +276,8 @@ class ShoeLayout(Placed):
         reach = 0.5 * shoe.length * np.cos(shoe.yaw) + shoe.conforming_to * abs(np.sin(shoe.yaw))
         if reach > 0.5 * self.rail_length * (1.0 + 1e-9):
             raise ValueError(
-                f"rail_length is {self.rail_length:g} m: the shoe presses on {2.0 * reach:.6g} m of the rail"
+                f"rail_length is {self.rail_length:g} m: the shoe presses on {2.0 * reach:.6g} m of it, "
+                "so a longer rail is needed"
             )
 
     @property
