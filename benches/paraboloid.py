@@ -101,19 +101,21 @@ def solve(grid: Grid, basis: str, method: str) -> dict[str, Any]:
         clock = time.perf_counter()
         if method == "direct":
             direction = np.stack([np.ones(n), np.zeros(n)])
-            pair = _mtb_rs.SlidingPair(body, body, direction, True)
+            level = _mtb_rs.ContactGeometry(np.stack([x, y, np.zeros(n)]), weights)
             up = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])[None]
             friction = np.full(n, EXACT.friction)
             # under hats all quantities are means weighted with the hat of the node, the gap too
             gap = grid.gap + (grid.h**2 / (6.0 * EXACT.radius) if basis == "bilinear hats" else 0.0)
-            out = pair.solve(gap, weights, friction, direction, up, np.array([-EXACT.force]))
-            out["approach"] = -float(out["motion"][0])
-            counts = f"{out['iterations']} active sets"
+            problem = _mtb_rs.Problem(body, body, level, up, [True])
+            found = problem.slide(gap, np.array([-EXACT.force]), direction, friction)
+            status = found.status
+            out = {"pressure": found.pressure, "approach": -float(found.motion[0])}
+            counts = f"{found.iterations} active sets"
         else:
             options = _mtb_rs.IncrementalOptions(
                 estimated_steps=20, force_tolerance=1e3, distance_tolerance=1e-5
             )
-            out = _mtb_rs.solve_incremental(
+            stepped = _mtb_rs.solve_incremental(
                 body,
                 body,
                 np.stack([x, y, np.zeros(n)]),
@@ -125,10 +127,13 @@ def solve(grid: Grid, basis: str, method: str) -> dict[str, Any]:
                 EXACT.force,
                 options,
             )
-            out["displacement"] = out["lower_displacement"]
-            counts = f"{out['increments']} increments, {out['active_sets']} active sets"
-        if out["status"] != "solved":
-            raise SystemExit(f"{grid} {basis} {method}: {out['status']}")
+            status = stepped.status
+            names = ("pressure", "traction", "approach")
+            out = {name: getattr(stepped, name) for name in names}
+            out["displacement"] = stepped.lower_displacement
+            counts = f"{stepped.increments} increments, {stepped.active_sets} active sets"
+        if status != "solved":
+            raise SystemExit(f"{grid} {basis} {method}: {status}")
     if "displacement" not in out:
         pressure = out["pressure"]
         if basis == "bilinear hats":

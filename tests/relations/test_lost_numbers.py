@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -84,8 +85,7 @@ def test_no_result_is_made_with_numbers_that_are_lost(name: str, lost: float) ->
 
 def lost(found: Any) -> Any:
     """A failed solve of the core with a NaN in its state."""
-    pressure = np.full_like(found["pressure"], np.nan)
-    return {**found, "pressure": pressure, "status": "stagnated"}
+    return dataclasses.replace(found, pressure=np.full_like(found.pressure, np.nan), status="stagnated")
 
 
 @pytest.mark.parametrize("status", ["not converged", "no solution", "unreachable", "solved"])
@@ -123,7 +123,9 @@ def test_a_step_that_fails_with_nan_fails_in_words(status: str) -> None:
 
         def step(self, *args: Any) -> Any:
             out = core.step(*args)
-            return {**out, "pressure": np.full_like(out["pressure"], np.nan), "status": status}
+            known = {name: getattr(out, name) for name in dir(out) if not name.startswith("_")}
+            pressure = np.full_like(out.pressure, np.nan)
+            return SimpleNamespace(**known | {"pressure": pressure, "status": status})
 
     contact._core = Failing()  # type: ignore[assignment]
     with pytest.raises(mtb.ConvergenceError, match=WORDS):

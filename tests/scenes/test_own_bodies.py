@@ -213,7 +213,7 @@ def test_a_further_load_makes_nothing_of_the_geometry_again(monkeypatch: pytest.
     monkeypatch.setattr(symmetry, "_images", never)
     monkeypatch.setattr(symmetry, "_responds_alike", never)
     monkeypatch.setattr(_mtb_rs, "half_space_cut_hats", never)
-    monkeypatch.setattr(_mtb_rs, "SlidingPair", never)
+    monkeypatch.setattr(_mtb_rs, "Problem", never)
     doubled = scene.with_(approach=2e-6).solve()
     np.testing.assert_allclose(doubled.pressure, 2.0 * first.pressure, rtol=1e-9)
     # bodies that are equal, from another process for example, are the same

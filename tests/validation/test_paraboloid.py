@@ -118,12 +118,13 @@ def on_scattered_points(points: int, share: float) -> float:
     domain = (-edge, edge, -edge, edge)
     (body,), weights = _mtb_rs.half_space_gaussians([(80e9, 0.3)], x, y, share * h, domain)
     direction = np.stack([np.ones(n), np.zeros(n)])
-    pair = _mtb_rs.SlidingPair(body, body, direction, True)
+    level = _mtb_rs.ContactGeometry(np.stack([x, y, 0.0 * x]), weights)
     up = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])[None]
-    out = pair.solve((x**2 + y**2) / 2000.0, weights, np.full(n, 0.5), direction, up, np.array([-5e6]))
-    assert out["status"] == "solved"
+    problem = _mtb_rs.Problem(body, body, level, up, [True])
+    out = problem.slide((x**2 + y**2) / 2000.0, np.array([-5e6]), direction, np.full(n, 0.5))
+    assert out.status == "solved"
     exact = EXACT.pressure(x, y)
-    return float(np.linalg.norm(out["pressure"] - exact) / np.linalg.norm(exact))
+    return float(np.linalg.norm(out.pressure - exact) / np.linalg.norm(exact))
 
 
 def test_gaussians_are_no_better_than_rectangles() -> None:

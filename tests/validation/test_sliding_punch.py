@@ -23,24 +23,20 @@ SOFT = mtb.Material(young_modulus=10e9, poisson_ratio=0.1)
 def cell_pressures(cells: int, friction: float, lower: mtb.Material, upper: mtb.Material) -> tuple:
     """Middles [m] and pressures [Pa] of `cells` strips across the punch, a thousand half-widths long."""
     dx = 2.0 * HALF_WIDTH / cells
-    bodies = [
+    below, above = (
         _mtb_rs.half_space(m.shear_modulus, m.poisson_ratio, [(0.0, 0.0, cells, 1)], (dx, LENGTH), True)
         for m in (lower, upper)
-    ]
-    direction = np.stack([np.ones(cells), np.zeros(cells)])
-    pair = _mtb_rs.SlidingPair(*bodies, direction, friction > 0.0)  # type: ignore[call-arg]
-    up = np.stack([np.zeros(cells), np.zeros(cells), np.ones(cells)])[None]
-    out = pair.solve(
-        np.zeros(cells),
-        np.full(cells, dx * LENGTH),
-        np.full(cells, friction),
-        direction,
-        up,
-        np.array([-LOAD * LENGTH]),
     )
-    assert out["status"] == "solved"
-    assert pair.is_coupled == (friction > 0.0 and lower != upper)
-    return (np.arange(cells) + 0.5) * dx - HALF_WIDTH, out["pressure"]
+    direction = np.stack([np.ones(cells), np.zeros(cells)])
+    middles = (np.arange(cells) + 0.5) * dx - HALF_WIDTH
+    zero = np.zeros(cells)
+    level = _mtb_rs.ContactGeometry(np.stack([middles, zero, zero]), np.full(cells, dx * LENGTH))
+    up = np.stack([zero, zero, np.ones(cells)])[None]
+    problem = _mtb_rs.Problem(below, above, level, up, [True])
+    out = problem.slide(zero, np.array([-LOAD * LENGTH]), direction, np.full(cells, friction))
+    assert out.status == "solved"
+    assert problem.prepare(direction, friction > 0.0) == (friction > 0.0 and lower != upper)
+    return middles, out.pressure
 
 
 @pytest.mark.parametrize(

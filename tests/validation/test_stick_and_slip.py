@@ -14,8 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs._mtb_rs import SlidingPair, half_space
-from mtb_rs.contact.coupled_start import CoupledContact, CoupledState, advance
+from mtb_rs._mtb_rs import Compliance, CoupledContact, half_space
 from mtb_rs.half_space import reference
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
@@ -462,23 +461,23 @@ def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple
         half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, n, n)], (cell, cell), True)
         for body in (soft, stiff)
     ]
-    pair = SlidingPair(*bodies, np.zeros((2, points)), False).compliance  # type: ignore[call-arg]
     contact = CoupledContact(
-        compliance=np.block([[pair.influence(row, column) for column in "xyn"] for row in "xyn"]),
-        motions=np.repeat([[0.0, 0.0, 1.0]], points, axis=1),
+        Compliance.relative(*bodies),
+        layer=0.0,
         area=np.full(points, cell**2),
         friction=np.full(points, 0.3),
-        opening=gap.ravel(),
+        gap=gap.ravel(),
+        motions=np.repeat([[[0.0], [0.0], [1.0]]], points, axis=2),
         work=np.array([-force]),
         tolerance=1e-10,
     )
-    pressed = np.concatenate([np.zeros(2 * points), normal.pressure.ravel()])
-    approach = np.array([-normal.approach])
-    status = np.zeros(points, dtype=np.int8)
+    rest = contact.at_rest(normal.pressure.ravel(), np.array([-normal.approach]))
+    push = np.repeat([[displacement[0]], [displacement[1]], [0.0]], points, axis=1)
     # a shift counts the displacements by the pressure itself
-    start = CoupledState(pressed, approach, np.zeros(3 * points), np.zeros(3 * points), status)
-    as_one = advance(contact, start, np.repeat([*displacement, 0.0], points))
-    tractions = as_one.unknowns[: 2 * points].reshape(2, n, n)
+    push[:2] -= rest.displacement[:2]
+    as_one = contact.advance(rest, push)
+    assert as_one is not None
+    tractions = as_one.traction.reshape(2, n, n)
     assert relative(in_turn.traction[:2], tractions) < 1e-6
     assert relative(in_turn.pressure.ravel(), as_one.pressure) < 1e-6
     assert np.array_equal(in_turn.status.ravel(), as_one.status)

@@ -136,25 +136,25 @@ def solve_incremental(
     )
     problem.time_s["increments"] = time.perf_counter() - clock
     solution = Solution(
-        pressure=out["pressure"],
-        gap=out["gap"],
-        motion=np.full(len(motions), -out["approach"]),
+        pressure=out.pressure,
+        gap=out.gap,
+        motion=np.full(len(motions), -out.approach),
         friction=problem.friction,
-        status=out["status"],
+        status=out.status,
         solver="load increments, active set, dense factorisation",
-        iterations=out["resolutions"],
-        residual=out["residual"],
+        iterations=out.resolutions,
+        residual=out.residual,
         wedging_margin=None,
     )
     names = ("increments", "problems", "active_sets", "releases", "imbalance", "force", "history")
     fields = IncrementalFields(
-        traction=out["traction"],
+        traction=out.traction,
         # the increments start from what the pull has moved
         displacement=Displacement(
-            upper=out["upper_displacement"], lower=out["lower_displacement"] + problem.lower.displacement
+            upper=out.upper_displacement, lower=out.lower_displacement + problem.lower.displacement
         ),
-        approach=out["approach"],
-        counts={name: out[name] for name in names},
+        approach=out.approach,
+        counts={name: getattr(out, name) for name in names},
     )
     return solution, fields
 

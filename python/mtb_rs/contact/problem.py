@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
 from ..base.words import Model
@@ -104,6 +105,37 @@ class ContactProblem:
         return int(self.area.size)
 
     @property
+    def geometry(self) -> _mtb_rs.ContactGeometry:
+        """The contact points as the core has them: tangents of sliding, means and resultants are its own."""
+        if self.averages is None:
+            means = None
+            ingredients = [self.points.points, self.area]
+        else:
+            start, row, column, share = self.averages.rows
+            means = [*start.tolist(), row.size], column.tolist(), share
+            ingredients = [self.averages.places, self.area, self.averages.frames, self.averages.overlap]
+        unit = frame_of(self.points)
+        mean = unit if self.averages is None else self.averages.frames
+        return self.memory.recall(
+            "geometry",
+            [*ingredients, unit],
+            lambda: _mtb_rs.ContactGeometry(
+                np.ascontiguousarray(self.places),
+                np.ascontiguousarray(self.area),
+                [np.ascontiguousarray(field) for field in (*unit, *mean)],
+                means,
+            ),
+        )
+
+    @property
+    def core(self) -> _mtb_rs.Problem:
+        """The bodies on their points with the motions that are free: what stays while loads change."""
+        motions, _ = self.relative_motions()
+        made_from = (self.lower.compliance, self.upper.compliance, self.geometry, motions)
+        of_upper = [True] * self.upper.work.size + [False] * self.lower.work.size
+        return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from, of_upper))
+
+    @property
     def operations(self) -> float:
         """Floating-point operations of the condensation of both bodies."""
         return self.upper.operations + self.lower.operations
@@ -169,16 +201,19 @@ class Solution:
         return np.concatenate([self.friction * self.pressure * problem.direction, self.pressure[None]])
 
 
+def frame_of(points: SheetPoints) -> Array:
+    """(tangent x, tangent y, normal) of each point (3, 3, n)."""
+    return np.stack([points.tangent_x, points.tangent_y, points.normal])
+
+
 def to_local(vectors: Array, points: SheetPoints) -> Array:
     """Vectors (..., 3, n) of the common frame in the frame (tangent x, tangent y, normal) of each point."""
-    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
-    return np.asarray(np.einsum("cin,...in->...cn", frame, vectors))
+    return np.asarray(np.einsum("cin,...in->...cn", frame_of(points), vectors))
 
 
 def to_global(components: Array, points: SheetPoints) -> Array:
     """The inverse of :func:`to_local`."""
-    frame = np.stack([points.tangent_x, points.tangent_y, points.normal])
-    return np.asarray(np.einsum("cin,...cn->...in", frame, components))
+    return np.asarray(np.einsum("cin,...cn->...in", frame_of(points), components))
 
 
 def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints) -> Array:
@@ -190,11 +225,12 @@ def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints
     if not np.isfinite(vector).all() or not vector.any():
         raise ValueError(f"sliding_direction is {direction}: two finite numbers, not both zero, are needed")
     vector = vector / np.abs(vector).max()
-    local = np.stack([vector @ points.tangent_x, vector @ points.tangent_y])
-    length = np.linalg.norm(local, axis=0)
-    if length.min() < 1e-6 * np.linalg.norm(vector):
-        raise ValueError(f"sliding_direction is {direction}: at some points it is normal to the surface")
-    return np.ascontiguousarray(local / length)
+    unit = [np.ascontiguousarray(field) for field in frame_of(points)]
+    geometry = _mtb_rs.ContactGeometry(points.points, np.ones(n), [*unit, *unit])
+    try:
+        return geometry.sliding_direction((float(vector[0]), float(vector[1])))
+    except ValueError as error:
+        raise ValueError(f"sliding_direction is {direction}: {error}") from None
 
 
 def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
@@ -206,7 +242,7 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
     """
     if problem.averages is None:
         return coefficients
-    return problem.averages.means(coefficients, problem.area)
+    return problem.geometry.mean_tractions(np.ascontiguousarray(coefficients))
 
 
 def with_loads(side: Side, motions: Array, work: Array) -> Side:
@@ -241,14 +277,3 @@ class Averages:
         row, column = np.nonzero(self.overlap)
         start = np.searchsorted(row, np.arange(self.overlap.shape[0]))
         return start, row, column, self.overlap[row, column]
-
-    def means(self, coefficients: Array, area: Array) -> Array:
-        """Mean tractions (3, n) [Pa] over the contact points; see :func:`mean_tractions`."""
-        start, row, column, share = self.rows
-        closed = coefficients[2] > 0.0
-        # what the points in contact do not share out among themselves they keep
-        shared = np.bincount(column, share * np.where(closed, area, 0.0)[row], area.size)
-        mean = np.add.reduceat(coefficients[:, column] * share, start, axis=1)
-        mean += coefficients * (1.0 - shared / area)
-        mean[:, ~closed] = 0.0
-        return np.asarray(mean)

@@ -15,14 +15,12 @@ from ..base.memory import of_matrices, refuse
 from ..base.owning import solved
 from ..base.plain import plain
 from ..friction.laws import InterfaceLayer
-from ..geometry.contact_points import SheetPoints
-from .coupled_start import CoupledContact, CoupledState, advance
-from .problem import ContactProblem
+from .problem import ContactProblem, Solution, to_local
 
 Array = NDArray[np.float64]
 
 
-def check_room(points: int, matrices: int = 54) -> None:
+def check_room(points: int, matrices: int = 20) -> None:
     """ValueError if the memory does not hold the matrices of the start of sliding, by default coupled."""
     refuse(
         of_matrices(points, matrices), f"the start of sliding of {points} points", "take fewer, larger cells"
@@ -88,7 +86,7 @@ def start_of_sliding(
     ----------
     compliance : Compliance
         Of both bodies together: displacement of the lower one relative to the upper one by a traction on
-        the lower one, as `SlidingPair.compliance`.
+        the lower one, as `Compliance.relative` gives it.
     pressure, area : (n,) [Pa], [m2]
     friction : float or (n,) [-]
     displacements : (m, 2) [m]
@@ -154,59 +152,26 @@ def pushes(displacements: ArrayLike) -> Array:
     return steps
 
 
-def coupled_contact(
+def start_with_pressure(
     problem: ContactProblem,
-    compliance: _mtb_rs.Compliance,
+    rest: Solution,
     friction: Array,
+    displacements: ArrayLike,
     layer: InterfaceLayer | None,
     tolerance: float,
-) -> tuple[CoupledContact, Array]:
-    """A contact problem with all blocks of its compliance, and the share (m, r) of each motion in those kept.
-
-    Of motions that move both bodies alike, such as two bodies that guides press together, fewer are kept.
-    """
-    n = problem.n
-    matrix = np.block([[compliance.influence(row, column) for column in "xyn"] for row in "xyn"])
-    if layer is not None:
-        tangential = np.arange(2 * n)
-        matrix[tangential, tangential] += layer.flexibility
-    motions, work = problem.relative_motions()
-    motions = motions.reshape(len(work), 3 * n)
-    shares = np.eye(len(work))
-    size = np.linalg.norm(motions, axis=1)
-    if len(work) and np.linalg.matrix_rank(motions / size[:, None], tol=1e-9) < len(work):
-        directions, values, _ = np.linalg.svd(motions, full_matrices=False)
-        shares = directions[:, values > 1e-9 * values[0]]
-    contact = CoupledContact(
-        compliance=matrix,
-        motions=shares.T @ motions,
-        area=problem.area,
-        friction=np.broadcast_to(friction, (n,)),
-        opening=problem.opening(),
-        work=shares.T @ work,
-        tolerance=tolerance,
-    )
-    return contact, shares
-
-
-def horizontal(points: SheetPoints) -> Array:
-    """Parts (3, 2, n) of unit displacements along x and y along both tangents and the normal."""
-    return np.stack([points.tangent_x[:2], points.tangent_y[:2], points.normal[:2]])
-
-
-def start_with_pressure(
-    contact: CoupledContact, rest: CoupledState, frame: Array, displacements: ArrayLike
 ) -> StartOfSliding:
     """The same with a pressure that follows: friction presses the bodies together or lifts them.
 
     Parameters
     ----------
-    contact : CoupledContact
-    rest : CoupledState
-        See :func:`mtb_rs.contact.coupled_start.at_rest`.
-    frame : (3, 2, n)
-        Of a unit displacement along x and along y: its parts along both tangents and the normal.
+    problem : ContactProblem
+    rest : Solution
+        The bodies pressed together without friction, from where tangential displacements count.
+    friction : (n,) [-]
     displacements : (m, 2) [m]
+    layer : InterfaceLayer or None
+    tolerance : float [-]
+        Residual over the norm of the pressure.
 
     Raises
     ------
@@ -214,29 +179,39 @@ def start_with_pressure(
         Naming the step; with the steps before it as ``.result``.
     """
     steps = pushes(displacements)
-    area = contact.area
-    states: list[CoupledState] = []
-    last = rest
+    points, area = problem.points, problem.area
+    motions, work = problem.relative_motions()
+    contact = _mtb_rs.CoupledContact(
+        _mtb_rs.Compliance.relative(problem.lower.compliance, problem.upper.compliance),
+        0.0 if layer is None else layer.flexibility,
+        area,
+        np.ascontiguousarray(np.broadcast_to(friction, (problem.n,))),
+        problem.opening(),
+        motions,
+        work,
+        tolerance,
+    )
+    last = contact.at_rest(rest.pressure, rest.motion)
+    states: list[_mtb_rs.CoupledState] = []
     for k, step in enumerate(steps):
-        try:
-            last = advance(contact, last, np.einsum("cdn,d->cn", frame, step).ravel())
-        except ConvergenceError as error:
+        push = to_local(np.repeat([[step[0]], [step[1]], [0.0]], problem.n, axis=1), points)
+        found = contact.advance(last, push)
+        if found is None:
             raise ConvergenceError(
-                f"no state found for the displacement {step.tolist()} m, step {k + 1}: {error}; the friction "
-                "coefficient may be above the wedging limit, or the body tips over",
+                f"no state found for the displacement {step.tolist()} m, step {k + 1}, not even in small "
+                "parts of it; the friction coefficient may be above the wedging limit, or the body tips over",
                 _history(steps[:k], states, area) if states else None,
-            ) from None
-        states.append(last)
+            )
+        last = found
+        states.append(found)
     return _history(steps, states, area)
 
 
-def _history(steps: Array, states: list[CoupledState], area: Array) -> StartOfSliding:
-    n = area.size
-    traction = [state.unknowns[: 2 * n].reshape(2, n) for state in states]
+def _history(steps: Array, states: list[_mtb_rs.CoupledState], area: Array) -> StartOfSliding:
     contact = [float(area[state.status > 0].sum()) for state in states]
     return StartOfSliding(
         displacement=steps,
-        force=np.array([q @ area for q in traction]),
+        force=np.array([state.traction @ area for state in states]),
         normal_force=np.array([float(state.pressure @ area) for state in states]),
         slip_share=np.array(
             [
@@ -244,7 +219,7 @@ def _history(steps: Array, states: list[CoupledState], area: Array) -> StartOfSl
                 for state, total in zip(states, contact, strict=True)
             ]
         ),
-        traction=traction[-1],
+        traction=states[-1].traction,
         pressure=states[-1].pressure,
         status=states[-1].status,
         iterations=np.array([state.iterations for state in states]),

@@ -33,10 +33,6 @@ from .wedging import tipping_margin
 
 Array = NDArray[np.float64]
 
-#: Changes of a pressure-dependent friction coefficient below this count as none.
-FRICTION_TOLERANCE = 1e-10
-FRICTION_ROUNDS = 60
-
 #: Words for the size of an effect that could not be estimated.
 UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
 
@@ -44,9 +40,7 @@ UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
 ENTRY = 50.0
 
 
-def solve_direct(
-    problem: ContactProblem, start: NDArray[np.bool_] | None = None, *, with_margin: bool = True
-) -> Solution:
+def solve_direct(problem: ContactProblem, *, with_margin: bool = True) -> Solution:
     """Solves the contact conditions as one complementarity problem.
 
     Raises
@@ -61,8 +55,8 @@ def solve_direct(
     _check_height(problem)
     fold = folded(problem)
     if fold is not None:
-        return _unfolded(_solve_whole(fold.half, start, with_margin), fold, problem)
-    return _solve_whole(problem, start, with_margin)
+        return _unfolded(_solve_whole(fold.half, with_margin), fold, problem)
+    return _solve_whole(problem, with_margin)
 
 
 def _check_height(problem: ContactProblem) -> None:
@@ -97,54 +91,44 @@ def _unfolded(solution: Solution, fold: Fold, problem: ContactProblem) -> Soluti
     )
 
 
-def _solve_whole(problem: ContactProblem, start: NDArray[np.bool_] | None, with_margin: bool) -> Solution:
+def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     clock = time.perf_counter()
-    frictional = bool(problem.direction.any()) and not (
-        isinstance(problem.friction, np.ndarray) and not problem.friction.any()
-    )
+    law = problem.friction
+    frictional = bool(problem.direction.any()) and not (isinstance(law, np.ndarray) and not law.any())
     memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
-    made_from = (problem.lower.compliance, problem.upper.compliance, problem.direction, frictional)
-    pair = problem.memory.recall("pair", made_from, lambda: _mtb_rs.SlidingPair(*made_from))
+    core, direction = problem.core, np.ascontiguousarray(problem.direction)
+    core.prepare(direction, frictional)
     problem.time_s["influence matrix"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    motions, work = problem.relative_motions()
-    gap = problem.opening()
-    active = None if start is None else start.tolist()
-    friction = problem.friction_at(np.zeros(problem.n))
-    iterations = 0
-    for _ in range(FRICTION_ROUNDS):
-        effective = friction if frictional else np.zeros(problem.n)
-        out = pair.solve(gap, problem.area, effective, problem.direction, motions, work, active)
-        iterations += out["iterations"]
-        before, friction = friction, problem.friction_at(out["pressure"])
-        if np.abs(friction - before).max() <= FRICTION_TOLERANCE * max(1.0, float(friction.max())):
-            break
-        active = (out["pressure"] > 0.0).tolist() if out["status"] == "solved" else None
-    else:
-        out["status"] = "iteration limit"
+    out = core.slide(
+        problem.opening(),
+        problem.relative_motions()[1],
+        direction,
+        np.ascontiguousarray(law) if isinstance(law, np.ndarray) else law.at,
+    )
     problem.time_s["complementarity"] = time.perf_counter() - clock
     clock = time.perf_counter()
     margin: float | None = None
     if frictional and with_margin:
         factor = problem.memory.recall(
             "wedging factor",
-            [pair, problem.area, friction, motions],
-            lambda: pair.wedging_factor(problem.area, friction, motions),
+            [core, direction, out.friction],
+            lambda: core.wedging_factor(direction, out.friction),
         )
         margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
     problem.time_s["wedging margin"] = time.perf_counter() - clock
     return Solution(
-        pressure=out["pressure"],
-        gap=out["gap"],
-        motion=out["motion"],
-        friction=friction,
-        status=out["status"],
-        solver="Lemke pivots" if out["by_lemke"] else "active set, dense factorisation",
-        iterations=iterations,
-        residual=out["residual"],
+        pressure=out.pressure,
+        gap=out.gap,
+        motion=out.motion,
+        friction=out.friction,
+        status=out.status,
+        solver="Lemke pivots" if out.by_lemke else "active set, dense factorisation",
+        iterations=out.iterations,
+        residual=out.residual,
         wedging_margin=margin,
-        unstable=out["unstable"],
-        operations=dense_operations(problem.n, int((out["pressure"] > 0.0).sum()), iterations),
+        unstable=out.unstable,
+        operations=dense_operations(problem.n, int((out.pressure > 0.0).sum()), out.iterations),
     )
 
 
@@ -185,7 +169,6 @@ def finish(
     points, area, n = problem.points, problem.area, problem.n
     coefficients = solution.coefficients(problem)
     tangential, pressure = coefficients[:2], coefficients[2]
-    load = _resultants(problem, coefficients)
     mean = mean_tractions(problem, coefficients)
     traction = to_global(np.concatenate([mean[:2], np.zeros((1, n))]), points)
     contact = pressure > 0.0
@@ -200,9 +183,9 @@ def finish(
         "upper": _deformed(problem.upper, displacement.upper, solution.motion[:m_upper]),
         "lower": _deformed(problem.lower, displacement.lower, solution.motion[m_upper:]),
     }
-    force = load.sum(axis=1)
     reference_point = np.zeros(3)
-    moment = np.cross(problem.places, load, axis=0).sum(axis=1)
+    load = problem.geometry.loads(np.ascontiguousarray(coefficients))
+    force, moment = load.sum(axis=1), np.cross(problem.places, load, axis=0).sum(axis=1)
     balance, reactions = _balance(problem, coefficients, force)
     nodes = points if problem.kept is None else problem.kept.nodes
 
@@ -307,14 +290,6 @@ def _balance(
         balance["supports of the upper body"] = force - np.asarray(balance["magnetic"])
     balance["relative_error"] = worst
     return balance, reactions
-
-
-def _resultants(problem: ContactProblem, coefficients: Array) -> Array:
-    """Load (3, n) [N] of each contact point on the lower body."""
-    local = coefficients * np.array([[1.0], [1.0], [-1.0]])
-    if problem.averages is None:
-        return problem.area * to_global(local, problem.points)
-    return np.asarray(problem.area * np.einsum("cn,cin->in", local, problem.averages.frames))
 
 
 def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
@@ -457,12 +432,13 @@ def sided_influence(
     n = friction.size
     if compliance is None:
         return np.zeros((n, n))
-    matrix = compliance.influence("n", "n")
-    sign = -1.0 if upper else 1.0
+    bodies = (None, compliance) if upper else (compliance, None)
+    relative = _mtb_rs.Compliance.relative(*bodies)
+    matrix = relative.influence("n", "n")
     for component, along in zip("xy", direction, strict=True):
         slip = friction * along
         if slip.any():
-            matrix += sign * compliance.influence("n", component) * slip
+            matrix += relative.influence("n", component) * slip
     return np.asarray(matrix)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -37,7 +36,7 @@ def staggered(
     max_iterations: int = 20,
     displacement_tolerance: float = 1e-3,
     anderson_depth: int = 0,
-) -> tuple[Solution, dict[str, Any]]:
+) -> tuple[Solution, _mtb_rs.StaggeredOutcome]:
     """Half-space contact and finite elements by turns: thesis 2.3.
 
     Parameters
@@ -82,7 +81,7 @@ def staggered(
     slid = np.einsum("cn,mcn->mn", problem.direction, motions[:, :2])
     balance = problem.area * (opening + friction * slid)
 
-    def attempt(factor: float | None, depth: int = anderson_depth) -> dict[str, Any]:
+    def attempt(factor: float | None, depth: int = anderson_depth) -> _mtb_rs.StaggeredOutcome:
         return _mtb_rs.solve_staggered(
             np.ascontiguousarray(lower + upper),
             np.ascontiguousarray(structure),
@@ -98,33 +97,27 @@ def staggered(
         )
 
     out = attempt(factor)
-    iterations = int(out["iterations"])
+    iterations = out.iterations
     for _ in range(PREDICTIONS if factor is None else 0):
         # the prediction holds for one set in contact; the one it led to may need a larger factor
-        limit = out["predicted_limit"]
-        if out["status"] == "solved" or not out["factor"] < SAFETY * limit < np.inf:
+        limit = out.predicted_limit
+        if out.status == "solved" or not out.factor < SAFETY * limit < np.inf:
             break
         out = attempt(SAFETY * limit)
-        iterations += int(out["iterations"])
+        iterations += out.iterations
     combined = ""
-    if (
-        factor is None
-        and anderson_depth == 0
-        and out["status"] != "solved"
-        and out["predicted_limit"] < np.inf
-    ):
+    if factor is None and anderson_depth == 0 and out.status != "solved" and out.predicted_limit < np.inf:
         out = attempt(None, DEPTH)
-        iterations += int(out["iterations"])
+        iterations += out.iterations
         combined = f", {DEPTH} iterates combined"
     margin = None
-    if out["status"] != "solved":
-        pair = _mtb_rs.SlidingPair(
-            problem.lower.compliance, problem.upper.compliance, problem.direction, bool(friction.any())
-        )
-        wedging = pair.wedging_factor(problem.area, friction, motions) if friction.any() else 0.0
+    if out.status != "solved":
+        wedging = 0.0
+        if friction.any():
+            wedging = problem.core.wedging_factor(np.ascontiguousarray(problem.direction), friction)
         margin = 1.0 / wedging if 0.0 < wedging < np.inf else None
     problem.time_s["staggered loop"] = time.perf_counter() - clock
-    pressure, gap, motion = out["pressure"], out["gap"], out["motion"]
+    pressure, gap, motion = out.pressure, out.gap, out.motion
     if fold is not None:
         pressure, gap = pressure[fold.source], gap[fold.source]
         motion = np.append(motion, 0.0)[fold.motion_source]
@@ -134,11 +127,10 @@ def staggered(
         gap=np.ascontiguousarray(gap),
         motion=motion,
         friction=friction,
-        status=out["status"],
-        solver=f"staggered loop, f_FE = {out['factor']:.4g}, diverges below {out['predicted_limit']:.4g}"
-        f"{combined}",
+        status=out.status,
+        solver=f"staggered loop, f_FE = {out.factor:.4g}, diverges below {out.predicted_limit:.4g}{combined}",
         iterations=iterations,
-        residual=float(out["residual"]),
+        residual=out.residual,
         wedging_margin=margin,
     )
     return solution, out

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -245,7 +245,7 @@ def solve_normal(
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
     problem = _Problem(sides, elastic, force, approach, first, periodic, method)
     solution = problem.solve(heights, tolerance)
-    ends_inside = periodic or not _reaches_edge(solution["pressure"])
+    ends_inside = periodic or not _reaches_edge(solution.pressure)
     if edge == "auto":
         edge = "sharp" if ends_inside or _is_plane(heights) else "error"
     if not ends_inside and edge in ("error", "grow"):
@@ -254,12 +254,31 @@ def solve_normal(
             raise ValueError(_edge_message(heights, sides, shape))
         heights = _continued(heights, shape)
         solution = problem.solve(heights, tolerance)
-        if _reaches_edge(solution["pressure"]):
+        if _reaches_edge(solution.pressure):
             raise ValueError(_edge_message(heights, sides, _shape_that_would_do(problem, heights)))
     result = _result(solution, heights, problem, bodies, time.perf_counter() - started)
     if not result.report.converged:
         raise ConvergenceError(result.report.status, result)
     return result
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What the core found, with the approach of the whole gap."""
+
+    status: str
+    is_dense: bool
+    pressure: Array
+    gap: Array
+    approach: float
+    tilts: tuple[float, float]
+    iterations: int
+    products: float
+    preconditionings: float
+    residual: float
+    tolerance: float
+    history: list[float]
+    discretisation_error: float | None
 
 
 @dataclass(frozen=True)
@@ -276,7 +295,7 @@ class _Problem:
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
-    ) -> dict[str, Any]:
+    ) -> _Found:
         # a common distance says nothing about the contact, but costs digits
         base = float(gap.min())
         ny, nx = gap.shape
@@ -293,8 +312,8 @@ class _Problem:
             self.periodic,
             self.method,
         )
-        solution["approach"] += base
-        return solution
+        found = _Found(**{f.name: getattr(solution, f.name) for f in fields(_Found)})
+        return replace(found, approach=found.approach + base)
 
 
 def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
@@ -413,7 +432,7 @@ def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | Non
         shape = tuple(int(np.ceil(factor * n)) + 2 for n in coarse.shape)
         trial = np.ascontiguousarray(_continued(coarse, (shape[0], shape[1])))
         solution = problem.solve(trial, 1e-4, spacing)
-        if solution["status"] == "solved" and not _reaches_edge(solution["pressure"]):
+        if solution.status == "solved" and not _reaches_edge(solution.pressure):
             return shape[0] * steps[0], shape[1] * steps[1]
     return None
 
@@ -464,11 +483,11 @@ def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, in
     )
 
 
-def _is_met(solution: dict[str, Any], force: float | None, normal_force: float) -> bool:
+def _is_met(solution: _Found, force: float | None, normal_force: float) -> bool:
     """Whether the solution holds to the tolerance asked for, after all rounding."""
     if force is not None and not abs(normal_force - force) <= FORCE_TOLERANCE * force:
         return False
-    return bool(solution["residual"] <= max(10.0 * solution["tolerance"], ROUNDING))
+    return bool(solution.residual <= max(10.0 * solution.tolerance, ROUNDING))
 
 
 def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
@@ -478,19 +497,19 @@ def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
 
 
 def _result(
-    solution: dict[str, Any],
+    solution: _Found,
     gap: Array,
     problem: _Problem,
     bodies: tuple[Simple, Simple],
     seconds: float,
 ) -> NormalResult:
-    pressure: Array = solution["pressure"]
+    pressure: Array = solution.pressure
     cell = problem.spacing[0] * problem.spacing[1]
     loaded = pressure > 0.0
     normal_force = float(pressure.sum()) * cell
-    converged = solution["status"] == "solved"
+    converged = solution.status == "solved"
     if converged and not _is_met(solution, problem.force, normal_force):
-        converged, solution["status"] = False, "stagnated"
+        converged, solution = False, replace(solution, status="stagnated")
     balance: dict[str, float] = {"contact": normal_force}
     if problem.force is not None:
         balance |= {
@@ -499,41 +518,41 @@ def _result(
         }
     report = Report(
         converged=converged,
-        status=_outcome(loaded, gap, solution["approach"])
+        status=_outcome(loaded, gap, solution.approach)
         if converged
-        else _FAILURES[solution["status"]].format(**solution),
+        else _FAILURES[solution.status].format(**vars(solution)),
         model="half-space",
         method="direct",
-        solver="active set, dense LU" if solution["is_dense"] else "conjugate gradients, FFT",
-        iterations=solution["iterations"],
-        residual=solution["residual"],
+        solver="active set, dense LU" if solution.is_dense else "conjugate gradients, FFT",
+        iterations=solution.iterations,
+        residual=solution.residual,
         contact_area=float(loaded.sum()) * cell,
         peak_pressure=float(pressure.max()),
-        convolutions=solution["products"],
-        preconditionings=solution["preconditionings"],
+        convolutions=solution.products,
+        preconditionings=solution.preconditionings,
         force_balance=balance,
         omitted={
             "friction": "the pressure does not depend on it where the bodies are of like materials",
             "curvature": "both bodies are half-spaces: the contact must be small against their radii",
         },
         time_s={"solve": seconds},
-        history=tuple(solution["history"]),
+        history=tuple(solution.history),
     )
     return NormalResult(
         points=centres((gap.shape[0], gap.shape[1]), problem.spacing),
         area=np.full(gap.shape, cell),
         spacing=problem.spacing,
         pressure=pressure,
-        gap=solution["gap"],
+        gap=solution.gap,
         initial_gap=gap,
         status=loaded.astype(np.int8),
-        approach=solution["approach"],
-        tilts=solution["tilts"],
+        approach=solution.approach,
+        tilts=solution.tilts,
         normal_force=normal_force,
         contact_area=report.contact_area,
         lower=bodies[0],
         upper=bodies[1],
         periodic=problem.periodic,
-        error_estimate=solution["discretisation_error"],
+        error_estimate=solution.discretisation_error,
         report=report,
     )

@@ -16,14 +16,11 @@ from ..base.check import choice, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.simple import HalfSpace, Rigid
-from ..contact.coupled_start import at_rest
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
     StartOfSliding,
     check_room,
-    coupled_contact,
-    horizontal,
     start_of_sliding,
     start_with_pressure,
 )
@@ -82,12 +79,9 @@ def slide_from_rest(
     solution = solve_direct(problem, with_margin=False)
     if solution.status != "solved":
         raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
-    pair = _mtb_rs.SlidingPair(problem.lower.compliance, problem.upper.compliance, problem.direction, False)
     friction = problem.friction_at(solution.pressure)
     if pressure == "follows":
-        contact, shares = coupled_contact(problem, pair.compliance, friction, scene.layer, tolerance)
-        rest = at_rest(contact, solution.pressure, solution.motion @ shares)
-        start = start_with_pressure(contact, rest, horizontal(problem.points), displacements)
+        start = start_with_pressure(problem, solution, friction, displacements, scene.layer, tolerance)
         pressed = float(solution.pressure @ problem.area)
         if start.normal_force[-1] > JAMMED * pressed:
             warn(
@@ -97,7 +91,7 @@ def slide_from_rest(
             )
     else:
         start = start_of_sliding(
-            pair.compliance,
+            _mtb_rs.Compliance.relative(problem.lower.compliance, problem.upper.compliance),
             solution.pressure,
             problem.area,
             friction,

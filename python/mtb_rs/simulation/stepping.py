@@ -292,41 +292,41 @@ class PreparedContact:
             self._check_state(state)
             self._core.resume(state.pressure, state.motion)
         out = self._core.step(place.tolist(), sliding, uniform, given)
-        power = out["friction_power"]
-        status, pull = out["status"], self._pull(magnetic_pressure, uniform)
-        if status == "solved" and np.isnan(place).all() and -out["force"][2] > JAMMED * pull > 0.0:
+        power = out.friction_power
+        status, pull = out.status, self._pull(magnetic_pressure, uniform)
+        if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
             status = (
-                f"solved, but the body has jammed: the contact force is {-out['force'][2]:.3g} N, "
-                f"{-out['force'][2] / pull:.3g} times the pull"
+                f"solved, but the body has jammed: the contact force is {-out.force[2]:.3g} N, "
+                f"{-out.force[2] / pull:.3g} times the pull"
             )
             warn(f"The step is {status}.")
         result = StepResult(
-            force=out["force"],
-            moment=out["moment"],
+            force=out.force,
+            moment=out.moment,
             reference_point=self.reference_point,
             friction_power=power,
             friction_work=None if dt is None else power * dt,
-            gap=out["gap"],
-            state=StepState(out["pressure"], out["motion"]),
+            gap=out.gap,
+            state=StepState(out.pressure, out.motion),
             report=StepReport(
                 status=status,
-                iterations=out["sets"],
-                refactored=out["factorisations"] > 0,
-                products=out["products"],
-                fell_back=out["fell_back"],
-                residual=out["residual"],
-                unstable=out["unstable"],
+                iterations=out.iterations,
+                refactored=out.factorisations > 0,
+                products=out.products,
+                fell_back=out.fell_back,
+                residual=out.residual,
+                unstable=out.unstable,
             ),
             _grid=self._grid,
             _core=self._core,
         )
-        if out["status"] != "solved":
+        if out.status != "solved":
             raise _failure(out, result)
         if self._source is not None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
-            traction = (out["friction"] if forwards else -out["friction"]) * out["pressure"]
+            traction = (out.friction if forwards else -out.friction) * out.pressure
             speed = float(np.hypot(*sliding))
-            self._source.ask_once(self._asked, out["pressure"], traction, magnetic_pressure, speed)
+            self._source.ask_once(self._asked, out.pressure, traction, magnetic_pressure, speed)
         return result
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -475,21 +475,21 @@ def _from_bytes(data: bytes) -> PreparedContact:
     return PreparedContact(_mtb_rs.PreparedContact.from_bytes(data))
 
 
-def _failure(out: dict[str, Any], result: StepResult) -> ConvergenceError:
-    mu = float(out["friction"].max(initial=0.0))
-    if out["status"] == "unreachable":
+def _failure(out: _mtb_rs.Outcome, result: StepResult) -> ConvergenceError:
+    mu = float(out.friction.max(initial=0.0))
+    if out.status == "unreachable":
         return ResultantError(
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
-            f"{out['friction'].size} contact points balances it",
+            f"{out.friction.size} contact points balances it",
             result,
         )
-    if out["status"] == "no solution":
+    if out.status == "no solution":
         return ConvergenceError(
             f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}; the report of "
             "Scene.solve says up to which one sliding is certain",
             result,
         )
-    return ConvergenceError(f"not converged (residual {out['residual']:.1e})", result)
+    return ConvergenceError(f"not converged (residual {out.residual:.1e})", result)
 
 
 @dataclass(frozen=True)
@@ -633,19 +633,10 @@ def prepare(
         friction[:] = 0.0
     else:
         direction = np.array(scene.sliding_direction) / np.hypot(*scene.sliding_direction)
-    unit = [points.tangent_x, points.tangent_y, points.normal]
-    mean, means = unit, None
-    if problem.averages is not None:
-        mean = list(problem.averages.frames)
-        start, row, column, share = problem.averages.rows
-        means = [*start.tolist(), row.size], column.tolist(), np.ascontiguousarray(share)
     core = _mtb_rs.PreparedContact(
         problem.lower.compliance,
         problem.upper.compliance,
-        problem.places,
-        problem.area,
-        [np.ascontiguousarray(field) for field in [*unit, *mean]],
-        means,
+        problem.geometry,
         motions,
         names,
         components,

@@ -373,7 +373,10 @@ pub unsafe extern "C" fn mtb_contact_pressure(
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        let mean = kept.prepared().mean_pressure(&kept.last()?.pressure);
+        let mean = kept
+            .prepared()
+            .geometry
+            .mean_tractions(&kept.last()?.pressure);
         copy_out("pressure", &mean, pressure, n as usize)
     })
 }

@@ -7,7 +7,8 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock};
 
-use mtb_contact::prepared::{FreeMotion, Geometry, Prepared, Table};
+use mtb_contact::prepared::{FreeMotion, Prepared, Table};
+use mtb_contact::problem::Geometry;
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
 use proptest::prelude::*;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::dense::Interrupted;
+use mtb_operator::Interrupted;
 use thiserror::Error;
 
 /// Why a problem could not be taken or its solution was broken off.

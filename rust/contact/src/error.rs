@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::Error as Complementarity;
-use mtb_operator::Error as Operator;
-use mtb_operator::dense::Interrupted;
+use mtb_operator::{Error as Operator, Interrupted};
 use thiserror::Error;
 
 use crate::record::Damaged;
@@ -111,11 +110,14 @@ pub enum Error {
     )]
     Standstill,
     /// The sliding direction is normal to the surface.
-    #[error("velocity is normal to the surface at point {index}")]
+    #[error("the sliding velocity is normal to the surface at point {index}")]
     Normal {
         /// The point.
         index: usize,
     },
+    /// A force presses a body that is held.
+    #[error("a force presses the upper body, but no free motion lets it come down")]
+    Held,
     /// A uniform magnetic pressure is given where none acts.
     #[error("magnetic_pressure is given, but the scene was prepared without one")]
     NotMagnetic,
@@ -124,15 +126,27 @@ pub enum Error {
     Stored(&'static str),
     /// The complementarity solver refused the problem.
     #[error(transparent)]
-    Complementarity(#[from] Complementarity),
+    Complementarity(Complementarity),
     /// An operator could not be built.
     #[error(transparent)]
     Operator(#[from] Operator),
+    /// The monitor asked to stop.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl From<Interrupted> for Error {
     fn from(_: Interrupted) -> Self {
-        Complementarity::Interrupted.into()
+        Self::Interrupted
+    }
+}
+
+impl From<Complementarity> for Error {
+    fn from(error: Complementarity) -> Self {
+        match error {
+            Complementarity::Interrupted => Self::Interrupted,
+            refused => Self::Complementarity(refused),
+        }
     }
 }
 

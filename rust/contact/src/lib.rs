@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frictional contact problems: stated, solved, reported.
 //!
-//! **What.** [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of
+//! **What.** [`problem`]: two bodies that meet in points, with free motions and loads, and what can be asked of
+//! them; [`coupled`]: stick and slip with a pressure that follows. [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of
 //! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
@@ -16,6 +17,7 @@
 //!
 //! **References.** [Johnson1985], [Kalker1990], [Klarbring1990].
 
+pub mod coupled;
 mod error;
 pub mod fastsim;
 pub mod friction;
@@ -24,6 +26,7 @@ pub mod kalker;
 pub mod normal;
 pub mod polach;
 pub mod prepared;
+pub mod problem;
 pub mod record;
 pub mod sliding;
 pub mod staggered;

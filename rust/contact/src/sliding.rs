@@ -4,7 +4,7 @@
 use mtb_complementarity::linear::{
     Border, Options, Problem, Solution, Status, definiteness_limit, solve,
 };
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, Progress, check_memory};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
 
 use crate::error::{Error, check};
 
@@ -90,7 +90,7 @@ impl SlidingMatrix {
         check_memory(n, memory(n, frictional) + of_bodies, MEMORY_LIMIT)?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
-        look(monitor)?;
+        report(monitor, 0, f64::NAN)?;
         let mut coupling = None;
         if frictional {
             let mut sum = vec![0.0; n * n];
@@ -103,7 +103,7 @@ impl SlidingMatrix {
                 }
                 let mut block = vec![0.0; n * n];
                 compliance.add_influence(Component::Normal, component, 1.0, &mut block);
-                look(monitor)?;
+                report(monitor, 0, f64::NAN)?;
                 for (sum, block) in sum.chunks_exact_mut(n).zip(block.chunks_exact(n)) {
                     for ((s, b), d) in sum.iter_mut().zip(block).zip(along) {
                         *s += b * d;
@@ -309,18 +309,6 @@ impl SlidingContact<'_> {
 pub fn memory(points: usize, frictional: bool) -> f64 {
     let matrices = if frictional { 5.0 } else { 3.0 };
     8.0 * matrices * (points as f64).powi(2)
-}
-
-/// Asks the monitor between the parts of a matrix.
-pub(crate) fn look(monitor: Monitor<'_>) -> Result<(), Error> {
-    let progress = Progress {
-        iteration: 0,
-        residual: f64::NAN,
-    };
-    if monitor(progress).is_break() {
-        return Err(mtb_complementarity::Error::Interrupted.into());
-    }
-    Ok(())
 }
 
 /// Displacement of a body's contact points under a traction field, both in its own frame

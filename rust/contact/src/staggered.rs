@@ -12,10 +12,9 @@ use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, c64};
 use mtb_complementarity::linear::{Border, Options, Problem, Solution, Status, solve};
 use mtb_operator::dense::Lu;
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use crate::error::{Error, check};
-use crate::sliding::look;
 
 /// The two maps between which the scheme goes to and fro, at n contact points.
 #[derive(Clone, Copy, Debug)]
@@ -157,16 +156,7 @@ pub fn staggered(
                 active_sets,
             });
         }
-        if monitor(Progress {
-            iteration: history.len(),
-            residual: relative,
-        })
-        .is_break()
-        {
-            return Err(Error::Complementarity(
-                mtb_complementarity::Error::Interrupted,
-            ));
-        }
+        report(monitor, history.len(), relative)?;
         start = Some(contact.pressure.iter().map(|&p| p > 0.0).collect());
         let step: Vec<f64> = response
             .iter()
@@ -284,7 +274,7 @@ fn eigenvalues(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Option<Vec<c64>
     let found = loop {
         match receive.recv_timeout(LOOK) {
             Ok(found) => break found,
-            Err(RecvTimeoutError::Timeout) => look(monitor)?,
+            Err(RecvTimeoutError::Timeout) => report(monitor, 0, f64::NAN)?,
             Err(RecvTimeoutError::Disconnected) => break None,
         }
     };

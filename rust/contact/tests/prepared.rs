@@ -4,9 +4,8 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
-use mtb_contact::prepared::{
-    FreeMotion, Geometry, Means, Prepared, PreparedContact, Pull, Step, Table,
-};
+use mtb_contact::prepared::{FreeMotion, Prepared, PreparedContact, Pull, Step, Table};
+use mtb_contact::problem::{Geometry, Means};
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
 use mtb_operator::unmonitored;
@@ -115,9 +114,12 @@ fn a_prescribed_component_takes_the_place_of_its_motion() {
 #[test]
 fn mean_pressures_keep_the_force() {
     let prepared = springs();
-    let mean = prepared.mean_pressure(&[4.0, 0.0, 2.0]);
+    let mean = prepared.geometry.mean_tractions(&[4.0, 0.0, 2.0]);
     assert_eq!(mean, [3.0, 0.0, 3.0]);
-    assert_eq!(prepared.mean_pressure(&[4.0, 2.0, 2.0]), [3.5, 2.0, 2.0]);
+    assert_eq!(
+        prepared.geometry.mean_tractions(&[4.0, 2.0, 2.0]),
+        [3.5, 2.0, 2.0]
+    );
 }
 
 #[test]

@@ -216,3 +216,9 @@ pub enum Error {
     #[error("interrupted")]
     Interrupted,
 }
+
+impl From<mtb_operator::Interrupted> for Error {
+    fn from(_: mtb_operator::Interrupted) -> Self {
+        Self::Interrupted
+    }
+}

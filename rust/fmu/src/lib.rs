@@ -137,7 +137,7 @@ impl Unit {
             return Err(Failure(DISCARD, why));
         }
         let prepared = self.contact.prepared();
-        let mean = prepared.mean_pressure(&out.solution.pressure);
+        let mean = prepared.geometry.mean_tractions(&out.solution.pressure);
         let peak = mean.iter().copied().fold(0.0, f64::max);
         self.values
             .keep(out.force, out.moment, out.friction_power, peak);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Factors of dense matrices, made in place and in pieces, with a look at the monitor between them.
 
-use std::ops::ControlFlow;
-
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
@@ -17,11 +15,7 @@ use faer::linalg::triangular_solve::{
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
-use crate::monitor::{Monitor, Progress};
-
-/// The monitor asked to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interrupted;
+use crate::monitor::{Interrupted, Monitor, report};
 
 /// Operations after which the monitor is asked: at most half a second on a slow core.
 pub const WORK_UNWATCHED: f64 = 1e9;
@@ -59,14 +53,7 @@ impl<'a> Watch<'a> {
         }
         self.since = 0.0;
         self.looks += 1;
-        let progress = Progress {
-            iteration: self.looks,
-            residual: f64::NAN,
-        };
-        match (self.monitor)(progress) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Interrupted),
-        }
+        report(self.monitor, self.looks, f64::NAN)
     }
 }
 
@@ -367,9 +354,10 @@ fn in_pieces(
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
+    use std::ops::ControlFlow;
 
     use super::*;
-    use crate::unmonitored;
+    use crate::{Progress, unmonitored};
 
     /// Numbers without structure, the same on every run.
     fn random(n: usize, columns: usize) -> Mat<f64> {

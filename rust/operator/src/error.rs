@@ -36,4 +36,15 @@ pub enum Error {
         /// Memory [GB] that the machine has free.
         available: f64,
     },
+    /// Two bodies that do not meet in the same points.
+    #[error("the lower body has {lower} contact points, the upper one {upper}")]
+    Points {
+        /// Points of the lower body.
+        lower: usize,
+        /// Points of the upper body.
+        upper: usize,
+    },
+    /// Two bodies of which none gives way.
+    #[error("both bodies are rigid: at least one that gives way is needed")]
+    Rigid,
 }

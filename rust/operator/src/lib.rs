@@ -3,7 +3,7 @@
 //!
 //! **What.** [`LinearOperator`] (a square map on `f64` vectors), [`Compliance`] (traction in,
 //! displacement out, component by component), and the ways to build them: dense matrices, Fourier
-//! convolutions on regular grids, sums of bodies; [`dense`] factors that can be interrupted.
+//! convolutions on regular grids, sums of bodies, two bodies as one ([`Relative`]); [`dense`] factors that can be interrupted.
 //!
 //! **Not here.** No mechanics, no geometry, no contact conditions.
 //!
@@ -26,6 +26,7 @@ pub mod krylov;
 mod linear;
 mod memory;
 mod monitor;
+mod relative;
 mod separate;
 mod workers;
 
@@ -37,7 +38,8 @@ pub use fourier::{Kernel, Transform};
 pub use grid::Grid;
 pub use linear::LinearOperator;
 pub use memory::{MEMORY_LIMIT, amount, available_memory, check_dense, check_memory};
-pub use monitor::{Monitor, Progress, unmonitored};
+pub use monitor::{Interrupted, Monitor, Progress, report, unmonitored};
+pub use relative::Relative;
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
 pub use workers::{ready_workers, reset_workers};

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use mtb_operator::{Compliance, Component, Folded, Mirrored, Reflected, Separate, Sum, Unfolded};
+use mtb_operator::{
+    Compliance, Component, Error, Folded, Mirrored, Reflected, Relative, Separate, Sum, Unfolded,
+};
 
 /// A compliance with arbitrary blocks, different for each pair of components.
 struct Arbitrary(usize);
@@ -64,6 +66,47 @@ fn matrices_and_maps_agree() {
     consistent(&Mirrored(&*a));
     let mirrored = Mirrored(&*a);
     consistent(&Sum(vec![&*a, &mirrored]));
+    for (lower, upper) in [
+        (Some(a.clone()), Some(a.clone())),
+        (Some(a.clone()), None),
+        (None, Some(a)),
+    ] {
+        consistent(&Relative::new(lower, upper).unwrap());
+    }
+}
+
+#[test]
+fn two_bodies_are_the_lower_and_the_mirrored_upper_one() {
+    let (a, b): (Arc<dyn Compliance>, Arc<dyn Compliance>) =
+        (Arc::new(Arbitrary(3)), Arc::new(Arbitrary(4)));
+    let moved = |body: &dyn Compliance, o, l| {
+        let mut u = vec![0.0; 3];
+        body.add_displacement(o, l, 2.0, &[1.0, -0.5, 0.25], &mut u);
+        u
+    };
+    for (lower, upper, signs) in [
+        (Some(a.clone()), Some(a.clone()), [2.0, 0.0]),
+        (Some(a.clone()), None, [1.0, 1.0]),
+        (None, Some(a.clone()), [1.0, -1.0]),
+    ] {
+        let both = Relative::new(lower, upper).unwrap();
+        assert_eq!(both.points(), 3);
+        for o in AXES {
+            for l in AXES {
+                let mixed = (o == Component::Normal) != (l == Component::Normal);
+                let sign = signs[usize::from(mixed)];
+                for (found, one) in moved(&both, o, l).iter().zip(moved(&*a, o, l)) {
+                    assert!((found - sign * one).abs() < 1e-14);
+                }
+            }
+        }
+    }
+    let refused = |lower, upper| Relative::new(lower, upper).err();
+    assert_eq!(
+        refused(Some(a), Some(b)),
+        Some(Error::Points { lower: 3, upper: 4 })
+    );
+    assert_eq!(refused(None, None), Some(Error::Rigid));
 }
 
 #[test]

@@ -2,17 +2,64 @@
 //! The edge: errors of the crates become Python exceptions here, and here only.
 
 use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
 use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use mtb_operator::{Monitor, Progress, ready_workers};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
 /// Bad input: the message of the crate is the message of the `ValueError`.
 pub(crate) fn bad_input(error: &impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// Why work ended without a result.
+pub(crate) enum Failure {
+    /// The monitor asked to stop.
+    Interrupted,
+    /// What was asked cannot be; the message says why.
+    Refused(String),
+}
+
+macro_rules! failures {
+    ($($error:path),*) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                match error {
+                    <$error>::Interrupted => Self::Interrupted,
+                    refused => Self::Refused(refused.to_string()),
+                }
+            }
+        }
+    )*};
+}
+
+failures!(
+    mtb_complementarity::Error,
+    mtb_elasticity::Error,
+    mtb_contact::Error,
+    mtb_wheelset::Error
+);
+
+impl From<mtb_operator::Error> for Failure {
+    fn from(error: mtb_operator::Error) -> Self {
+        Self::Refused(error.to_string())
+    }
+}
+
+impl From<mtb_geometry::Error> for Failure {
+    fn from(error: mtb_geometry::Error) -> Self {
+        Self::Refused(error.to_string())
+    }
+}
+
+impl From<Infallible> for Failure {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 /// Runs `work` without the interpreter lock, with workers that live in this process.
@@ -28,7 +75,7 @@ pub(crate) fn apart<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Runs `work` as [`apart`] does; Ctrl-C is looked for when the work reports progress.
-pub(crate) fn enter<T: Send, E: Display + Send>(
+pub(crate) fn enter<T: Send, E: Into<Failure>>(
     py: Python<'_>,
     work: impl FnOnce(Monitor<'_>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
@@ -54,13 +101,14 @@ pub(crate) fn enter<T: Send, E: Display + Send>(
                 }
             }
         };
-        let result = work(&monitor).map_err(|error| error.to_string());
+        let result = work(&monitor).map_err(E::into);
         (result, signal.into_inner())
     });
     match (result, signal) {
         // the work may have ended before it heard of the signal
         (_, Some(signal)) => Err(signal),
         (Ok(value), None) => Ok(value),
-        (Err(message), None) => Err(PyValueError::new_err(message)),
+        (Err(Failure::Interrupted), None) => Err(PyKeyboardInterrupt::new_err(())),
+        (Err(Failure::Refused(message)), None) => Err(PyValueError::new_err(message)),
     }
 }

@@ -10,12 +10,14 @@
 )]
 
 mod contact;
+mod coupled;
 mod elasticity;
 mod error;
 mod geometry;
 mod normal;
 mod operator;
 mod prepared;
+mod problem;
 mod solid;
 mod tangential;
 mod tetra;
@@ -27,7 +29,12 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _mtb_rs {
     #[pymodule_export]
-    use super::contact::{PyIncrementalOptions, PySlidingPair, solve_incremental, solve_staggered};
+    use super::contact::{
+        PyIncrementalOptions, PyIncrementalOutcome, PyStaggeredOutcome, solve_incremental,
+        solve_staggered,
+    };
+    #[pymodule_export]
+    use super::coupled::{PyCoupledContact, PyCoupledState};
     #[pymodule_export]
     use super::elasticity::{
         half_space, half_space_cut_hats, half_space_gaussians, half_space_hats,
@@ -37,11 +44,15 @@ mod _mtb_rs {
         PyBodySurface, PyProfile, pole_shoe_sheet, read_columns, surface_gap, wheel_on_rail_gap,
     };
     #[pymodule_export]
-    use super::normal::{available_memory, normal_memory, sliding_memory, solve_normal};
+    use super::normal::{
+        PyNormalOutcome, available_memory, normal_memory, sliding_memory, solve_normal,
+    };
     #[pymodule_export]
     use super::operator::PyCompliance;
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
+    #[pymodule_export]
+    use super::problem::{PyContactGeometry, PyOutcome, PyProblem};
     #[pymodule_export]
     use super::solid::{
         block_mesh, check_unknowns, pole_mesh, quadratic_mesh, rail_mesh, tetrahedra,

@@ -3,19 +3,36 @@
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{
-    Load, Method, NormalContact, NormalSolution, Options, Surface, memory, solve_normal as solve,
+    Load, Method, NormalContact, Options, Surface, memory, solve_normal as solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{influence, wave_compliance};
 use mtb_operator::{Component, Grid};
-use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::error::{bad_input, enter};
 
-/// Solves the normal contact of half-spaces; returns a dictionary of arrays and counts.
+/// Where a frictionless contact ended; fields (ny, nx).
+#[pyclass(frozen, get_all, name = "NormalOutcome", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyNormalOutcome {
+    status: &'static str,
+    is_dense: bool,
+    pressure: Py<PyArray2<f64>>,
+    gap: Py<PyArray2<f64>>,
+    approach: f64,
+    tilts: (f64, f64),
+    iterations: usize,
+    products: f64,
+    preconditionings: f64,
+    residual: f64,
+    tolerance: f64,
+    history: Vec<f64>,
+    discretisation_error: Option<f64>,
+}
+
+/// Solves the normal contact of half-spaces.
 ///
 /// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio of each elastic body; exactly one of
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
@@ -33,7 +50,7 @@ pub(crate) fn solve_normal<'py>(
     tolerance: Option<f64>,
     is_periodic: bool,
     method: &str,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PyNormalOutcome> {
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
     let values = gap
         .as_slice()
@@ -70,7 +87,24 @@ pub(crate) fn solve_normal<'py>(
         };
         solve(&contact, Options { tolerance, method }, monitor)
     })?;
-    as_dict(py, solution, [ny, nx])
+    let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
+        Ok(values.into_pyarray(py).reshape([ny, nx])?.unbind())
+    };
+    Ok(PyNormalOutcome {
+        status: status_name(solution.status),
+        is_dense: solution.method == Method::Dense,
+        pressure: field(solution.pressure)?,
+        gap: field(solution.gap)?,
+        approach: solution.approach,
+        tilts: (solution.tilts[0], solution.tilts[1]),
+        iterations: solution.iterations,
+        products: solution.products,
+        preconditionings: solution.preconditionings,
+        residual: solution.residual,
+        tolerance: solution.tolerance,
+        history: solution.history,
+        discretisation_error: solution.discretisation_error,
+    })
 }
 
 fn method_named(name: &str) -> PyResult<Method> {
@@ -96,35 +130,10 @@ pub(crate) fn normal_memory(cells: usize, method: &str) -> PyResult<f64> {
     Ok(memory(cells, method_named(method)?))
 }
 
-/// Memory [bytes] that the matrices of a `SlidingPair` and their solves take at most.
+/// Memory [bytes] that the matrices of a `Problem` and its solves take at most.
 #[pyfunction]
 pub(crate) fn sliding_memory(points: usize, frictional: bool) -> f64 {
     mtb_contact::sliding::memory(points, frictional)
-}
-
-fn as_dict(
-    py: Python<'_>,
-    solution: NormalSolution,
-    shape: [usize; 2],
-) -> PyResult<Bound<'_, PyDict>> {
-    let out = PyDict::new(py);
-    out.set_item("status", status_name(solution.status))?;
-    out.set_item("is_dense", solution.method == Method::Dense)?;
-    out.set_item(
-        "pressure",
-        solution.pressure.into_pyarray(py).reshape(shape)?,
-    )?;
-    out.set_item("gap", solution.gap.into_pyarray(py).reshape(shape)?)?;
-    out.set_item("approach", solution.approach)?;
-    out.set_item("tilts", (solution.tilts[0], solution.tilts[1]))?;
-    out.set_item("iterations", solution.iterations)?;
-    out.set_item("products", solution.products)?;
-    out.set_item("preconditionings", solution.preconditionings)?;
-    out.set_item("residual", solution.residual)?;
-    out.set_item("tolerance", solution.tolerance)?;
-    out.set_item("history", solution.history)?;
-    out.set_item("discretisation_error", solution.discretisation_error)?;
-    Ok(out)
 }
 
 fn status_name(status: Status) -> &'static str {

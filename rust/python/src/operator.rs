@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use mtb_contact::sliding::displacement;
 use mtb_operator::{
-    Compliance, Component, Folded, MEMORY_LIMIT, Reflected, Separate, Unfolded, check_memory,
+    Compliance, Component, Folded, MEMORY_LIMIT, Reflected, Relative, Separate, Unfolded,
+    check_memory,
 };
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -68,6 +69,19 @@ impl PyCompliance {
         let rows = rows3(&traction, n, "traction")?;
         let field = apart(py, || displacement(&*self.0, rows));
         field.concat().into_pyarray(py).reshape([3, n])
+    }
+
+    /// Two bodies together, `None` for a rigid one: displacement of the lower one relative to the upper one by
+    /// a traction on the lower one.
+    #[staticmethod]
+    #[pyo3(signature = (lower, upper))]
+    fn relative(
+        lower: Option<&Bound<'_, Self>>,
+        upper: Option<&Bound<'_, Self>>,
+    ) -> PyResult<Self> {
+        let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
+        let both = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
+        Ok(Self(Arc::new(both)))
     }
 
     /// Bodies that touch the same lower body but not each other, point sets one after the other.

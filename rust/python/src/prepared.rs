@@ -3,22 +3,21 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use mtb_contact::prepared::{
-    FreeMotion, Geometry, Means, Prepared, PreparedContact, Pull, Step, Table,
-};
+use mtb_contact::prepared::{FreeMotion, Prepared, PreparedContact, Pull, Step, Table};
 use mtb_contact::stepping::Influence;
-use mtb_operator::Compliance;
+use mtb_operator::{Compliance, Relative};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 
-use crate::contact::{Pair, flat, rigid_motions, status_name};
+use crate::contact::{flat, rigid_motions};
 use crate::error::{apart, bad_input, enter};
-use crate::operator::{PyCompliance, rows3};
+use crate::operator::PyCompliance;
+use crate::problem::{PyContactGeometry, PyOutcome};
 
 /// A prepared sliding contact with the memory of its last step.
 #[pyclass(frozen, name = "PreparedContact", module = "mtb_rs._mtb_rs")]
@@ -34,24 +33,15 @@ impl PyPreparedContact {
     }
 }
 
-/// Starts of rows, columns, shares.
-type MeansRows<'py> = (Vec<usize>, Vec<usize>, PyReadonlyArray1<'py, f64>);
-
 fn matrix(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
     let columns = array.shape()[1].max(1);
     let flat = array.as_slice().map_err(|e| bad_input(&e))?;
     Ok(flat.chunks_exact(columns).map(<[f64]>::to_vec).collect())
 }
 
-fn vectors(array: &PyReadonlyArray2<'_, f64>, n: usize, name: &str) -> PyResult<Vec<f64>> {
-    Ok(rows3(array, n, name)?.concat())
-}
-
 #[pymethods]
 impl PyPreparedContact {
-    /// `frame`: (tangent x, tangent y, normal, and the means of the three), each (3, n); `means`: rows (n + 1),
-    /// columns and shares of basis functions; `motions`: (m, 3, n), relative displacement along x and y,
-    /// opening; `components`: the pose's component that takes the place of each; `friction` (t, n) and
+    /// `motions`: (m, 3, n), relative displacement along x and y, opening; `components`: the pose's component that takes the place of each; `friction` (t, n) and
     /// `loads` (s, n + m) over their speeds; `magnetic` (2, n + m): without, and change by 1 Pa.
     #[new]
     #[allow(
@@ -62,10 +52,7 @@ impl PyPreparedContact {
         py: Python<'_>,
         lower: Option<Bound<'_, PyCompliance>>,
         upper: Option<Bound<'_, PyCompliance>>,
-        points: PyReadonlyArray2<'_, f64>,
-        area: PyReadonlyArray1<'_, f64>,
-        frame: Vec<PyReadonlyArray2<'_, f64>>,
-        means: Option<MeansRows<'_>>,
+        geometry: &Bound<'_, PyContactGeometry>,
         motions: PyReadonlyArray3<'_, f64>,
         motion_names: Vec<String>,
         components: Vec<Option<usize>>,
@@ -78,36 +65,16 @@ impl PyPreparedContact {
         reference_point: [f64; 3],
         standstill_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let area = flat(&area, "area")?.to_vec();
-        let n = area.len();
-        let pair = Pair {
-            lower: lower.map(|c| c.get().0.clone()),
-            upper: upper.map(|c| c.get().0.clone()),
-        };
-        if pair.points() != n || frame.len() != 6 {
+        let geometry = geometry.get().0.clone();
+        let n = geometry.points();
+        let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
+        let pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
+        if pair.points() != n {
             return Err(PyValueError::new_err(format!(
-                "{} contact points, {n} areas and {} fields of the frame do not go together",
-                pair.points(),
-                frame.len()
+                "the bodies have {} contact points, the geometry {n}",
+                pair.points()
             )));
         }
-        let field = |k: usize| vectors(&frame[k], n, "frame");
-        let geometry = Geometry {
-            points: vectors(&points, n, "points")?,
-            tangent_x: field(0)?,
-            tangent_y: field(1)?,
-            normal: field(2)?,
-            mean_frame: [field(3)?, field(4)?, field(5)?],
-            area,
-            means: match means {
-                None => None,
-                Some((start, column, share)) => Some(Means {
-                    start,
-                    column,
-                    share: flat(&share, "share")?.to_vec(),
-                }),
-            },
-        };
         let motions = rigid_motions(&motions, &[], n)?
             .into_iter()
             .zip(motion_names)
@@ -128,7 +95,7 @@ impl PyPreparedContact {
         let prepared = enter(py, |monitor| {
             let prepared = Prepared {
                 influence: Arc::new(Influence::of(&pair, monitor)?),
-                geometry,
+                geometry: (*geometry).clone(),
                 motions,
                 friction: Table::new(friction_speed, friction)?,
                 loads: Table::new(load_speed, loads)?,
@@ -230,7 +197,8 @@ impl PyPreparedContact {
                 self.prepared.geometry.points()
             )));
         }
-        Ok(self.prepared.mean_pressure(pressure).into_pyarray(py))
+        let mean = self.prepared.geometry.mean_tractions(pressure);
+        Ok(mean.into_pyarray(py))
     }
 
     /// Takes the pressures (n,) and motions of a step for the last ones.
@@ -256,7 +224,7 @@ impl PyPreparedContact {
         velocity: [f64; 2],
         magnetic_pressure: Option<f64>,
         given: Option<(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<PyOutcome> {
         let pull = match (&given, magnetic_pressure) {
             (Some((gap, work)), _) => Pull::Given {
                 gap: flat(gap, "gap")?,
@@ -274,22 +242,6 @@ impl PyPreparedContact {
             let mut contact = self.contact.lock().unwrap_or_else(PoisonError::into_inner);
             contact.step(&step, monitor)
         })?;
-        let solution = outcome.solution;
-        let out = PyDict::new(py);
-        out.set_item("status", status_name(solution.status))?;
-        out.set_item("force", outcome.force.to_vec().into_pyarray(py))?;
-        out.set_item("friction_power", outcome.friction_power)?;
-        out.set_item("moment", outcome.moment.to_vec().into_pyarray(py))?;
-        out.set_item("pressure", solution.pressure.into_pyarray(py))?;
-        out.set_item("gap", solution.gap.into_pyarray(py))?;
-        out.set_item("motion", solution.motion.into_pyarray(py))?;
-        out.set_item("friction", outcome.friction.into_pyarray(py))?;
-        out.set_item("residual", solution.residual)?;
-        out.set_item("unstable", solution.unstable)?;
-        out.set_item("sets", outcome.effort.sets)?;
-        out.set_item("factorisations", outcome.effort.factorisations)?;
-        out.set_item("products", outcome.effort.products)?;
-        out.set_item("fell_back", outcome.effort.fell_back)?;
-        Ok(out)
+        PyOutcome::of(py, outcome)
     }
 }

@@ -158,13 +158,16 @@ pub enum Error {
     Geometry(#[from] mtb_geometry::Error),
     /// A body that makes no sense.
     #[error(transparent)]
-    Elasticity(#[from] mtb_elasticity::Error),
+    Elasticity(mtb_elasticity::Error),
     /// A grid that makes no sense.
     #[error(transparent)]
     Grid(#[from] mtb_operator::Error),
     /// A contact problem was refused or broken off.
     #[error(transparent)]
-    Contact(#[from] mtb_contact::Error),
+    Contact(mtb_contact::Error),
+    /// The monitor asked to stop.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Error {
@@ -174,6 +177,24 @@ impl Error {
             self,
             Self::Normal { .. } | Self::Tangential { .. } | Self::Balance { .. }
         )
+    }
+}
+
+impl From<mtb_contact::Error> for Error {
+    fn from(error: mtb_contact::Error) -> Self {
+        match error {
+            mtb_contact::Error::Interrupted => Self::Interrupted,
+            refused => Self::Contact(refused),
+        }
+    }
+}
+
+impl From<mtb_elasticity::Error> for Error {
+    fn from(error: mtb_elasticity::Error) -> Self {
+        match error {
+            mtb_elasticity::Error::Interrupted => Self::Interrupted,
+            refused => Self::Elasticity(refused),
+        }
     }
 }
 

@@ -4,7 +4,6 @@
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-use mtb_complementarity::Error as Complementarity;
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::Pair;
@@ -240,8 +239,7 @@ fn a_step_is_interrupted_and_the_memory_stays() {
     let error = wheels
         .step(pose, Velocity::Rolling(-SPEED), &stop)
         .unwrap_err();
-    let interrupted = mtb_contact::Error::Complementarity(Complementarity::Interrupted);
-    assert_eq!(error, Error::Contact(interrupted));
+    assert_eq!(error, Error::Interrupted);
     assert_eq!(wheels.state(), &kept);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use super::state::{balance, solve_small};
 use super::sums::{Spans, judge};
@@ -57,13 +57,7 @@ pub fn solve(
         if search.iterations >= options.max_iterations {
             break Status::IterationLimit;
         }
-        let progress = Progress {
-            iteration: search.iterations,
-            residual,
-        };
-        if monitor(progress).is_break() {
-            return Err(Error::Interrupted);
-        }
+        report(monitor, search.iterations, residual)?;
         search.iterations += 1;
         if !search.step() {
             break Status::Stagnated;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use super::linear::{LinearStep, Outcome};
 use super::problem::{
@@ -207,13 +207,7 @@ fn newton(
         && history.len() <= options.max_iterations
         && history.len() <= best_step + STALLED
     {
-        let progress = Progress {
-            iteration: history.len() - 1,
-            residual: iterate.relative(),
-        };
-        if monitor(progress).is_break() {
-            return Err(Error::Interrupted);
-        }
+        report(monitor, history.len() - 1, iterate.relative())?;
         let target = FORCING * iterate.merit() * iterate.bound_norm * problem.diagonal;
         let step = LinearStep::new(problem, &iterate);
         let outcome = step.solve(target);

@@ -3,7 +3,7 @@ use std::collections::HashSet;
 
 use faer::{Mat, Par};
 use mtb_operator::dense::Lu;
-use mtb_operator::{Monitor, Progress, reset_workers};
+use mtb_operator::{Monitor, report, reset_workers};
 
 use super::dense::Factor;
 use super::existence::reachable;
@@ -90,14 +90,7 @@ pub fn solve(
             }
             break;
         }
-        if monitor(Progress {
-            iteration,
-            residual: changes as f64 / n as f64,
-        })
-        .is_break()
-        {
-            return Err(Error::Interrupted);
-        }
+        report(monitor, iteration, changes as f64 / n as f64)?;
         if !visited.insert(active.clone()) || active.iter().all(|a| !a) && problem.motions() > 0 {
             break;
         }

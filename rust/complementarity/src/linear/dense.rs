@@ -2,8 +2,8 @@
 //! Factorised dense blocks.
 
 use faer::{Mat, MatRef};
-use mtb_operator::Monitor;
-use mtb_operator::dense::{Cholesky, Interrupted, Lu, Watch};
+use mtb_operator::dense::{Cholesky, Lu, Watch};
+use mtb_operator::{Interrupted, Monitor};
 
 /// A factorised square matrix that solves and knows the sign of its determinant.
 pub(super) enum Factor {

@@ -3,7 +3,7 @@
 
 use faer::{Mat, Side};
 use mtb_operator::dense::Cholesky;
-use mtb_operator::{Monitor, Progress, reset_workers};
+use mtb_operator::{Monitor, report, reset_workers};
 
 use super::dense::columns;
 use crate::error::{Error, check};
@@ -188,13 +188,7 @@ pub fn definiteness_limit(
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut largest = f64::NEG_INFINITY;
     for step in 0..n.min(80) {
-        let progress = Progress {
-            iteration: step,
-            residual: f64::NAN,
-        };
-        if monitor(progress).is_break() {
-            return Err(Error::Interrupted);
-        }
+        report(monitor, step, f64::NAN)?;
         let mut w = apply(&basis[step]);
         alpha.push((basis[step].transpose() * &w)[(0, 0)]);
         // full orthogonalisation: the basis is short

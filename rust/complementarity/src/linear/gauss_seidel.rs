@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use super::problem::{Problem, Solution, Status};
 use crate::error::Error;
@@ -43,14 +43,7 @@ pub fn gauss_seidel(
         if !residual.is_finite() {
             break;
         }
-        if monitor(Progress {
-            iteration: sweeps,
-            residual,
-        })
-        .is_break()
-        {
-            return Err(Error::Interrupted);
-        }
+        report(monitor, sweeps, residual)?;
     }
     let slack = problem.slack(&pressure, &[]);
     let status = if residual <= tolerance {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use super::active_set::stationary;
 use super::problem::{Problem, Solution, Status};
@@ -175,14 +175,7 @@ impl Tableau {
                 return Ok((Status::Solved, pivots + 1));
             }
             entering = left.complement();
-            if monitor(Progress {
-                iteration: pivots,
-                residual: f64::NAN,
-            })
-            .is_break()
-            {
-                return Err(Error::Interrupted);
-            }
+            report(monitor, pivots, f64::NAN)?;
         }
         Ok((Status::IterationLimit, limit))
     }

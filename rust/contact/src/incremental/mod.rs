@@ -9,9 +9,8 @@
 mod side;
 mod surface;
 
-use mtb_complementarity::Error as Complementarity;
 use mtb_complementarity::linear::{Options, Problem, Status, solve};
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, Progress, check_memory};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
 
 use crate::error::{Error, check, check_positive};
 use side::Side;
@@ -352,13 +351,7 @@ impl<'a> Run<'a> {
                 break;
             }
             self.resolutions += 1;
-            let progress = Progress {
-                iteration: self.resolutions,
-                residual: deepest / state.approach.abs(),
-            };
-            if monitor(progress).is_break() {
-                return Err(Complementarity::Interrupted.into());
-            }
+            report(monitor, self.resolutions, deepest / state.approach.abs())?;
             let gained = [
                 self.pressure(&distances[0], &state.lower.pressure, monitor)?,
                 self.pressure(&distances[1], &state.upper.pressure, monitor)?,

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use super::{FreeMotion, Geometry, Means, Prepared, Table};
+use super::{FreeMotion, Prepared, Table};
 use crate::error::Error;
+use crate::problem::{Geometry, Means};
 use crate::record::{Damaged, Reader, Writer};
 use crate::sliding::RigidMotion;
 use crate::stepping::Influence;

@@ -6,47 +6,16 @@ mod table;
 
 use std::sync::Arc;
 
-use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
-use crate::sliding::{RigidMotion, SlidingContact, SlidingSolution};
-use crate::stepping::{Effort, Influence, SlidingStepper};
+use crate::problem::{Geometry, Outcome};
+use crate::sliding::{RigidMotion, SlidingContact};
+use crate::stepping::{Influence, SlidingStepper};
 pub use table::Table;
 
 /// Largest number a step takes, in SI units; beyond it squares overflow.
 const LARGEST: f64 = 1e30;
-
-/// Contact points in the common frame: three components (3n) each, x of all points first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Geometry {
-    /// Positions [m].
-    pub points: Vec<f64>,
-    /// Unit normals of the lower body, pointing to the upper one.
-    pub normal: Vec<f64>,
-    /// Unit tangents along x.
-    pub tangent_x: Vec<f64>,
-    /// Unit tangents across, normal x `tangent_x`.
-    pub tangent_y: Vec<f64>,
-    /// Area of each point (n) [m2].
-    pub area: Vec<f64>,
-    /// Means of `tangent_x`, `tangent_y` and `normal` over the area of each point: what resultants and poses
-    /// see. The same as these for small cells.
-    pub mean_frame: [Vec<f64>; 3],
-    /// What turns the unknowns into mean pressures, where they are not these themselves.
-    pub means: Option<Means>,
-}
-
-/// Shares of basis functions in the area of each point, row by row; the rows add up to one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Means {
-    /// First entry of each row, and one past the last (n + 1).
-    pub start: Vec<usize>,
-    /// Basis function of each entry.
-    pub column: Vec<usize>,
-    /// Its share.
-    pub share: Vec<f64>,
-}
 
 /// A rigid motion that the supports leave free.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,82 +79,13 @@ pub struct Step<'a> {
     pub pull: Pull<'a>,
 }
 
-/// Contact load of a step.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// The solution; pressure, gap, and how the search ended.
-    pub solution: SlidingSolution,
-    /// Friction coefficient at each point (n).
-    pub friction: Vec<f64>,
-    /// Sliding direction in the tangent plane (2n).
-    pub direction: Vec<f64>,
-    /// Force on the lower body [N].
-    pub force: [f64; 3],
-    /// Moment of it about the reference point [N m].
-    pub moment: [f64; 3],
-    /// Heat of sliding [W]: the friction times the sliding velocity; the work of the pressures is not in it.
-    pub friction_power: f64,
-    /// What it took.
-    pub effort: Effort,
-}
-
 /// A prepared contact with the memory of its last step.
 pub struct PreparedContact {
     prepared: Arc<Prepared>,
     stepper: SlidingStepper,
 }
 
-impl Geometry {
-    /// Number of points.
-    pub fn points(&self) -> usize {
-        self.area.len()
-    }
-
-    fn vector(field: &[f64], point: usize) -> [f64; 3] {
-        let n = field.len() / 3;
-        [0, 1, 2].map(|c| field[c * n + point])
-    }
-}
-
-impl Means {
-    fn check(&self, n: usize) -> Result<(), Error> {
-        check("share", &self.share, self.column.len())?;
-        let rising = self.start.is_sorted() && self.start.first() == Some(&0);
-        if self.start.len() != n + 1 || !rising || self.start[n] != self.column.len() {
-            return Err(Error::Stored("its means have no such rows"));
-        }
-        if self.column.iter().any(|c| *c >= n) {
-            return Err(Error::Stored("its means name points that are none"));
-        }
-        Ok(())
-    }
-}
-
 impl Prepared {
-    /// Mean pressure over each point (n) [Pa] from the unknowns of a solution.
-    ///
-    /// What a point in contact would give to an open one it keeps, so the force stays and open points carry
-    /// nothing.
-    pub fn mean_pressure(&self, pressure: &[f64]) -> Vec<f64> {
-        let Some(means) = &self.geometry.means else {
-            return pressure.to_vec();
-        };
-        let area = &self.geometry.area;
-        let mut out = vec![0.0; pressure.len()];
-        for i in 0..pressure.len() {
-            for k in means.start[i]..means.start[i + 1] {
-                let j = means.column[k];
-                let part = means.share[k] * pressure[j];
-                if pressure[i] > 0.0 {
-                    out[i] += part;
-                } else {
-                    out[j] += part * area[i] / area[j];
-                }
-            }
-        }
-        out
-    }
-
     /// Checks that all parts belong together.
     ///
     /// # Errors
@@ -194,20 +94,7 @@ impl Prepared {
         let n = self.influence.points();
         let g = &self.geometry;
         check("area", &g.area, n)?;
-        for (name, field) in [
-            ("points", &g.points),
-            ("normal", &g.normal),
-            ("tangent_x", &g.tangent_x),
-            ("tangent_y", &g.tangent_y),
-            ("mean_frame", &g.mean_frame[0]),
-            ("mean_frame", &g.mean_frame[1]),
-            ("mean_frame", &g.mean_frame[2]),
-        ] {
-            check(name, field, 3 * n)?;
-        }
-        if let Some(means) = &g.means {
-            means.check(n)?;
-        }
+        g.check()?;
         for free in &self.motions {
             check("opening", &free.motion.opening, n)?;
             check("tangential_x", &free.motion.tangential_x, n)?;
@@ -233,30 +120,13 @@ impl Prepared {
                 *mu *= share;
             }
         }
-        let mut direction = vec![0.0; 2 * n];
         if speed == 0.0 {
             if friction.iter().any(|mu| *mu != 0.0) {
                 return Err(Error::Standstill);
             }
-            return Ok((friction, direction));
+            return Ok((friction, vec![0.0; 2 * n]));
         }
-        for i in 0..n {
-            let along = |field: &[f64]| {
-                let t = Geometry::vector(field, i);
-                velocity[0] * t[0] + velocity[1] * t[1]
-            };
-            let (x, y) = (
-                along(&self.geometry.tangent_x),
-                along(&self.geometry.tangent_y),
-            );
-            let length = x.hypot(y);
-            if length < 1e-6 * speed {
-                return Err(Error::Normal { index: i });
-            }
-            direction[i] = x / length;
-            direction[n + i] = y / length;
-        }
-        Ok((friction, direction))
+        Ok((friction, self.geometry.sliding_direction(velocity)?))
     }
 
     /// Opening of each gap by the prescribed components of a pose.
@@ -355,14 +225,11 @@ impl PreparedContact {
             motions: &motions,
         };
         let (solution, effort) = self.stepper.solve(&contact, monitor)?;
-        let outcome = outcome(
-            &prepared,
-            solution,
-            friction,
-            direction,
-            step.velocity,
-            effort,
-        );
+        let about = prepared.reference_point;
+        let mut outcome =
+            Outcome::sliding(&prepared.geometry, about, solution, friction, &direction);
+        outcome.friction_power = power(&prepared.geometry, &outcome, step.velocity);
+        outcome.effort = effort;
         if let Err(error) = outcome.check() {
             // what is not finite must not start the next step
             self.stepper = SlidingStepper::new(prepared.influence.clone());
@@ -372,82 +239,21 @@ impl PreparedContact {
     }
 }
 
-fn outcome(
-    prepared: &Prepared,
-    solution: SlidingSolution,
-    friction: Vec<f64>,
-    direction: Vec<f64>,
-    velocity: [f64; 2],
-    effort: Effort,
-) -> Outcome {
-    let g = &prepared.geometry;
+/// Heat of sliding [W] at a velocity [m/s].
+fn power(g: &Geometry, outcome: &Outcome, velocity: [f64; 2]) -> f64 {
     let n = g.points();
-    let (mut force, mut moment, mut friction_power) = ([0.0; 3], [0.0; 3], 0.0);
+    let mut power = 0.0;
     for i in 0..n {
-        let p = solution.pressure[i];
-        if p == 0.0 {
+        if outcome.solution.pressure[i] == 0.0 {
             continue;
         }
-        let at = Geometry::vector(&g.points, i);
-        let [tx, ty, normal] = [0, 1, 2].map(|axis| Geometry::vector(&g.mean_frame[axis], i));
-        let (qx, qy) = (
-            friction[i] * p * direction[i],
-            friction[i] * p * direction[n + i],
-        );
-        let along = |t: [f64; 3]| velocity[0] * t[0] + velocity[1] * t[1];
-        friction_power += g.area[i] * (qx * along(tx) + qy * along(ty));
-        let load: [f64; 3] =
-            std::array::from_fn(|c| g.area[i] * (qx * tx[c] + qy * ty[c] - p * normal[c]));
-        let arm: [f64; 3] = std::array::from_fn(|c| at[c] - prepared.reference_point[c]);
-        for c in 0..3 {
-            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            force[c] += load[c];
-            moment[c] += arm[a] * load[b] - arm[b] * load[a];
-        }
+        let [along_x, along_y] = [0, 1].map(|axis| {
+            let t = Geometry::vector(&g.mean_frame[axis], i);
+            velocity[0] * t[0] + velocity[1] * t[1]
+        });
+        power += g.area[i] * (outcome.traction[i] * along_x + outcome.traction[n + i] * along_y);
     }
-    Outcome {
-        solution,
-        friction,
-        direction,
-        force,
-        moment,
-        friction_power,
-        effort,
-    }
-}
-
-impl Outcome {
-    /// Why this is no solution, if it is none.
-    pub fn unsolved(&self) -> Option<String> {
-        match self.solution.status {
-            Status::Solved => None,
-            Status::NoSolution => Some("no sliding equilibrium: the body wedges".to_owned()),
-            Status::Unreachable => {
-                Some("the resultant of the load lies outside what the contact can carry".to_owned())
-            }
-            Status::IterationLimit => Some(format!(
-                "not converged (residual {:.1e})",
-                self.solution.residual
-            )),
-        }
-    }
-
-    /// Whether all numbers are finite.
-    fn check(&self) -> Result<(), Error> {
-        for (name, values) in [
-            ("pressure", self.solution.pressure.as_slice()),
-            ("gap", &self.solution.gap),
-            ("motion", &self.solution.motion),
-            ("force", &self.force),
-            ("moment", &self.moment),
-            ("friction power", &[self.friction_power]),
-        ] {
-            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
-                return Err(Error::Overflow { name, value });
-            }
-        }
-        Ok(())
-    }
+    power
 }
 
 /// Finite numbers of a size that is meant.

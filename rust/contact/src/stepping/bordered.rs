@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::Mat;
-use mtb_operator::Monitor;
-use mtb_operator::dense::{Interrupted, Watch};
+use mtb_operator::dense::Watch;
+use mtb_operator::{Interrupted, Monitor};
 
 use super::factor::{Lu, Small};
 use super::influence::Influence;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
-use mtb_operator::Monitor;
-use mtb_operator::dense::{self, Interrupted};
+use mtb_operator::{Interrupted, Monitor, dense};
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
 pub(super) struct Lu(dense::Lu);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory};
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
 
 use crate::error::{Error, check};
-use crate::sliding::look;
 
 /// What a sliding pair does to its own gap, each component of the traction apart.
 ///
@@ -29,9 +28,9 @@ impl Influence {
         let block = |component| -> Result<Vec<f64>, Error> {
             let mut rows = vec![0.0; n * n];
             compliance.add_influence(Component::Normal, component, 1.0, &mut rows);
-            look(monitor)?;
+            report(monitor, 0, f64::NAN)?;
             let columns = transposed(&rows, n);
-            look(monitor)?;
+            report(monitor, 0, f64::NAN)?;
             Ok(columns)
         };
         let normal = block(Component::Normal)?;

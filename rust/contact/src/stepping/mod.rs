@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use mtb_complementarity::linear::{Border, Problem, Status};
 use mtb_operator::krylov::gmres;
-use mtb_operator::{Monitor, Progress};
+use mtb_operator::{Monitor, report};
 
 use crate::error::{Error, check};
 use crate::sliding::{SlidingContact, SlidingSolution};
@@ -241,13 +241,7 @@ impl SlidingStepper {
                     iteration,
                 )));
             }
-            let progress = Progress {
-                iteration,
-                residual: changes as f64 / n as f64,
-            };
-            if monitor(progress).is_break() {
-                return Err(mtb_complementarity::Error::Interrupted.into());
-            }
+            report(monitor, iteration, changes as f64 / n as f64)?;
             let empty = m > 0 && active.iter().all(|a| !a);
             if empty || !visited.insert(active.clone()) {
                 return Ok(None);

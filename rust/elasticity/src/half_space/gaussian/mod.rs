@@ -5,7 +5,7 @@ mod bins;
 mod moments;
 mod rays;
 
-use mtb_operator::{Monitor, Progress, check_dense};
+use mtb_operator::{Monitor, check_dense, report};
 use rayon::prelude::*;
 
 use super::integrals::SurfaceIntegrals;
@@ -190,13 +190,7 @@ impl GaussianBasis {
             .zip(y.chunks_mut(size))
             .enumerate()
         {
-            let progress = Progress {
-                iteration: chunk,
-                residual: 1.0,
-            };
-            if monitor(progress).is_break() {
-                return Err(Error::Interrupted);
-            }
+            report(monitor, chunk, 1.0)?;
             let rows: Vec<Vec<[f64; 5]>> = (0..inverse.len() / n)
                 .into_par_iter()
                 .map(|row| self.row(chunk * ROWS + row, &moments))

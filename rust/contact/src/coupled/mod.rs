@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Stick and slip with a pressure that follows: normal and tangential contact solved as one.
+//!
+//! Unknowns at `n` points are the tractions on the lower body along both tangents, the pressures
+//! `u = (q_x, q_y, p)` [Pa], and the amplitudes `a` of the rigid motions that supports leave free. The
+//! relative displacement `u_lower - u_upper` along the tangents and the gap are
+//!
+//! ```text
+//! v = C u + sum_k a_k m_k + v_0,
+//! ```
+//!
+//! with all nine blocks of the compliance `C` of both bodies together. When the upper body is pushed from
+//! one state to the next, `v_0` holds the push and what went before, so that tangentially `v` is minus
+//! the slip `s` of the upper body over the lower one. The conditions are [Kalker1990, ch. 4]
+//!
+//! ```text
+//! contact:  p >= 0,  v_n >= 0,  p v_n = 0
+//! friction: |q| <= mu p,  and  q = mu p s / |s|  where the point slips
+//! balance:  sum_i A_i (q_i m_ki,t + p_i m_ki,n) + W_k = 0  for each motion k.
+//! ```
+//!
+//! With fixed stiffnesses `k_t` and `k_n` they read `p = max(0, p - k_n v_n)`, and `q` is the vector
+//! `z = q - k_t v_t` shortened to `mu p`: equations without inequalities, whose semismooth Newton steps are
+//! dense linear systems over the points in contact. A push that these do not reach at once is reached in
+//! halves.
+
+mod newton;
+#[cfg(test)]
+mod tests;
+
+use faer::Mat;
+use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
+
+use crate::error::{Error, check, check_positive};
+use crate::sliding::RigidMotion;
+
+/// Parts in which a push is reached at most.
+pub const PARTS: usize = 64;
+
+/// Size of a motion, relative to all of them, that counts as none.
+const NO_MOTION: f64 = 1e-9;
+
+/// Two bodies in contact with friction, as [`CoupledContact::new`] takes them.
+pub struct Coupled<'a> {
+    /// Both bodies together: displacement of the lower one relative to the upper one by a traction on the
+    /// lower one; see [`Relative`](mtb_operator::Relative).
+    pub compliance: &'a dyn Compliance,
+    /// Tangential displacement by a unit traction [m/Pa] of a layer between the bodies; 0: none.
+    pub layer: f64,
+    /// Area that belongs to each point (n) [m2].
+    pub area: &'a [f64],
+    /// Friction coefficient at each point (n).
+    pub friction: &'a [f64],
+    /// Gap before contact and before any push (n) [m].
+    pub gap: &'a [f64],
+    /// Rigid motions that supports leave free.
+    pub motions: &'a [RigidMotion],
+}
+
+/// Stick and slip of two bodies whose pressure follows; see the [module](self).
+pub struct CoupledContact {
+    /// (3n, 3n)
+    compliance: Mat<f64>,
+    /// Mean diagonal of the compliance along the tangents and along the normal, inverted.
+    stiffness: [f64; 2],
+    /// (3n, m): only those kept.
+    motions: Mat<f64>,
+    /// Work on those kept (m) [J].
+    work: Vec<f64>,
+    /// Sum of area times size of each motion kept.
+    reach: Vec<f64>,
+    /// Share of each motion kept in each given one (given, m).
+    shares: Mat<f64>,
+    area: Vec<f64>,
+    friction: Vec<f64>,
+    gap: Vec<f64>,
+    tolerance: f64,
+}
+
+/// What a point does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointState {
+    /// Out of contact.
+    Open,
+    /// In contact, without slip.
+    Stick,
+    /// In contact, with slip.
+    Slip,
+}
+
+/// A state of the contact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoupledState {
+    /// Tractions along both tangents on the lower body, then pressures (3n) [Pa].
+    pub traction: Vec<f64>,
+    /// Amplitudes of the motions; of motions that move both bodies alike a combination.
+    pub motion: Vec<f64>,
+    /// Push of the upper body along both tangents and the normal (3n) [m] that led here.
+    pub push: Vec<f64>,
+    /// Displacement by `traction` and `motion` (3n) [m], from which a further push counts.
+    pub displacement: Vec<f64>,
+    /// What each point does (n).
+    pub points: Vec<PointState>,
+    /// Newton steps of the last part of the push.
+    pub iterations: usize,
+    /// Residual over the norm of the pressure.
+    pub residual: f64,
+}
+
+impl CoupledState {
+    /// Pressure (n) [Pa].
+    pub fn pressure(&self) -> &[f64] {
+        &self.traction[2 * self.points.len()..]
+    }
+}
+
+impl CoupledContact {
+    /// Forms all blocks of the compliance.
+    ///
+    /// Of motions that move both bodies alike, such as two bodies that guides press together, fewer are
+    /// kept. A state is solved when its residual is at most `tolerance` of the norm of its pressure.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, areas that are not positive, negative friction, more
+    /// points than the memory holds, [`Error::Interrupted`].
+    pub fn new(contact: &Coupled<'_>, tolerance: f64, monitor: Monitor<'_>) -> Result<Self, Error> {
+        const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
+        let n = contact.compliance.points();
+        contact.check(n)?;
+        check_positive("tolerance", tolerance)?;
+        let of_bodies = contact.compliance.influence_memory();
+        check_memory(n, memory(n) + of_bodies, MEMORY_LIMIT)?;
+        let mut compliance = Mat::zeros(3 * n, 3 * n);
+        let mut block = vec![0.0; n * n];
+        for (i, observed) in AXES.into_iter().enumerate() {
+            for (j, loaded) in AXES.into_iter().enumerate() {
+                block.fill(0.0);
+                contact
+                    .compliance
+                    .add_influence(observed, loaded, 1.0, &mut block);
+                let mut part = compliance.as_mut().submatrix_mut(i * n, j * n, n, n);
+                for (row, values) in block.chunks_exact(n.max(1)).enumerate() {
+                    for (column, value) in values.iter().enumerate() {
+                        part[(row, column)] = *value;
+                    }
+                }
+                report(monitor, 3 * i + j, f64::NAN)?;
+            }
+        }
+        for i in 0..2 * n {
+            compliance[(i, i)] += contact.layer;
+        }
+        let mean = |range: std::ops::Range<usize>| {
+            range.len() as f64 / range.map(|i| compliance[(i, i)]).sum::<f64>()
+        };
+        let stiffness = [mean(0..2 * n), mean(2 * n..3 * n)];
+        let given = Mat::from_fn(3 * n, contact.motions.len(), |i, k| {
+            let motion = &contact.motions[k];
+            match i / n {
+                0 => motion.tangential_x[i],
+                1 => motion.tangential_y[i - n],
+                _ => motion.opening[i - 2 * n],
+            }
+        });
+        let shares = independent(&given)?;
+        let motions = &given * &shares;
+        let work: Vec<f64> = (0..shares.ncols())
+            .map(|k| {
+                let given = contact.motions.iter().enumerate();
+                given.map(|(g, m)| shares[(g, k)] * m.work).sum()
+            })
+            .collect();
+        let reach = (0..motions.ncols())
+            .map(|k| {
+                let size = (0..3 * n).map(|i| motions[(i, k)].abs() * contact.area[i % n]);
+                size.sum::<f64>().max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        Ok(Self {
+            compliance,
+            stiffness,
+            motions,
+            work,
+            reach,
+            shares,
+            area: contact.area.to_vec(),
+            friction: contact.friction.to_vec(),
+            gap: contact.gap.to_vec(),
+            tolerance,
+        })
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.area.len()
+    }
+
+    /// The bodies pressed together without friction, from where tangential displacements count: its
+    /// pressure (n) [Pa] and the amplitudes of the motions given.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn at_rest(&self, pressure: &[f64], motion: &[f64]) -> Result<CoupledState, Error> {
+        let n = self.points();
+        check("pressure", pressure, n)?;
+        check("motion", motion, self.shares.nrows())?;
+        let mut traction = vec![0.0; 2 * n];
+        traction.extend_from_slice(pressure);
+        let kept: Vec<f64> = (0..self.shares.ncols())
+            .map(|k| {
+                let given = motion.iter().enumerate();
+                given.map(|(g, a)| a * self.shares[(g, k)]).sum()
+            })
+            .collect();
+        let displacement = self.displacement(&traction, &kept);
+        let points = pressure
+            .iter()
+            .map(|p| {
+                if *p > 0.0 {
+                    PointState::Stick
+                } else {
+                    PointState::Open
+                }
+            })
+            .collect();
+        Ok(CoupledState {
+            traction,
+            motion: kept,
+            push: vec![0.0; 3 * n],
+            displacement,
+            points,
+            iterations: 0,
+            residual: 0.0,
+        })
+    }
+
+    /// The state after the upper body was pushed from `state` to `push` (3n) [m], along the tangents and the
+    /// normal of each point; `None` if no state was found, not even in [`PARTS`] parts.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, [`Error::Interrupted`].
+    pub fn advance(
+        &self,
+        state: &CoupledState,
+        push: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<Option<CoupledState>, Error> {
+        let n = self.points();
+        check("push", push, 3 * n)?;
+        for (name, values) in [
+            ("traction", &state.traction),
+            ("displacement", &state.displacement),
+            ("push of the state", &state.push),
+        ] {
+            check(name, values, 3 * n)?;
+        }
+        check("motion", &state.motion, self.work.len())?;
+        let mut parts = 1;
+        while parts <= PARTS {
+            let mut reached = Some(state.clone());
+            for part in 1..=parts {
+                let Some(from) = &reached else { break };
+                let share = part as f64 / parts as f64;
+                let aim: Vec<f64> = state
+                    .push
+                    .iter()
+                    .zip(push)
+                    .map(|(a, b)| a + share * (b - a))
+                    .collect();
+                reached = newton::solve(self, from, &aim, monitor)?;
+            }
+            if reached.is_some() {
+                return Ok(reached);
+            }
+            parts *= 2;
+        }
+        Ok(None)
+    }
+
+    /// Gap (n) [m] in a state.
+    pub fn gap(&self, state: &CoupledState) -> Vec<f64> {
+        let at = 2 * self.points();
+        let moved = state.displacement[at..].iter().zip(&state.push[at..]);
+        let gaps = self.gap.iter().zip(moved);
+        gaps.map(|(gap, (v, push))| gap + v + push).collect()
+    }
+
+    /// Amplitudes of the motions given in a state; of motions that move both bodies alike the least ones.
+    pub fn amplitudes(&self, state: &CoupledState) -> Vec<f64> {
+        let kept = faer::ColRef::from_slice(&state.motion);
+        (&self.shares * kept).iter().copied().collect()
+    }
+
+    /// Displacement (3n) [m] by tractions and motions.
+    fn displacement(&self, traction: &[f64], motion: &[f64]) -> Vec<f64> {
+        let moved = &self.compliance * faer::ColRef::from_slice(traction)
+            + &self.motions * faer::ColRef::from_slice(motion);
+        moved.iter().copied().collect()
+    }
+}
+
+impl Coupled<'_> {
+    fn check(&self, n: usize) -> Result<(), Error> {
+        check("area", self.area, n)?;
+        check("friction", self.friction, n)?;
+        check("gap", self.gap, n)?;
+        check("layer", &[self.layer], 1)?;
+        if let Some(index) = self.area.iter().position(|v| *v <= 0.0) {
+            return Err(Error::NotPositive {
+                name: "area",
+                index,
+                value: self.area[index],
+            });
+        }
+        for (name, values) in [("friction", self.friction), ("layer", &[self.layer])] {
+            if let Some(index) = values.iter().position(|v| *v < 0.0) {
+                return Err(Error::Negative {
+                    name,
+                    index,
+                    value: values[index],
+                });
+            }
+        }
+        for motion in self.motions {
+            check("opening", &motion.opening, n)?;
+            check("tangential_x", &motion.tangential_x, n)?;
+            check("tangential_y", &motion.tangential_y, n)?;
+            check("work", &[motion.work], 1)?;
+        }
+        Ok(())
+    }
+}
+
+/// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step.
+pub fn memory(points: usize) -> f64 {
+    8.0 * 19.0 * (points as f64).powi(2)
+}
+
+/// Combinations (given, kept) of the columns of `motions` that are independent: all of them, or their
+/// principal directions.
+fn independent(motions: &Mat<f64>) -> Result<Mat<f64>, Error> {
+    let given = motions.ncols();
+    let all = Mat::identity(given, given);
+    if given < 2 {
+        return Ok(all);
+    }
+    let principal = |matrix: Mat<f64>| {
+        matrix.thin_svd().map_err(|_| Error::Overflow {
+            name: "size of a motion",
+            value: motions.norm_max(),
+        })
+    };
+    let sizes: Vec<f64> = (0..given).map(|k| motions.col(k).norm_l2()).collect();
+    let unit = Mat::from_fn(motions.nrows(), given, |i, k| {
+        motions[(i, k)] / sizes[k].max(f64::MIN_POSITIVE)
+    });
+    let smallest = principal(unit)?.S().column_vector()[given - 1];
+    if smallest > NO_MOTION {
+        return Ok(all);
+    }
+    let found = principal(motions.clone())?;
+    let values = found.S().column_vector();
+    let kept = (0..given).take_while(|&k| values[k] > NO_MOTION * values[0]);
+    Ok(found.V().get(.., ..kept.count()).to_owned())
+}

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The semismooth Newton method, and its linear systems.
+
+use faer::Mat;
+use mtb_operator::dense::Lu;
+use mtb_operator::{Monitor, report, reset_workers};
+
+use super::{CoupledContact, CoupledState, PointState};
+use crate::error::Error;
+
+/// Newton steps for a push or a part of it.
+const STEPS: usize = 40;
+/// Shortest step of the line search.
+const SHORTEST: f64 = 1.0 / 64.0;
+
+/// Tractions and amplitudes.
+type Unknowns = (Vec<f64>, Vec<f64>);
+
+/// Unknowns with their displacement, what each point does, and the residual.
+struct Iterate {
+    traction: Vec<f64>,
+    motion: Vec<f64>,
+    displacement: Vec<f64>,
+    points: Vec<PointState>,
+    /// Unit vector of the slip at each point (n).
+    slip: Vec<[f64; 2]>,
+    /// By how much a turn of the slip turns it less than the traction (n) [m/Pa].
+    curvature: Vec<f64>,
+    residual: f64,
+}
+
+/// The state at `push`; `None` if it was not found.
+pub(super) fn solve(
+    contact: &CoupledContact,
+    state: &CoupledState,
+    push: &[f64],
+    monitor: Monitor<'_>,
+) -> Result<Option<CoupledState>, Error> {
+    let n = contact.points();
+    // relative displacement since the last state, less the push: minus the slip; along the normal, the gap
+    let offset: Vec<f64> = (0..3 * n)
+        .map(|i| {
+            if i < 2 * n {
+                state.push[i] - push[i] - state.displacement[i]
+            } else {
+                contact.gap[i - 2 * n] + push[i]
+            }
+        })
+        .collect();
+    let mut iterate = Iterate::new(
+        contact,
+        &offset,
+        state.traction.clone(),
+        state.motion.clone(),
+    );
+    let mut size = norm(state.pressure()).max(f64::MIN_POSITIVE);
+    // a push whose traction stays below the tolerance of the pressure still takes its linear step
+    let fewest = usize::from(push != state.push);
+    for count in 0..=STEPS {
+        size = size.max(norm(&iterate.traction[2 * n..]));
+        if count >= fewest && iterate.residual <= contact.tolerance * size {
+            return Ok(Some(iterate.into_state(push, &offset, count, size)));
+        }
+        report(monitor, count, iterate.residual / size)?;
+        let Some((traction, motion)) = iterate.linear_step(contact, &offset, monitor)? else {
+            return Ok(None);
+        };
+        let mut share = 1.0;
+        iterate = loop {
+            let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
+                let pairs = from.iter().zip(to);
+                pairs.map(|(a, b)| a + share * (b - a)).collect()
+            };
+            let new = Iterate::new(
+                contact,
+                &offset,
+                between(&iterate.traction, &traction),
+                between(&iterate.motion, &motion),
+            );
+            if new.residual < (1.0 - 0.1 * share) * iterate.residual || share <= SHORTEST {
+                break new;
+            }
+            share *= 0.5;
+        };
+    }
+    Ok(None)
+}
+
+impl Iterate {
+    fn new(contact: &CoupledContact, offset: &[f64], traction: Vec<f64>, motion: Vec<f64>) -> Self {
+        let n = contact.points();
+        let mut displacement = contact.displacement(&traction, &motion);
+        for (v, o) in displacement.iter_mut().zip(offset) {
+            *v += o;
+        }
+        let [tangential, normal] = contact.stiffness;
+        let mut points = vec![PointState::Open; n];
+        let mut slip = vec![[0.0; 2]; n];
+        let mut curvature = vec![0.0; n];
+        let mut squares = 0.0;
+        for i in 0..n {
+            let (q, p) = ([traction[i], traction[n + i]], traction[2 * n + i]);
+            let wanted = p - normal * displacement[2 * n + i];
+            let mut aim = [0.0; 2];
+            if wanted > 0.0 {
+                let z = [0, 1].map(|c| q[c] - tangential * displacement[c * n + i]);
+                let length = z[0].hypot(z[1]);
+                let bound = contact.friction[i] * p.max(0.0);
+                if length > bound {
+                    points[i] = PointState::Slip;
+                    slip[i] = z.map(|z| z / length);
+                    curvature[i] = (length / bound.max(1e-9 * length) - 1.0) / tangential;
+                    aim = slip[i].map(|s| bound * s);
+                } else {
+                    points[i] = PointState::Stick;
+                    aim = z;
+                }
+            }
+            let rest = p - wanted.max(0.0);
+            squares += (q[0] - aim[0]).powi(2) + (q[1] - aim[1]).powi(2) + rest * rest;
+        }
+        let mut unbalanced = 0.0;
+        for (k, reach) in contact.reach.iter().enumerate() {
+            let shape = contact.motions.col(k).iter().zip(&traction).enumerate();
+            let by_contact: f64 = shape.map(|(i, (m, t))| m * contact.area[i % n] * t).sum();
+            unbalanced += ((by_contact + contact.work[k]) / reach).powi(2);
+        }
+        Self {
+            traction,
+            motion,
+            displacement,
+            points,
+            slip,
+            curvature,
+            residual: (squares + n as f64 * unbalanced).sqrt(),
+        }
+    }
+
+    fn into_state(
+        mut self,
+        push: &[f64],
+        offset: &[f64],
+        iterations: usize,
+        size: f64,
+    ) -> CoupledState {
+        let n = self.points.len();
+        for (v, o) in self.displacement.iter_mut().zip(offset) {
+            *v -= o;
+        }
+        // what the last damped step left at open points is below the tolerance
+        for (i, t) in self.traction.iter_mut().enumerate() {
+            if self.points[i % n] == PointState::Open {
+                *t = 0.0;
+            }
+        }
+        CoupledState {
+            traction: self.traction,
+            motion: self.motion,
+            push: push.to_vec(),
+            displacement: self.displacement,
+            points: self.points,
+            iterations,
+            residual: self.residual / size,
+        }
+    }
+
+    /// Tractions and amplitudes that meet the conditions linearised; `None` for a singular matrix.
+    fn linear_step(
+        &self,
+        contact: &CoupledContact,
+        offset: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<Option<Unknowns>, Error> {
+        let (n, m) = (contact.points(), contact.work.len());
+        let closed: Vec<usize> = (0..n)
+            .filter(|&i| self.points[i] != PointState::Open)
+            .collect();
+        let k = closed.len();
+        let free: Vec<usize> = (0..3)
+            .flat_map(|c| closed.iter().map(move |i| c * n + i))
+            .collect();
+        let mut matrix = Mat::zeros(3 * k + m, 3 * k + m);
+        let mut right = Mat::zeros(3 * k + m, 1);
+        for (column, mut out) in matrix.col_iter_mut().enumerate() {
+            let shape = if column < 3 * k {
+                contact.compliance.col(free[column])
+            } else {
+                contact.motions.col(column - 3 * k)
+            };
+            for (i, &point) in closed.iter().enumerate() {
+                let [x, y, gap] = [0, 1, 2].map(|c| shape[c * n + point]);
+                if self.points[point] == PointState::Slip {
+                    // the slip keeps its direction
+                    let [c, s] = self.slip[point];
+                    out[k + i] = c * y - s * x;
+                } else {
+                    out[i] = x;
+                    out[k + i] = y;
+                }
+                out[2 * k + i] = gap;
+            }
+            if column < 3 * k {
+                let area = contact.area[free[column] % n];
+                for row in 0..m {
+                    out[3 * k + row] = contact.motions[(free[column], row)] * area;
+                }
+            }
+        }
+        for (i, &point) in closed.iter().enumerate() {
+            let [x, y] = [offset[point], offset[n + point]];
+            if self.points[point] == PointState::Slip {
+                // the traction follows the pressure along the slip, and turns with it
+                let [c, s] = self.slip[point];
+                matrix[(i, i)] = c;
+                matrix[(i, k + i)] = s;
+                matrix[(i, 2 * k + i)] = -contact.friction[point];
+                matrix[(k + i, i)] -= self.curvature[point] * s;
+                matrix[(k + i, k + i)] += self.curvature[point] * c;
+                right[(k + i, 0)] = s * x - c * y;
+            } else {
+                right[(i, 0)] = -x;
+                right[(k + i, 0)] = -y;
+            }
+            right[(2 * k + i, 0)] = -offset[2 * n + point];
+        }
+        for row in 0..m {
+            right[(3 * k + row, 0)] = -contact.work[row];
+        }
+        // rows to like sizes: displacements over the compliance, forces over the area
+        for row in 0..3 * k + m {
+            let scale = matrix.row(row).norm_max();
+            if scale == 0.0 {
+                return Ok(None);
+            }
+            matrix.row_mut(row).iter_mut().for_each(|a| *a /= scale);
+            right[(row, 0)] /= scale;
+        }
+        let par = faer::get_global_parallelism();
+        let found = Lu::new(matrix, par, monitor)?.solve(right.as_ref(), par, monitor)?;
+        reset_workers();
+        if !found.is_all_finite() {
+            return Ok(None);
+        }
+        let mut traction = vec![0.0; 3 * n];
+        for (row, &place) in free.iter().enumerate() {
+            traction[place] = found[(row, 0)];
+        }
+        let motion = (3 * k..3 * k + m).map(|row| found[(row, 0)]).collect();
+        Ok(Some((traction, motion)))
+    }
+}
+
+fn norm(values: &[f64]) -> f64 {
+    faer::ColRef::from_slice(values).norm_l2()
+}

@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The contact problem: two bodies that meet in points, and all that can be asked of them.
+//!
+//! A [`Problem`] is what stays while loads change: the bodies as compliances, the contact points, the rigid
+//! motions that supports leave free. A [`Loading`] is the gap and the work that loads do on these motions;
+//! [`Problem::load`] puts a [`Load`] into it. Then the bodies can be pressed without friction
+//! ([`Problem::press`]), slide with friction everywhere ([`Problem::slide`]), or give way from rest, with
+//! points that stick and points that slip ([`Problem::stick_or_slip`]). Each answers with an [`Outcome`].
+//! A simulation asks the same of [`prepared`](crate::prepared).
+
+mod geometry;
+mod outcome;
+#[cfg(test)]
+mod tests;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mtb_complementarity::linear::Status;
+use mtb_operator::{Compliance, Component, Monitor, Relative};
+
+use crate::coupled::{Coupled, CoupledContact};
+use crate::error::{Error, check};
+use crate::sliding::{RigidMotion, SlidingContact, SlidingMatrix};
+pub use geometry::{Geometry, Means};
+pub use outcome::Outcome;
+
+/// Relative change of a friction coefficient that follows the pressure which counts as none ...
+const FRICTION_TOLERANCE: f64 = 1e-10;
+/// ... and solves after which it must have settled.
+const FRICTION_ROUNDS: usize = 60;
+
+/// One of the two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// The lower one, whose normals point to the other.
+    Lower,
+    /// The upper one.
+    Upper,
+}
+
+/// What presses the bodies together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Load<'a> {
+    /// A force [N] down on the upper body; of several bodies that come down by themselves each takes its share.
+    Force(f64),
+    /// The upper body comes down by so much [m], as a whole.
+    Approach(f64),
+    /// A pressure (n) [Pa] that pulls at the surface of one body towards the other, as magnets do: it moves the
+    /// surface as a pressure of the opposite sign would, and works on the free motions of the body.
+    Pull(&'a [f64], Body),
+}
+
+/// What is given to a problem for one solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loading {
+    /// Gap before contact (n) [m], all displacements included that are known beforehand.
+    pub gap: Vec<f64>,
+    /// Work of all loads but the contact's on a unit of each motion (m) [J].
+    pub work: Vec<f64>,
+}
+
+/// A law of friction by which the coefficient (n) follows the pressure (n) [Pa].
+pub type PressureLaw<'a> = &'a (dyn Fn(&[f64]) -> Result<Vec<f64>, Error> + Sync);
+
+/// Friction between the bodies.
+#[derive(Clone, Copy)]
+pub enum Friction<'a> {
+    /// A coefficient at each point (n).
+    Field(&'a [f64]),
+    /// Coefficients that follow the pressure.
+    OfPressure(PressureLaw<'a>),
+}
+
+/// A rigid motion that supports leave free, of one of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeMotion {
+    /// The body that it moves.
+    pub body: Body,
+    /// What it does to the contact; its `work` is part of the loading.
+    pub motion: RigidMotion,
+}
+
+/// Two bodies that meet in contact points.
+///
+/// The influence matrices of the last direction of sliding are kept, so that further loads cost their solve
+/// alone.
+pub struct Problem {
+    pair: Relative,
+    geometry: Arc<Geometry>,
+    motions: Vec<FreeMotion>,
+    kept: Mutex<Option<Arc<Kept>>>,
+}
+
+/// The matrices of sliding in a direction.
+struct Kept {
+    direction: Vec<f64>,
+    is_frictional: bool,
+    matrix: SlidingMatrix,
+}
+
+impl Problem {
+    /// The bodies, the points in which they meet, and the motions that are free.
+    ///
+    /// # Errors
+    /// Parts that do not belong together, numbers that are not finite.
+    pub fn new(
+        pair: Relative,
+        geometry: Arc<Geometry>,
+        motions: Vec<FreeMotion>,
+    ) -> Result<Self, Error> {
+        let n = pair.points();
+        check("area", &geometry.area, n)?;
+        geometry.check()?;
+        for free in &motions {
+            check("opening", &free.motion.opening, n)?;
+            check("tangential_x", &free.motion.tangential_x, n)?;
+            check("tangential_y", &free.motion.tangential_y, n)?;
+        }
+        Ok(Self {
+            pair,
+            geometry,
+            motions,
+            kept: Mutex::new(None),
+        })
+    }
+
+    /// The bodies.
+    pub fn pair(&self) -> &Relative {
+        &self.pair
+    }
+
+    /// The contact points.
+    pub fn geometry(&self) -> &Arc<Geometry> {
+        &self.geometry
+    }
+
+    /// Number of contact points.
+    pub fn points(&self) -> usize {
+        self.geometry.points()
+    }
+
+    /// The motions that are free.
+    pub fn motions(&self) -> &[FreeMotion] {
+        &self.motions
+    }
+
+    /// A loading by nothing: the undeformed gap (n) [m] alone.
+    pub fn unloaded(&self, gap: Vec<f64>) -> Loading {
+        Loading {
+            gap,
+            work: vec![0.0; self.motions.len()],
+        }
+    }
+
+    /// Adds a load to what is given.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite; [`Error::Held`] for a force where no motion lets the upper
+    /// body down.
+    pub fn load(&self, loading: &mut Loading, load: Load<'_>) -> Result<(), Error> {
+        self.check(loading)?;
+        let g = &*self.geometry;
+        let n = g.points();
+        match load {
+            Load::Force(force) => {
+                check("force", &[force], 1)?;
+                let lifts: Vec<f64> = self.motions.iter().map(|free| self.lift(free)).collect();
+                let count = lifts.iter().filter(|lift| **lift != 0.0).count();
+                if count == 0 {
+                    return Err(Error::Held);
+                }
+                for (work, lift) in loading.work.iter_mut().zip(lifts) {
+                    *work -= force / count as f64 * lift;
+                }
+            }
+            Load::Approach(approach) => {
+                check("approach", &[approach], 1)?;
+                for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
+                    *gap -= approach * slope;
+                }
+            }
+            Load::Pull(pressure, body) => {
+                check("pull", pressure, n)?;
+                let pulled = match body {
+                    Body::Lower => self.pair.lower(),
+                    Body::Upper => self.pair.upper(),
+                };
+                if let Some(pulled) = pulled {
+                    let normal = Component::Normal;
+                    pulled.add_displacement(normal, normal, -1.0, pressure, &mut loading.gap);
+                }
+                for (free, work) in self.motions.iter().zip(&mut loading.work) {
+                    if free.body == body {
+                        let opened = free.motion.opening.iter().zip(pressure).zip(&g.area);
+                        *work -= opened.map(|((o, p), a)| o * p * a).sum::<f64>();
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Rise of the upper body, or of one of several, along z by a unit of a motion; zero for all motions but
+    /// translations along z.
+    fn lift(&self, free: &FreeMotion) -> f64 {
+        let (g, motion) = (&*self.geometry, &free.motion);
+        let n = g.points();
+        let mut lift = 0.0;
+        for i in 0..n {
+            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
+            let moved = [
+                motion.tangential_x[i],
+                motion.tangential_y[i],
+                motion.opening[i],
+            ];
+            if moved == [0.0; 3] {
+                continue;
+            }
+            if lift == 0.0 {
+                lift = moved[2] * z - moved[0] * x - moved[1] * y;
+            }
+            let rest = [
+                moved[0] + lift * x,
+                moved[1] + lift * y,
+                moved[2] - lift * z,
+            ];
+            if rest.iter().any(|r| r.abs() > 1e-9 * lift.abs()) {
+                return 0.0;
+            }
+        }
+        if free.body == Body::Upper { lift } else { 0.0 }
+    }
+
+    fn check(&self, loading: &Loading) -> Result<(), Error> {
+        check("gap", &loading.gap, self.points())?;
+        check("work", &loading.work, self.motions.len())
+    }
+
+    fn matrix(
+        &self,
+        direction: &[f64],
+        is_frictional: bool,
+        monitor: Monitor<'_>,
+    ) -> Result<Arc<Kept>, Error> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = &*kept
+            && kept.direction == direction
+            && kept.is_frictional == is_frictional
+        {
+            return Ok(kept.clone());
+        }
+        // the old ones go before the new ones come
+        *kept = None;
+        let made = Arc::new(Kept {
+            direction: direction.to_vec(),
+            is_frictional,
+            matrix: SlidingMatrix::new(&self.pair, direction, is_frictional, monitor)?,
+        });
+        *kept = Some(made.clone());
+        Ok(made)
+    }
+
+    fn loaded(&self, work: &[f64]) -> Vec<RigidMotion> {
+        let works = self.motions.iter().zip(work);
+        works
+            .map(|(free, work)| RigidMotion {
+                work: *work,
+                ..free.motion.clone()
+            })
+            .collect()
+    }
+
+    /// Forms the matrices of sliding in `direction` (2n), with friction or without; whether friction opens or
+    /// closes the gap at all.
+    ///
+    /// # Errors
+    /// As [`Problem::slide`].
+    pub fn prepare(
+        &self,
+        direction: &[f64],
+        is_frictional: bool,
+        monitor: Monitor<'_>,
+    ) -> Result<bool, Error> {
+        let kept = self.matrix(direction, is_frictional, monitor)?;
+        Ok(kept.matrix.is_coupled())
+    }
+
+    /// Presses the bodies together without friction.
+    ///
+    /// # Errors
+    /// As [`Problem::slide`].
+    pub fn press(&self, loading: &Loading, monitor: Monitor<'_>) -> Result<Outcome, Error> {
+        let n = self.points();
+        let (still, smooth) = (vec![0.0; 2 * n], vec![0.0; n]);
+        self.slide(loading, &still, Friction::Field(&smooth), None, monitor)
+    }
+
+    /// Lets the upper body slide in `direction` (2n), with friction at every point in contact.
+    ///
+    /// `start` are the points believed in contact, for example those of the last load.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, negative friction, more points than the memory holds,
+    /// [`Error::Interrupted`]. A state that does not exist is a status.
+    pub fn slide(
+        &self,
+        loading: &Loading,
+        direction: &[f64],
+        friction: Friction<'_>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<Outcome, Error> {
+        let n = self.points();
+        self.check(loading)?;
+        check("direction", direction, 2 * n)?;
+        let at = |pressure: &[f64]| match friction {
+            Friction::Field(field) => Ok(field.to_vec()),
+            Friction::OfPressure(law) => law(pressure),
+        };
+        let mut coefficient = at(&vec![0.0; n])?;
+        let is_frictional = direction.iter().any(|d| *d != 0.0)
+            && match friction {
+                Friction::Field(field) => field.iter().any(|mu| *mu != 0.0),
+                Friction::OfPressure(_) => true,
+            };
+        let kept = self.matrix(direction, is_frictional, monitor)?;
+        let motions = self.loaded(&loading.work);
+        let none = vec![0.0; n];
+        let mut active = start;
+        let (mut iterations, mut round) = (0, 0);
+        loop {
+            let contact = SlidingContact {
+                gap: &loading.gap,
+                area: &self.geometry.area,
+                friction: if is_frictional { &coefficient } else { &none },
+                direction,
+                motions: &motions,
+            };
+            let mut solution = kept.matrix.solve(&contact, active, monitor)?;
+            iterations += solution.iterations;
+            round += 1;
+            let now = at(&solution.pressure)?;
+            check("friction", &now, n)?;
+            let change = now.iter().zip(&coefficient).map(|(a, b)| (a - b).abs());
+            let change = change.fold(0.0, f64::max);
+            let size = now.iter().copied().fold(1.0, f64::max);
+            let has_settled = change <= FRICTION_TOLERANCE * size;
+            coefficient = now;
+            if has_settled || round == FRICTION_ROUNDS {
+                if !has_settled {
+                    solution.status = Status::IterationLimit;
+                }
+                solution.iterations = iterations;
+                let about = [0.0; 3];
+                return Ok(Outcome::sliding(
+                    &self.geometry,
+                    about,
+                    solution,
+                    coefficient,
+                    direction,
+                ));
+            }
+            active = (solution.status == Status::Solved)
+                .then(|| solution.pressure.iter().map(|p| *p > 0.0).collect());
+        }
+    }
+
+    /// The factor on `friction` (n) up to which the sliding state exists and is unique for every load; see
+    /// [`SlidingMatrix::wedging_factor`].
+    ///
+    /// # Errors
+    /// As [`Problem::slide`].
+    pub fn wedging_factor(
+        &self,
+        direction: &[f64],
+        friction: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<f64, Error> {
+        let is_frictional = direction.iter().any(|d| *d != 0.0);
+        let kept = self.matrix(direction, is_frictional, monitor)?;
+        let motions = self.loaded(&vec![0.0; self.motions.len()]);
+        kept.matrix
+            .wedging_factor(&self.geometry.area, friction, &motions, monitor)
+    }
+
+    /// Presses the bodies together without friction, then displaces the upper body in steps to
+    /// `displacements` (x, y) [m]: points stick until friction `friction` (n) gives way, and the pressure
+    /// follows.
+    ///
+    /// A `layer` [m/Pa] between the bodies softens the tangents. One outcome a step; the steps end where no
+    /// state was found.
+    ///
+    /// # Errors
+    /// As [`Problem::slide`] and [`CoupledContact::new`].
+    pub fn stick_or_slip(
+        &self,
+        loading: &Loading,
+        friction: &[f64],
+        layer: f64,
+        displacements: &[[f64; 2]],
+        tolerance: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<Outcome>, Error> {
+        let g = &*self.geometry;
+        let n = g.points();
+        let pressed = self.press(loading, monitor)?;
+        if pressed.solution.status != Status::Solved {
+            return Ok(vec![pressed]);
+        }
+        let motions = self.loaded(&loading.work);
+        let contact = CoupledContact::new(
+            &Coupled {
+                compliance: &self.pair,
+                layer,
+                area: &g.area,
+                friction,
+                gap: &loading.gap,
+                motions: &motions,
+            },
+            tolerance,
+            monitor,
+        )?;
+        let mut state = contact.at_rest(&pressed.solution.pressure, &pressed.solution.motion)?;
+        let mut outcomes = Vec::new();
+        for displacement in displacements {
+            check("displacement", displacement, 2)?;
+            let mut push = vec![0.0; 3 * n];
+            for (axis, field) in [&g.tangent_x, &g.tangent_y, &g.normal]
+                .into_iter()
+                .enumerate()
+            {
+                for i in 0..n {
+                    let along = Geometry::vector(field, i);
+                    push[axis * n + i] = displacement[0] * along[0] + displacement[1] * along[1];
+                }
+            }
+            let found = contact.advance(&state, &push, monitor)?;
+            let status = if found.is_some() {
+                Status::Solved
+            } else {
+                Status::IterationLimit
+            };
+            if let Some(found) = found {
+                state = found;
+            }
+            outcomes.push(Outcome::coupled(g, status, &contact, &state, friction));
+            if status != Status::Solved {
+                break;
+            }
+        }
+        Ok(outcomes)
+    }
+}

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use std::f64::consts::PI;
+
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::HalfSpace;
+use mtb_operator::{Grid, unmonitored};
+
+use super::*;
+use crate::coupled::PointState;
+
+const SIDE: usize = 16;
+const N: usize = SIDE * SIDE;
+const CELL: f64 = 1e-4;
+const RADIUS: f64 = 0.05;
+
+fn place(i: usize) -> [f64; 2] {
+    [i % SIDE, i / SIDE].map(|k| (k as f64 - 0.5 * (SIDE - 1) as f64) * CELL)
+}
+
+/// A ball above a plane that is turned about y by an angle: nothing but the frames knows.
+fn geometry(turn: f64) -> Geometry {
+    let (s, c) = turn.sin_cos();
+    let unit = |v: [f64; 3]| -> Vec<f64> { (0..3 * N).map(|k| v[k / N]).collect() };
+    let (x, y, z) = (unit([c, 0.0, -s]), unit([0.0, 1.0, 0.0]), unit([s, 0.0, c]));
+    let points = (0..3 * N)
+        .map(|k| {
+            let [u, v] = place(k % N);
+            [c * u, v, -s * u][k / N]
+        })
+        .collect();
+    Geometry {
+        points,
+        normal: z.clone(),
+        tangent_x: x.clone(),
+        tangent_y: y.clone(),
+        area: vec![CELL * CELL; N],
+        mean_frame: [x, y, z],
+        means: None,
+    }
+}
+
+fn gap() -> Vec<f64> {
+    (0..N)
+        .map(|i| place(i).map(|v| v * v / (2.0 * RADIUS)).iter().sum())
+        .collect()
+}
+
+fn half_space(poisson_ratio: f64) -> Arc<dyn Compliance> {
+    let material = Material::new(80e9, poisson_ratio).unwrap();
+    Arc::new(HalfSpace::new(material, Grid::new(SIDE, SIDE, CELL, CELL).unwrap()).unwrap())
+}
+
+/// The upper body free along the common z.
+fn problem(turn: f64, upper: Option<Arc<dyn Compliance>>) -> Problem {
+    let g = geometry(turn);
+    let along = |field: &[f64], sign: f64| field[2 * N..].iter().map(|v| sign * v).collect();
+    let descent = FreeMotion {
+        body: Body::Upper,
+        motion: RigidMotion {
+            tangential_x: along(&g.tangent_x, -1.0),
+            tangential_y: along(&g.tangent_y, -1.0),
+            opening: along(&g.normal, 1.0),
+            work: 0.0,
+        },
+    };
+    let pair = Relative::new(Some(half_space(0.3)), upper).unwrap();
+    Problem::new(pair, Arc::new(g), vec![descent]).unwrap()
+}
+
+fn pressed_by(problem: &Problem, load: Load<'_>) -> Loading {
+    let mut loading = problem.unloaded(gap());
+    problem.load(&mut loading, load).unwrap();
+    loading
+}
+
+#[test]
+fn a_force_follows_hertz_and_its_approach_asks_it_back() {
+    let problem = problem(0.0, Some(half_space(0.3)));
+    let load = 600.0;
+    let found = problem
+        .press(&pressed_by(&problem, Load::Force(load)), &unmonitored)
+        .unwrap();
+    assert_eq!(found.unsolved(), None);
+    // [Johnson1985, section 4.2]
+    let modulus = 80e9 / (1.0 - 0.3);
+    let radius = (0.75 * load * RADIUS / modulus).cbrt();
+    let approach = -found.solution.motion[0];
+    assert!((approach / (radius * radius / RADIUS) - 1.0).abs() < 0.02);
+    let peak = found
+        .solution
+        .pressure
+        .iter()
+        .fold(0.0_f64, |m, p| m.max(*p));
+    assert!((peak / (1.5 * load / (PI * radius * radius)) - 1.0).abs() < 0.05);
+    assert!((found.force[2] / load + 1.0).abs() < 1e-12);
+    assert!(found.moment.iter().all(|m| m.abs() < 1e-9 * load * CELL));
+
+    // held at this height the bodies carry the same force
+    let held = Problem::new(
+        problem.pair().clone(),
+        problem.geometry().clone(),
+        Vec::new(),
+    )
+    .unwrap();
+    let loading = pressed_by(&held, Load::Approach(approach));
+    let back = held.press(&loading, &unmonitored).unwrap();
+    assert!((back.force[2] / load + 1.0).abs() < 1e-10);
+    let mut nothing = held.unloaded(gap());
+    assert_eq!(held.load(&mut nothing, Load::Force(load)), Err(Error::Held));
+}
+
+#[test]
+fn a_turned_contact_slides_with_the_friction_that_its_force_asks_for() {
+    let (turn, mu, load) = (0.3, 0.2, 600.0);
+    let problem = problem(turn, None);
+    let loading = pressed_by(&problem, Load::Force(load));
+    let direction = problem.geometry().sliding_direction([2.0, 0.0]).unwrap();
+    let friction = vec![mu; N];
+    let found = problem
+        .slide(
+            &loading,
+            &direction,
+            Friction::Field(&friction),
+            None,
+            &unmonitored,
+        )
+        .unwrap();
+    assert_eq!(found.unsolved(), None);
+    // P along the normal and mu P along the tangent together carry the force along z
+    let pressure: f64 = found.solution.pressure.iter().sum::<f64>() * CELL * CELL;
+    assert!((pressure * (turn.cos() + mu * turn.sin()) / load - 1.0).abs() < 1e-10);
+    assert!((found.force[2] / load + 1.0).abs() < 1e-10);
+    let along = found.force[0] * turn.cos() - found.force[2] * turn.sin();
+    assert!((along / (mu * pressure) - 1.0).abs() < 1e-10);
+    // a law that gives the same coefficient at every pressure changes nothing, one that falls does
+    let same = |pressure: &[f64]| Ok(vec![mu; pressure.len()]);
+    let by_law = problem
+        .slide(
+            &loading,
+            &direction,
+            Friction::OfPressure(&same),
+            None,
+            &unmonitored,
+        )
+        .unwrap();
+    assert_eq!(by_law.solution.pressure, found.solution.pressure);
+    let law = |pressure: &[f64]| Ok(pressure.iter().map(|p| mu / (1.0 + p / 1e9)).collect());
+    let fallen = problem
+        .slide(
+            &loading,
+            &direction,
+            Friction::OfPressure(&law),
+            Some(found.in_contact()),
+            &unmonitored,
+        )
+        .unwrap();
+    for (i, p) in fallen.solution.pressure.iter().enumerate() {
+        assert!((fallen.friction[i] - mu / (1.0 + p / 1e9)).abs() < 1e-9);
+        assert!((fallen.traction[i] - fallen.friction[i] * p).abs() <= 1e-9 * p);
+    }
+    assert!((fallen.force[2] / load + 1.0).abs() < 1e-9);
+}
+
+/// A pull on a body is a pressure of the opposite sign: what it takes from the contact, it gives to the work.
+#[test]
+fn a_pull_presses_as_the_force_it_adds_up_to() {
+    let problem = problem(0.0, None);
+    let pull: Vec<f64> = (0..N).map(|i| 1e6 * (10.0 + place(i)[0] / CELL)).collect();
+    let total: f64 = pull.iter().sum::<f64>() * CELL * CELL;
+    let by_force = pressed_by(&problem, Load::Force(total));
+    let by_upper = pressed_by(&problem, Load::Pull(&pull, Body::Upper));
+    // the upper body is rigid: its surface stays
+    assert_eq!(by_upper.gap, by_force.gap);
+    assert!((by_upper.work[0] / by_force.work[0] - 1.0).abs() < 1e-12);
+    // the lower one rises under what pulls it, and no motion of it is free
+    let by_lower = pressed_by(&problem, Load::Pull(&pull, Body::Lower));
+    assert_eq!(by_lower.work, [0.0]);
+    let mut risen = gap();
+    problem.pair().add_displacement(
+        Component::Normal,
+        Component::Normal,
+        -1.0,
+        &pull,
+        &mut risen,
+    );
+    assert_eq!(by_lower.gap, risen);
+    assert!(risen.iter().zip(gap()).all(|(a, b)| *a < b));
+    let nan = vec![f64::NAN; N];
+    let mut loading = problem.unloaded(gap());
+    let refused = problem.load(&mut loading, Load::Pull(&nan, Body::Lower));
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .starts_with("pull[0] is NaN")
+    );
+}
+
+#[test]
+fn a_push_ends_in_the_sliding_that_is_asked_for_at_once() {
+    let problem = problem(0.1, None);
+    let (mu, load) = (0.2, 600.0);
+    let loading = pressed_by(&problem, Load::Force(load));
+    let friction = vec![mu; N];
+    let steps = [[2e-7, 0.0], [6e-7, 0.0], [3e-6, 0.0]];
+    let found = problem
+        .stick_or_slip(&loading, &friction, 0.0, &steps, 1e-10, &unmonitored)
+        .unwrap();
+    assert_eq!(found.len(), 3);
+    assert!(found.iter().all(|o| o.unsolved().is_none()));
+    let stick = |o: &Outcome| o.points.iter().filter(|p| **p == PointState::Stick).count();
+    assert!(stick(&found[0]) > stick(&found[1]) && stick(&found[1]) > 0);
+    assert_eq!(stick(&found[2]), 0);
+    assert!(found[0].force[0] < found[1].force[0] && found[1].force[0] < found[2].force[0]);
+    let direction = problem.geometry().sliding_direction([1.0, 0.0]).unwrap();
+    let slid = problem
+        .slide(
+            &loading,
+            &direction,
+            Friction::Field(&friction),
+            None,
+            &unmonitored,
+        )
+        .unwrap();
+    let last = &found[2];
+    let largest = slid
+        .solution
+        .pressure
+        .iter()
+        .fold(0.0_f64, |m, p| m.max(*p));
+    for i in 0..N {
+        // with unlike bodies tractions turn a little while they slip
+        let difference = last.solution.pressure[i] - slid.solution.pressure[i];
+        assert!(difference.abs() < 2e-2 * largest, "{i}");
+    }
+    for c in 0..3 {
+        assert!((last.force[c] - slid.force[c]).abs() < 1e-3 * load, "{c}");
+        // no gap where there is pressure, and none negative
+        let gaps = &last.solution.gap;
+        assert!(gaps.iter().all(|g| *g > -1e-12));
+    }
+}
+
+#[test]
+fn means_keep_the_force_of_each_component() {
+    let mut g = geometry(0.0);
+    // each cell shares a fifth with its neighbour, in pairs
+    let (mut start, mut column, mut share) = (vec![0], Vec::new(), Vec::new());
+    for i in 0..N {
+        let next = i ^ 1;
+        column.extend([i, next]);
+        share.extend([0.8, 0.2]);
+        start.push(column.len());
+    }
+    g.means = Some(Means {
+        start,
+        column,
+        share,
+    });
+    g.check().unwrap();
+    let closed = |i: usize| !i.is_multiple_of(3);
+    let field = |scale: f64| {
+        (0..N).map(move |i| {
+            if closed(i) {
+                scale * (1.0 + i as f64)
+            } else {
+                0.0
+            }
+        })
+    };
+    let unknowns: Vec<f64> = field(0.3).chain(field(-0.1)).chain(field(1.0)).collect();
+    let mean = g.mean_tractions(&unknowns);
+    for c in 0..3 {
+        let sum = |values: &[f64]| values[c * N..(c + 1) * N].iter().sum::<f64>();
+        assert!((sum(&mean) / sum(&unknowns) - 1.0).abs() < 1e-12);
+        assert!((0..N).all(|i| closed(i) || mean[c * N + i] == 0.0));
+    }
+    assert_eq!(g.mean_tractions(&unknowns[2 * N..]), mean[2 * N..]);
+    g.means.as_mut().unwrap().column[0] = N;
+    assert!(g.check().is_err());
+}
+
+#[test]
+fn parts_must_belong_together() {
+    let fit = problem(0.0, None);
+    let mut short = geometry(0.0);
+    short.normal.pop();
+    let pair = || Relative::new(Some(half_space(0.3)), None).unwrap();
+    assert!(matches!(
+        Problem::new(pair(), Arc::new(short), Vec::new()).err(),
+        Some(Error::Shape { name: "normal", .. })
+    ));
+    let loading = Loading {
+        gap: gap(),
+        work: Vec::new(),
+    };
+    assert!(matches!(
+        fit.press(&loading, &unmonitored).err(),
+        Some(Error::Shape { name: "work", .. })
+    ));
+    let still = geometry(0.0).sliding_direction([0.0, 0.0]).unwrap();
+    assert_eq!(still, [0.0; 2 * N]);
+    let wall = geometry(0.5 * PI).sliding_direction([1.0, 0.0]);
+    assert_eq!(wall.err(), Some(Error::Normal { index: 0 }));
+}
