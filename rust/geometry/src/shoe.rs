@@ -135,7 +135,7 @@ impl PoleShoe {
     /// Height of the sole of a pole [m] in the shoe's frame at `y`, and its slope.
     ///
     /// The rail's shape goes on inside the inner edge, the relief beyond the outer one.
-    pub(crate) fn sole(&self, pole: f64, y: f64) -> Option<(f64, f64)> {
+    pub fn sole(&self, pole: f64, y: f64) -> Option<(f64, f64)> {
         let beyond = pole * y - self.conforming_to;
         if beyond <= 0.0 {
             return self.rail.at(y).map(|s| (s.height, s.slope));

@@ -1,0 +1,111 @@
+//! Frictional elastic contact, from bodies to pressures.
+//!
+//! This crate gathers what a program needs to press elastic bodies together and let them slide, stick, slip
+//! or roll. SI units everywhere; z points up, from the lower body to the upper one; forces and tractions act on
+//! the lower body; a gap is positive where it is open, a pressure where it pushes apart.
+//!
+//! # 1. Bodies
+//!
+//! A contact asks one thing of a body: how its contact points give way to tractions. That is the trait
+//! [`Compliance`]. Half-spaces ([`elasticity::half_space`]) and finite elements ([`elasticity::tetra`]) have
+//! it, and so has whatever you write yourself: the example `own_compliance` presses a ball on a lining of
+//! springs. Shapes come from [`geometry`]: [`Profile`]s of rails and wheels, the [`PoleShoe`] of a track brake,
+//! gaps between arbitrary surfaces, and solids filled with tetrahedra ([`geometry::solid`]).
+//!
+//! # 2. Contact
+//!
+//! Two bodies that stand on each other are a [`Contact`]. It is pressed by a [`Load`]: a force, an approach, or
+//! a pull at the surface as magnets exert it. Two balls of steel, 0.1 m in radius each, under 200 N, against
+//! Hertz:
+//!
+//! ```
+//! use mtb::{Grid, Load, STEEL, descent, half_spaces, unmonitored};
+//!
+//! let (radius, force) = (0.1 / 2.0, 200.0);
+//! let grid = Grid::new(40, 40, 0.05e-3, 0.05e-3)?;
+//! let gap = |x: f64, y: f64| (x * x + y * y) / (2.0 * radius);
+//! let balls = half_spaces(Some(STEEL), Some(STEEL), grid, gap, vec![descent(1600)])?;
+//! let state = balls.press(Load::Force(force), &unmonitored)?;
+//!
+//! let modulus = STEEL.shear_modulus / (1.0 - STEEL.poisson_ratio); // E* of two alike
+//! let by_hertz = (6.0 * force * modulus.powi(2) / (radius.powi(2) * 31.006)).cbrt(); // pi^3
+//! assert!((state.peak_pressure() / by_hertz - 1.0).abs() < 0.02);
+//! # Ok::<(), mtb::Error>(())
+//! ```
+//!
+//! Elastic bodies of finite elements stand in ready scenes: [`BlockOnPlane`] and [`PoleShoeOnRail`]. They are
+//! meshed, held ([`Held`]), and condensed onto their contact points once; each load then costs its solve alone.
+//!
+//! # 3. Friction
+//!
+//! [`Contact::slide`] finds the pressure under which the upper body slides: friction changes it where it tilts
+//! or bends a body. [`Friction`] is a field, or follows the pressure. A block that is pushed by friction at its
+//! foot leans forward, so its front carries more:
+//!
+//! ```
+//! use mtb::{BlockOnPlane, Body, Friction, Held, Load, STEEL, unmonitored};
+//!
+//! let block = BlockOnPlane {
+//!     size: [0.06, 0.04, 0.03],
+//!     spacing: [0.01; 2],
+//!     held: Held::DrivenTop,
+//!     upper: STEEL,
+//!     lower: None,
+//! };
+//! let contact = block.stand(&unmonitored)?;
+//! let n = contact.points();
+//! let pull = vec![1e6; n];
+//! let load = Load::Pull(&pull, Body::Upper);
+//! let state = contact.slide(load, [1.0, 0.0], Friction::Field(&vec![0.2; n]), &unmonitored)?;
+//!
+//! let [fx, _, fz] = state.outcome.force;
+//! assert!((-fz / (1e6 * 0.06 * 0.04) - 1.0).abs() < 1e-9);
+//! assert!((fx / (-0.2 * fz) - 1.0).abs() < 1e-9);
+//! // points run along x first
+//! assert!(state.pressure[n / 2 + 3] > state.pressure[n / 2 - 3]);
+//! # Ok::<(), mtb::Error>(())
+//! ```
+//!
+//! Points that stick and points that slip are found by [`Problem::stick_or_slip`](contact::problem::Problem);
+//! a simulation that asks once a step keeps a [`prepared`](contact::prepared) contact.
+//!
+//! # 4. Rolling
+//!
+//! [`PreparedWheels`] takes pose and velocity of a wheelset once a step and gives forces, moments and tractions
+//! on the rails; [`contact::tangential`] rolls any two half-spaces. See the example `rolling_wheel`.
+//!
+//! # Further
+//!
+//! The crates behind this one are its modules: [`geometry`], [`operator`], [`complementarity`],
+//! [`elasticity`], [`contact`], [`wheelset`]. Anything that may take long takes a [`Monitor`], which can
+//! interrupt it; [`unmonitored`] never does.
+//!
+//! **References.** [Johnson1985], [Steininger2025].
+
+mod contact_of_two;
+mod error;
+mod held;
+mod scenes;
+mod standing;
+
+pub use mtb_complementarity as complementarity;
+pub use mtb_contact as contact;
+pub use mtb_elasticity as elasticity;
+pub use mtb_geometry as geometry;
+pub use mtb_operator as operator;
+pub use mtb_wheelset as wheelset;
+
+pub use contact_of_two::{Contact, State, descent};
+pub use error::Error;
+pub use held::Held;
+pub use mtb_contact::problem::{Body, Friction, FreeMotion, Load};
+pub use mtb_elasticity::Material;
+pub use mtb_geometry::{PoleShoe, Profile, WheelOnRail};
+pub use mtb_operator::{Compliance, Component, Grid, Monitor, Relative, unmonitored};
+pub use mtb_wheelset::{PreparedWheels, Wheelset};
+pub use scenes::{BlockOnPlane, PoleShoeOnRail, STEEL, half_spaces};
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;
