@@ -17,6 +17,7 @@ ALLOWED = {
     "wheelset": {"geometry", "operator", "complementarity", "elasticity", "contact"},
     "capi": {"operator", "complementarity", "contact", "wheelset"},
     "fmu": {"operator", "contact"},
+    "mtb": {"geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
     "python": {"geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
 }
 #: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]

@@ -7,9 +7,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use mtb::{
-    Compliance, Component, Contact, Friction, Grid, Load, Relative, descent, unmonitored,
-};
+use mtb::{Compliance, Component, Contact, Friction, Grid, Load, Relative, descent, unmonitored};
 
 /// Brake lining: gives way to its own pressure only.
 struct Lining {
@@ -57,7 +55,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // F = pi R delta^2 / softness
     let approach = (force * softness / (PI * radius)).sqrt();
     let found = -pressed.outcome.solution.motion[0];
-    println!("approach {:.4} um, closed form {:.4}", 1e6 * found, 1e6 * approach);
+    println!(
+        "approach {:.4} um, closed form {:.4}",
+        1e6 * found,
+        1e6 * approach
+    );
     println!("sliding: Fx = {:.3} N", slid.outcome.force[0]);
     assert!((found / approach - 1.0).abs() < 5e-3);
     assert!((slid.outcome.force[0] / (0.3 * force) - 1.0).abs() < 1e-9);

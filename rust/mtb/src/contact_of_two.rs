@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Two bodies that stand on each other, and what is asked of them.
 
 use std::sync::Arc;
 
-use mtb_contact::problem::{Body, Friction, FreeMotion, Geometry, Load, Loading, Outcome, Problem};
+use mtb_contact::problem::{Body, FreeMotion, Friction, Geometry, Load, Loading, Outcome, Problem};
 use mtb_contact::sliding::RigidMotion;
 use mtb_operator::{Grid, Monitor, Relative};
 
@@ -75,7 +76,9 @@ impl Contact {
         points.extend(places.iter().map(|p| p[1]));
         points.resize(3 * n, 0.0);
         let axis = |c: usize| -> Vec<f64> {
-            (0..3 * n).map(|k| f64::from(u8::from(k / n == c))).collect()
+            (0..3 * n)
+                .map(|k| f64::from(u8::from(k / n == c)))
+                .collect()
         };
         let [tangent_x, tangent_y, normal] = [0, 1, 2].map(axis);
         let geometry = Geometry {

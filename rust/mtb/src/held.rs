@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How the top of a block or of a pole is held.
 
 use mtb_elasticity::tetra::{Hold, Support};
@@ -56,9 +57,7 @@ impl Held {
             Self::FixedPoints => held,
         };
         let at = |place: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|c| {
-                middle[c] + (0..3).map(|k| turn[c][k] * place[k]).sum::<f64>()
-            })
+            std::array::from_fn(|c| middle[c] + (0..3).map(|k| turn[c][k] * place[k]).sum::<f64>())
         };
         let nearest = |places: Vec<[f64; 3]>| {
             let found = places.into_iter().map(|place| nearest(mesh, at(place)));

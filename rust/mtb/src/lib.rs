@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Frictional elastic contact, from bodies to pressures.
 //!
 //! This crate gathers what a program needs to press elastic bodies together and let them slide, stick, slip
@@ -98,7 +99,7 @@ pub use mtb_wheelset as wheelset;
 pub use contact_of_two::{Contact, State, descent};
 pub use error::Error;
 pub use held::Held;
-pub use mtb_contact::problem::{Body, Friction, FreeMotion, Load};
+pub use mtb_contact::problem::{Body, FreeMotion, Friction, Load};
 pub use mtb_elasticity::Material;
 pub use mtb_geometry::{PoleShoe, Profile, WheelOnRail};
 pub use mtb_operator::{Compliance, Component, Grid, Monitor, Relative, unmonitored};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Ready scenes: which bodies stand where, and how they are held.
 
 use std::sync::Arc;
@@ -126,7 +127,11 @@ impl PoleShoeOnRail {
         ];
         let size = [shoe.length, shoe.outer_edge - shoe.inner_edge];
         let supports = self.held.supports(&mesh, middle, size, self.height, turn)?;
-        let name = if side > 0.0 { "left pole" } else { "right pole" };
+        let name = if side > 0.0 {
+            "left pole"
+        } else {
+            "right pole"
+        };
         Standing::new(name, mesh, self.upper, supports, grid, nodes, monitor)
     }
 
@@ -171,12 +176,17 @@ impl BlockOnPlane {
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let [length, width, height] = self.size;
         let cells = |extent: f64, step: f64| ((extent / step).round() as usize).max(1);
-        let (nx, ny) = (cells(length, self.spacing[0]), cells(width, self.spacing[1]));
+        let (nx, ny) = (
+            cells(length, self.spacing[0]),
+            cells(width, self.spacing[1]),
+        );
         let (x, y) = (spread(length, nx), spread(width, ny));
         let mesh = block(&x, &y, height, self.held.filling())?;
         let n = x.len() * y.len();
         let axis = |c: usize| -> Vec<f64> {
-            (0..3 * n).map(|k| f64::from(u8::from(k / n == c))).collect()
+            (0..3 * n)
+                .map(|k| f64::from(u8::from(k / n == c)))
+                .collect()
         };
         let mut positions = x.repeat(y.len());
         positions.extend(y.iter().flat_map(|y| vec![*y; x.len()]));
@@ -199,9 +209,9 @@ impl BlockOnPlane {
             origin: [x[0], y[0]],
         };
         let unturned = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let supports =
-            self.held
-                .supports(&mesh, [0.0; 3], [length, width], height, unturned)?;
+        let supports = self
+            .held
+            .supports(&mesh, [0.0; 3], [length, width], height, unturned)?;
         let body = Standing::new("block", mesh, self.upper, supports, &grid, &nodes, monitor)?;
         contact(&[body], self.lower, &[grid], &nodes)
     }

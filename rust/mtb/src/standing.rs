@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Elastic bodies where they stand on contact points.
 
 use std::collections::BTreeMap;
@@ -6,9 +7,7 @@ use std::sync::Arc;
 use mtb_contact::problem::{Body, FreeMotion, Geometry, Means};
 use mtb_contact::sliding::RigidMotion;
 use mtb_elasticity::Material;
-use mtb_elasticity::tetra::{
-    ContactGrid, Limits, Order, Sampling, Support, TetraBody, TetraMesh,
-};
+use mtb_elasticity::tetra::{ContactGrid, Limits, Order, Sampling, Support, TetraBody, TetraMesh};
 use mtb_geometry::solid::SolidMesh;
 use mtb_geometry::{SheetGrid, SheetPoints};
 use mtb_operator::{Compliance, Monitor, Separate};
@@ -94,8 +93,11 @@ impl Standing {
                 place[c] -= nodes.gap[i] * normal[c];
             }
         }
-        let condensed =
-            TetraBody::new(core, material, supports)?.condense(&sampling, Limits::default(), monitor)?;
+        let condensed = TetraBody::new(core, material, supports)?.condense(
+            &sampling,
+            Limits::default(),
+            monitor,
+        )?;
         Ok(Self {
             compliance: Arc::new(condensed.flexibility),
             weights,
@@ -162,7 +164,9 @@ pub(crate) fn beside(
                     mean_frame[axis][c * n + first + i] = body.frames[i][axis][c];
                 }
             }
-            means.column.extend(body.shares[i].keys().map(|j| first + j));
+            means
+                .column
+                .extend(body.shares[i].keys().map(|j| first + j));
             means.share.extend(body.shares[i].values());
             means.start.push(means.column.len());
         }
