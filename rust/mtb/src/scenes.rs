@@ -110,7 +110,9 @@ impl PoleShoeOnRail {
             .map(|k| ends[0] + (ends[1] - ends[0]) * k as f64 / grid.ny as f64)
             .collect();
         let mut y = shoe.rail.position(&arc)?;
-        y.iter_mut().for_each(|y| *y = y.abs());
+        for y in &mut y {
+            *y = y.abs();
+        }
         (y[0], y[grid.ny]) = (shoe.inner_edge, shoe.conforming_to);
         let x = spread(shoe.length, grid.nx);
         let (sin, cos) = shoe.yaw.sin_cos();
