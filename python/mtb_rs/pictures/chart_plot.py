@@ -114,7 +114,7 @@ def _draw_known(known: Sequence[Known], axes: Axes) -> None:
     """Times known from elsewhere: letters where nothing else is known, stars with one where the error is."""
     low, high = np.log10(axes.get_xlim())
     last, level = -np.inf, 0
-    for letter, one in zip(cycle(LETTERS), known):  # noqa: B905: letters begin again
+    for letter, one in zip(cycle(LETTERS), known):
         label = f"{letter}: {one.label}, {_seconds(one.time)}"
         if one.error is not None:
             place = (one.time, 100.0 * one.error)
