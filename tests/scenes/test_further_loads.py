@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.base.cache import Memory
 from mtb_rs.bodies.mesh import block_mesh
 
 LINE = np.linspace(-0.02, 0.02, 6)
@@ -50,3 +52,20 @@ def test_a_further_load_gives_what_it_gives_alone() -> None:
     for quantity, value in alone.report.error_estimates.items():
         assert other.report.error_estimates[quantity] == pytest.approx(value, rel=1e-6)
     assert other.normal_force == pytest.approx(5e3, rel=1e-9)
+
+
+def test_a_further_load_reads_no_matrix_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a contact keeps is found by the objects it was made of, not by reading all their numbers."""
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.3)
+    scene.solve("elastic-upper")
+    read: list[int] = []
+    recall = Memory.recall
+
+    def counted(self: Memory, name: str, ingredients: Sequence[Any], build: Callable[[], Any]) -> Any:
+        read.extend(part.size for part in ingredients if isinstance(part, np.ndarray))
+        return recall(self, name, ingredients, build)
+
+    monkeypatch.setattr(Memory, "recall", counted)
+    again = scene.with_(magnetic_pressure=2.1e6).solve("elastic-upper")
+    half = again.pressure.size // 2
+    assert max(read) < half**2

@@ -17,9 +17,9 @@ import stat
 import tempfile
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,8 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
+
+T = TypeVar("T")
 
 #: Most bytes of files that people write: cases, profiles, tables.
 TEXT = 16_000_000
@@ -90,6 +92,15 @@ def read_bytes(path: str | os.PathLike[str], what: str = "file", most: int = DAT
     if len(content) > most:
         raise _unreadable(what, where, f"it has more than {most:.3g} bytes: at most {most:.3g} are read")
     return content
+
+
+def made_of(path: str | os.PathLike[str], what: str, make: Callable[[bytes], T]) -> T:
+    """What `make` makes of the bytes of a regular file; errors as :func:`read_bytes`, and those of `make`."""
+    data = read_bytes(path, what)
+    try:
+        return make(data)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def read_text(path: str | os.PathLike[str], what: str = "file", most: int = TEXT) -> str:

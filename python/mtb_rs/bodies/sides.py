@@ -165,7 +165,7 @@ class ElasticPart:
 
     def own_points(self) -> SheetPoints:
         """Its contact points."""
-        return self.points if self.hats is None else _part(self.points, self.hats.kept)
+        return self.points if self.hats is None else self.points.at(self.hats.kept)
 
     def sampling(self) -> _mtb_rs.Sampling:
         """Its basis on the contact face."""
@@ -205,7 +205,3 @@ class Forces:
 #: A body and its mirror image together: twice what the mirror keeps, none of what it turns round.
 _WHOLE = np.array([2.0, 0.0, 2.0, 0.0, 2.0, 0.0])
 _SYMMETRY = "2 symmetry"
-
-
-def _part(points: SheetPoints, cut: slice | NDArray[np.intp]) -> SheetPoints:
-    return SheetPoints(**{k: np.ascontiguousarray(v[..., cut]) for k, v in vars(points).items()})

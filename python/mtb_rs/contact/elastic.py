@@ -20,13 +20,13 @@ from ..base.words import Side as WheelSide
 from ..bodies.elastic_body import Condensed, ElasticBody
 from ..bodies.material import Material
 from ..bodies.mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
-from ..bodies.sides import ElasticPart, _part
+from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.supports import Guide, Support
 from ..geometry.contact_points import ContactSheet, Patch, SheetPoints
 from ..geometry.geometries import BlockLayout, Layout, ShoeLayout, cells_along
 from ..geometry.pole_shoe import PoleShoe
-from .standing import Contact, ElasticBodies, Standing, averages, cells_of, condensed_part, hats_of
+from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
 
 Array = NDArray[np.float64]
@@ -80,27 +80,16 @@ def half_spaces(
     return cache.recalled(cache.content_key(key), build)
 
 
-def ready_bodies(
+def on_rigid(
     geometry: Layout,
-    bodies: tuple[HalfSpace, HalfSpace | Rigid],
+    upper: HalfSpace,
     spacing: tuple[float, float],
     held: Held,
-    symmetry: NDArray[np.intp] | bool | None,
     time_s: dict[str, float],
 ) -> Contact:
-    """The elastic upper bodies of a geometry on a half-space or rigid body, or on the elastic rail.
+    """The elastic upper bodies of a geometry on a rigid one."""
 
-    Parameters
-    ----------
-    bodies : (upper, lower)
-    symmetry : (n,) int, None or False
-        False: below is no elastic rail. Else the mirror image of each point where all above the rail is
-        symmetric, or None.
-    """
-    upper, lower = bodies
-    key = fingerprint((geometry, spacing, upper, held))
-
-    def stand() -> Contact:
+    def build() -> Contact:
         sheet = geometry.sheet(spacing)
         above, area = upper_bodies(geometry, sheet, upper.material, held, time_s)
         points, patches = sheet.nodes, sheet.node_patches
@@ -114,19 +103,58 @@ def ready_bodies(
             averages=averages(above.parts),
         )
 
-    def below() -> Contact:
-        above = cache.recalled(key, stand)
-        if symmetry is False:
-            other: Standing = hats_of(lower, above.points, above.patches, upper=False)
-        else:
-            assert isinstance(lower, HalfSpace)
-            assert symmetry is None or isinstance(symmetry, np.ndarray)
-            other = rail(geometry, geometry.sheet(spacing), lower.material, symmetry, time_s)
-        return replace(above, lower=other, memory=Memory())
+    return cache.recalled(fingerprint((geometry, spacing, upper, held)), build)
 
+
+def on_foundation(
+    geometry: Layout,
+    bodies: tuple[HalfSpace, HalfSpace | Rigid],
+    spacing: tuple[float, float],
+    held: Held,
+    time_s: dict[str, float],
+) -> Contact:
+    """The elastic upper bodies of a geometry on a half-space or a rigid body.
+
+    Parameters
+    ----------
+    bodies : (upper, lower)
+    """
+    upper, lower = bodies
     if lower == Rigid():
-        return cache.recalled(key, stand)
-    return cache.recalled(fingerprint((key, lower, symmetry)), below)
+        return on_rigid(geometry, upper, spacing, held, time_s)
+
+    def build() -> Contact:
+        above = on_rigid(geometry, upper, spacing, held, time_s)
+        below = hats_of(lower, above.points, above.patches, upper=False)
+        return replace(above, lower=below, memory=Memory())
+
+    return cache.recalled(fingerprint((geometry, spacing, bodies, held, "foundation")), build)
+
+
+def on_rail(
+    geometry: Layout,
+    bodies: tuple[HalfSpace, HalfSpace],
+    spacing: tuple[float, float],
+    held: Held,
+    image: NDArray[np.intp] | None,
+    time_s: dict[str, float],
+) -> Contact:
+    """The elastic upper bodies of a geometry on the elastic rail.
+
+    Parameters
+    ----------
+    bodies : (upper, lower)
+    image : (n,) int or None
+        The mirror image of each point where all above the rail is symmetric.
+    """
+    upper, lower = bodies
+
+    def build() -> Contact:
+        above = on_rigid(geometry, upper, spacing, held, time_s)
+        below = rail(geometry, geometry.sheet(spacing), lower.material, image, time_s)
+        return replace(above, lower=below, memory=Memory())
+
+    return cache.recalled(fingerprint((geometry, spacing, bodies, held, "rail", image)), build)
 
 
 def upper_bodies(
@@ -139,7 +167,7 @@ def upper_bodies(
     condensed: list[Condensed] = []
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
-        places = _part(points, cut)
+        places = points.at(cut)
         solid = _upper_body(geometry, sheet, patch, material, held, time_s)
         if parts and isinstance(held.supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
             part, flexible, compliance = _twin(parts[0], condensed[0], patch, places)
@@ -254,7 +282,7 @@ def rail(
     solid = ElasticBody(mesh, material, where, supports, "rail")
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     n = sum(p.nx * p.ny for p in carried)
-    own = _part(points, slice(0, n))
+    own = points.at(slice(0, n))
     part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
     flexible = condensed_part(part, time_s)
     return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
@@ -329,7 +357,7 @@ def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside:
     """How far a pole off its place was raised [m] until it just touches, as the gaps of the sheet have it."""
     if shoe.lateral == 0.0 and shoe.yaw == 0.0:
         return 0.0
-    nodes = _part(sheet.nodes, slice(patch.start, patch.start + patch.nx * patch.ny))
+    nodes = sheet.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
     own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
     return float(np.mean(own[2] - shoe.sole(own[1])))
 

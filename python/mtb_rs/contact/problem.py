@@ -77,8 +77,6 @@ class ContactProblem:
         Where not all points of the grids are contact points.
     memory : Memory
         What depends on the bodies alone; further loads on the same ones share it.
-    doubts : tuple of str
-        What its geometry makes doubtful, in whole sentences.
     """
 
     points: SheetPoints
@@ -97,7 +95,6 @@ class ContactProblem:
     time_s: dict[str, float] = field(default_factory=dict)
     kept: Kept | None = None
     memory: Memory = field(default_factory=Memory)
-    doubts: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
@@ -107,25 +104,23 @@ class ContactProblem:
     @property
     def geometry(self) -> _mtb_rs.ContactGeometry:
         """The contact points as the core has them: tangents of sliding, means and resultants are its own."""
-        if self.averages is None:
+
+        def build() -> _mtb_rs.ContactGeometry:
             means = None
-            ingredients = [self.points.points, self.area]
-        else:
-            start, row, column, share = self.averages.rows
-            means = [*start.tolist(), row.size], column.tolist(), share
-            ingredients = [self.averages.places, self.area, self.averages.frames, self.averages.overlap]
-        unit = frame_of(self.points)
-        mean = unit if self.averages is None else self.averages.frames
-        return self.memory.recall(
-            "geometry",
-            [*ingredients, unit],
-            lambda: _mtb_rs.ContactGeometry(
+            unit = mean = frame_of(self.points)
+            if self.averages is not None:
+                start, row, column, share = self.averages.rows
+                means = [*start.tolist(), row.size], column.tolist(), share
+                mean = self.averages.frames
+            return _mtb_rs.ContactGeometry(
                 np.ascontiguousarray(self.places),
                 np.ascontiguousarray(self.area),
                 [np.ascontiguousarray(field) for field in (*unit, *mean)],
                 means,
-            ),
-        )
+            )
+
+        # objects of the contact, the same ones for every load: they are compared by what they are, not read
+        return self.memory.recall("geometry", [self.points, self.area, self.averages], build)
 
     @property
     def core(self) -> _mtb_rs.Problem:

@@ -253,7 +253,7 @@ def _condensed_contact(
         sheet = replace(sheet, nodes=nodes)
         if layout.gap is None:
             doubts.append(_overlapping(layout, float(mean.min())))
-    points = SheetPoints(**{k: np.ascontiguousarray(v[..., kept]) for k, v in vars(nodes).items()})
+    points = nodes.at(kept)
     places = points.points.copy()
     moved = (basis.place != np.stack([kept % shape[1], kept // shape[1]])).any(axis=0)
     step = np.array(sheet.spacing)[:, None]

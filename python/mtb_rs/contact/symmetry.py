@@ -12,7 +12,7 @@ from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
 from ..bodies.sides import Side
-from ..geometry.contact_points import ROUNDING, SheetPoints
+from ..geometry.contact_points import ROUNDING
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
@@ -70,10 +70,6 @@ def folded(problem: ContactProblem) -> Fold | None:
     source = position[np.minimum(np.arange(image.size), image)]
     weight = np.where(image[kept] == kept, 1.0, 2.0)
 
-    def cut(points: SheetPoints) -> SheetPoints:
-        fields = {k: np.ascontiguousarray(v[..., kept]) for k, v in vars(points).items()}
-        return SheetPoints(**fields)
-
     halves, motion_source, offset = [], [], 0
     for side, compliance, (orbits, source_of) in zip(
         (problem.upper, problem.lower), compliances, (upper, lower), strict=True
@@ -92,7 +88,7 @@ def folded(problem: ContactProblem) -> Fold | None:
         offset += len(orbits)
     half = replace(
         problem,
-        points=cut(points),
+        points=points.at(kept),
         area=problem.area[kept] * weight,
         friction=friction[kept] if isinstance(friction, np.ndarray) else friction,
         direction=np.ascontiguousarray(problem.direction[:, kept]),

@@ -91,6 +91,10 @@ class SheetPoints:
     arc_length: Array
     gap: Array
 
+    def at(self, chosen: slice | NDArray[np.intp]) -> SheetPoints:
+        """Some of the points, by their numbers."""
+        return SheetPoints(**{k: np.ascontiguousarray(v[..., chosen]) for k, v in vars(self).items()})
+
 
 @owning
 @dataclass(frozen=True)

@@ -60,8 +60,7 @@ def page(chart: Chart) -> str:
     ValueError
         If no point has an error to show.
     """
-    if not chart.drawn():
-        raise ValueError(f"the chart has no point with an error in {chart.quantity}: nothing to draw")
+    chart.check_drawable()
     title = escape(chart.title)
     own = "" if not chart.reference_error else f", whose own error is about {_percent(chart.reference_error)}"
     keys = "".join(

@@ -35,8 +35,7 @@ def draw(chart: Chart) -> Figure:
     ValueError
         If no point has an error to show.
     """
-    if not chart.drawn():
-        raise ValueError(f"the chart has no point with an error in {chart.quantity}: nothing to draw")
+    chart.check_drawable()
     series = [s for s in chart.series if chart.drawn(s)]
     known = sorted(chart.figures, key=lambda f: f.time)
     rows = -(-(len(series) + 1) // 2) + -(-len(known) // 2)

@@ -124,6 +124,11 @@ class Chart:
     figures: tuple[Figure, ...] = ()
     remark: str = ""
 
+    def check_drawable(self) -> None:
+        """ValueError if no point has an error to show."""
+        if not self.drawn():
+            raise ValueError(f"the chart has no point with an error in {self.quantity}: nothing to draw")
+
     @property
     def series(self) -> tuple[str, ...]:
         """Names of the series, in the order of the points."""

@@ -22,7 +22,7 @@ from ..bodies.sides import Side
 from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
-from ..contact.elastic import Held, half_spaces, ready_bodies
+from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
 from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction, with_loads
 from ..contact.solids import BodyLayout, body_contact, check_faces
@@ -317,11 +317,12 @@ class PosedScene:
         assert isinstance(upper, HalfSpace)
         held = Held(self.supports, self.element_size, thinner)
         if model == "elastic-upper":
-            return ready_bodies(layout, (upper, lower), spacing, held, False, time_s)
-        above = ready_bodies(layout, (upper, Rigid()), spacing, held, False, time_s)
+            return on_foundation(layout, (upper, lower), spacing, held, time_s)
+        assert isinstance(lower, HalfSpace)
+        above = on_rigid(layout, upper, spacing, held, time_s)
         fold = folded(self._under_load(above, model, {}))
-        symmetry = None if fold is None else fold.image
-        return ready_bodies(layout, (upper, lower), spacing, held, symmetry, time_s)
+        image = None if fold is None else fold.image
+        return on_rail(layout, (upper, lower), spacing, held, image, time_s)
 
     def _under_load(self, contact: Contact, model: Model, time_s: dict[str, float]) -> ContactProblem:
         """The bodies of a contact under the loads of the scene."""

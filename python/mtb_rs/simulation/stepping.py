@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import number, positive, warn
 from ..base.errors import ConvergenceError, ResultantError
-from ..base.files import check_target, read_bytes, write_bytes
+from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
 from ..base.plain import plain
 from ..base.questions import ask
@@ -416,11 +416,7 @@ class PreparedContact:
         ValueError
             If the file cannot be read, or holds no prepared contact, or not all of one.
         """
-        data = read_bytes(path, "prepared contact")
-        try:
-            return cls(_mtb_rs.PreparedContact.from_bytes(data))
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+        return cls(made_of(path, "prepared contact", _mtb_rs.PreparedContact.from_bytes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # finite elements stay behind: the copy is as one read from a file

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
-from ..base.files import read_bytes, write_bytes
+from ..base.files import made_of, write_bytes
 from ..base.words import Wheels
 from ..bodies.simple import HalfSpace
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
@@ -137,11 +137,7 @@ class PreparedWheels:
         ValueError
             If the file cannot be read, or holds no prepared wheels, or not all of them.
         """
-        data = read_bytes(path, "file of prepared wheels")
-        try:
-            return cls(_mtb_rs.PreparedWheels.from_bytes(data))
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+        return cls(made_of(path, "file of prepared wheels", _mtb_rs.PreparedWheels.from_bytes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _from_bytes, (self._core.to_bytes(), self._core.state)

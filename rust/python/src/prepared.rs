@@ -177,12 +177,6 @@ impl PyPreparedContact {
         self.prepared.friction.rows().len() > 1 || self.prepared.loads.rows().len() > 1
     }
 
-    /// Whether friction changes the pressure at all.
-    #[getter]
-    fn is_coupled(&self) -> bool {
-        self.prepared.influence.is_coupled()
-    }
-
     /// Mean pressure (n,) [Pa] of the unknowns of a step.
     fn mean_pressure<'py>(
         &self,
