@@ -182,7 +182,7 @@ def start_with_pressure(
     points, area = problem.points, problem.area
     motions, work = problem.relative_motions()
     contact = _mtb_rs.CoupledContact(
-        _mtb_rs.Compliance.relative(problem.lower.compliance, problem.upper.compliance),
+        problem.core.pair,
         0.0 if layer is None else layer.flexibility,
         area,
         np.ascontiguousarray(np.broadcast_to(friction, (problem.n,))),

@@ -388,12 +388,11 @@ def _lost_digits(problem: ContactProblem) -> str:
     """What rounding did, where the displacements by the load vanish beside the gap or swallow it."""
     pull = np.asarray(problem.loads.get("pull", np.zeros(3)))
     height = float(np.ptp(problem.gap))
-    compliances = [side.compliance for side in (problem.upper, problem.lower) if side.compliance is not None]
-    if not pull.any() or height == 0.0 or not compliances:
+    if not pull.any() or height == 0.0:
         return ""
     one = np.zeros((3, problem.n))
     one[2] = np.abs(pull[2]) / float(problem.area.sum())
-    moved = sum(float(np.abs(c.displacement(one)[2]).max()) for c in compliances)
+    moved = float(np.abs(problem.core.pair.displacement(one)[2]).max())
     if moved >= 1e-12 * height:
         return ""
     return (

@@ -39,6 +39,7 @@ from .auto import (
     rungs,
 )
 from .posed import PosedScene
+from .taken import beyond
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
@@ -282,7 +283,7 @@ def level_at(
     problem = scene.problem(model, spacing, thinner=thinner)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
     opens = coupled and is_coupled(scene, problem)
-    if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(problem):
+    if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(scene, problem):
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
@@ -366,10 +367,10 @@ def _mixed(scene: PosedScene) -> list[float]:
     ]
 
 
-def _is_plain(problem: ContactProblem) -> bool:
-    """Whether this is one flat grid of cells between half-spaces."""
+def _is_plain(scene: PosedScene, problem: ContactProblem) -> bool:
+    """Whether this is one flat grid of cells between half-spaces, and nothing else."""
     flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
-    return problem.model == "half-space" and flat
+    return problem.model == "half-space" and flat and not beyond(scene, "convolutions")
 
 
 def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None) -> Solution:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _mtb_rs
 from ..base.check import choice, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
@@ -30,6 +29,7 @@ from ..contact.standing import hats_of
 from ..results.result import Result
 from . import direct
 from .posed import PosedScene
+from .taken import refuse_beyond
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def slide_from_rest(
             )
     else:
         start = start_of_sliding(
-            _mtb_rs.Compliance.relative(problem.lower.compliance, problem.upper.compliance),
+            problem.core.pair,
             solution.pressure,
             problem.area,
             friction,
@@ -105,6 +105,7 @@ def slide_from_rest(
 
 def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
     chosen = IncrementalOptions(**options)
+    refuse_beyond(scene, "load increments")
     problem = scene.problem(model)
     solution, accumulated = solve_incremental(problem, scene.sliding_direction, chosen)
     result = finish_incremental(accumulated, lambda: scene.finished(problem, solution, "incremental"))
@@ -115,6 +116,7 @@ def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Re
 def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
     if model != "elastic-upper":
         raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
+    refuse_beyond(scene, "the staggered loop")
     problem = scene.problem(model)
     body = scene.upper
     assert isinstance(body, (HalfSpace, Rigid))

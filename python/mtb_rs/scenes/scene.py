@@ -196,7 +196,7 @@ class Scene(PosedScene):
         friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
             Of wheels; None: the `friction` of the scene. A RailFriction varies over the rail.
         layer : InterfaceLayer
-            Between wheel and rail.
+            Between wheel and rail; None: the `layer` of the scene.
         side : "left", "right" or "both"
             Which wheels of the wheelset; None: the left one.
         """
@@ -287,7 +287,13 @@ class WheelScene(Scene):
             own = self.friction
             law = Coulomb(float(own)) if isinstance(own, Real) else own
         return prepare_wheels(
-            self, self.geometry, side or "left", law, layer, reference_point, standstill_speed
+            self,
+            self.geometry,
+            side or "left",
+            law,
+            self.layer if layer is None else layer,
+            reference_point,
+            standstill_speed,
         )
 
     def _friction(

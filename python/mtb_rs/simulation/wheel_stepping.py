@@ -23,6 +23,7 @@ from ..geometry.geometries import WheelLayout
 from ..geometry.profiles import as_profile
 from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
+from ..scenes.taken import refuse_beyond
 from .stepping import pose_of
 
 Array = NDArray[np.float64]
@@ -154,6 +155,7 @@ def prepare_wheels(
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
+    refuse_beyond(scene, "wheels in steps")
     given = dict(layout.arguments)
     point: tuple[float, ...] | None = None
     if reference_point is not None:

@@ -29,6 +29,7 @@ from ..results.report import Report
 from ..results.result import Result
 from ..scenes import methods
 from ..scenes.posed import PosedScene
+from ..scenes.taken import beyond
 from .measuring import Candidate, Run, halvings, measure, silent
 
 Array = NDArray[np.float64]
@@ -113,7 +114,7 @@ def chart(
     fullest = _models(scene)[-1]
     exact = closed_form(scene)
     convolved = None
-    if scene.own_model is None and _uncoupled(scene) and _one_grid(scene):
+    if _is_convolved(scene):
         convolved = _by_convolution(scene)
     points: list[ChartPoint] = []
     copies = _Copies(scene)
@@ -287,10 +288,12 @@ def closed_form(scene: PosedScene) -> Fields | None:
     from ..half_space.reference import SlidingParaboloid
 
     layout = scene.geometry
-    if not isinstance(layout, ParaboloidLayout) or scene.force is None or not _uncoupled(scene):
+    if not isinstance(layout, ParaboloidLayout) or not _uncoupled(scene):
+        return None
+    if scene.force is None or beyond(scene, "Hertz' closed form"):
         return None
     lower, upper = scene.lower, scene.upper
-    if not (isinstance(lower, HalfSpace) and isinstance(upper, HalfSpace)) or scene.moments is not None:
+    if not (isinstance(lower, HalfSpace) and isinstance(upper, HalfSpace)):
         return None
     mu = scene.friction if isinstance(scene.friction, (int, float)) else None
     if mu is None or scene.sliding_direction not in (None, (1.0, 0.0)):
@@ -393,7 +396,7 @@ def _candidates(scene: PosedScene, copies: _Copies, convolved: Solve | None, fin
         found.append(_Way(f"{model}, further loads", solve, warmed=True))
         if rubs and model != "elastic-both":
             found.append(_Way(f"{model}, frictionless", _by_model(smooth, model, copies), fresh=True))
-        if model == "elastic-upper" and scene.own_model is None:
+        if model == "elastic-upper" and scene.own_model is None and not beyond(scene, "the staggered loop"):
             loop = _by_model(scene, model, method="staggered", max_iterations=200)
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
     if scene.geometry.start is not None:
@@ -410,7 +413,7 @@ def _half_spaces(scene: PosedScene, smooth: PosedScene, convolved: Solve | None,
     if convolved is not None:
         own = [s for s in _spacings(scene, LARGEST_BY_CONVOLUTION) if s[0] * s[1] > finer]
         found.append(_Way("half-space, FFT", convolved, spacings=own))
-    if scene.approach is None and scene.moments is None:
+    if scene.approach is None and scene.moments is None and not beyond(scene, "load increments"):
         found.append(_Way("half-space, incremental", _by_model(scene, "half-space", method="incremental")))
     return found
 
@@ -486,9 +489,16 @@ def _uncoupled(scene: PosedScene) -> bool:
     return bool(np.isclose(sides[0], sides[1], rtol=1e-12, atol=0.0))
 
 
-def _one_grid(scene: PosedScene) -> bool:
-    number = isinstance(scene.magnetic_pressure, (int, float))
-    return scene.geometry.is_grid and scene.moments is None and (scene.magnetic_pressure is None or number)
+def _is_convolved(scene: PosedScene) -> bool:
+    """Whether :func:`_by_convolution` solves the scene as its half-spaces are: one grid, numbers, no more."""
+    given = [scene.magnetic_pressure, *([scene.friction] if _rubs(scene) else [])]
+    return (
+        scene.own_model is None
+        and scene.geometry.is_grid
+        and _uncoupled(scene)
+        and all(value is None or isinstance(value, (int, float)) for value in given)
+        and not beyond(scene, "convolutions of a chart")
+    )
 
 
 def _by_convolution(scene: PosedScene) -> Solve:
@@ -496,7 +506,7 @@ def _by_convolution(scene: PosedScene) -> Solve:
     from ..half_space.normal import solve_normal
 
     layout = scene.geometry
-    mu = float(np.mean(scene.friction)) if _rubs(scene) and np.ndim(scene.friction) == 0 else 0.0
+    mu = float(scene.friction) if _rubs(scene) else 0.0
     along = np.zeros(2) if scene.sliding_direction is None else np.array(scene.sliding_direction)
     along = along / max(float(np.linalg.norm(along)), 1e-300)
 

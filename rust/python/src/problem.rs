@@ -241,6 +241,12 @@ impl PyProblem {
         Ok(Self(problem))
     }
 
+    /// The two bodies together, as every way of solving has them.
+    #[getter]
+    fn pair(&self) -> PyCompliance {
+        PyCompliance(Arc::new(self.0.pair().clone()))
+    }
+
     /// The upper body slides in `direction` (2, n), every point in contact with friction; `gap` (n,) [m] before
     /// contact, `work` (m,) [J].
     fn slide(
