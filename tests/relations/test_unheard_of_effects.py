@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What a scene states and a way of solving it does not take is refused, or goes another way: never ignored."""
+"""What a scene states and a way of solving does not take is refused, or goes another way: never ignored."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,17 @@ def test_charts_do_not_solve_friction_that_varies_without_friction(friction: Any
 def test_charts_do_not_solve_an_attracted_rail_as_if_it_were_not() -> None:
     block = mtb.scenes.block_on_plane(friction=0.0, spacing=0.02, attraction="both")
     assert "half-space, FFT" not in errors(block)
+
+
+@pytest.mark.coarse
+def test_results_tell_what_their_scene_states(tmp_path: Path) -> None:
+    leaning = mtb.scenes.block_on_plane(spacing=0.02, friction=0.1).with_(moments=(0.0, 5.0))
+    leaning.solve("half-space").save(tmp_path)
+    told = mtb.load(tmp_path).summary
+    assert list(told["moments"]) == [0.0, 5.0]
+    assert told["friction"] == 0.1
+    own = unheard(BALL.with_(gap=BALL.gap[16:35, 16:35])).solve().summary  # type: ignore[index]
+    assert (own["force"], own["friction"], own["effect"]) == (2000.0, 0.3, 1.0)
 
 
 def test_the_pair_of_a_problem_is_its_two_bodies() -> None:

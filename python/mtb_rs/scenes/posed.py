@@ -470,7 +470,19 @@ class PosedScene:
                 )
 
     def _summary(self) -> dict[str, Any]:
-        return {"scene": self.name, **self.inputs}
+        """What is stated: the arguments of a ready scene, and what was changed besides but for arrays."""
+        besides = {
+            f.name: getattr(self, f.name)
+            for f in fields(self)
+            if f.compare and f.name not in _IN_RESULTS and f.name not in self.inputs
+        }
+        default = {f.name: f.default for f in fields(self)}
+        said = {
+            name: value
+            for name, value in besides.items()
+            if not (value is None or same(value, default[name]) or _has_arrays(value))
+        }
+        return {"scene": self.name, **self.inputs, **said}
 
     def with_(self, **changes: Any) -> Self:
         """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
@@ -508,6 +520,10 @@ class PosedScene:
         others = {k: v for k, v in changes.items() if k not in anew}
         inputs = {k: v for k, v in made.inputs.items() if k not in others}
         return replace(made, **{**kept, **others, "inputs": inputs})
+
+
+#: Fields of a scene that its results have under names of their own.
+_IN_RESULTS = {"name", "layout", "gap", "spacing", "upper", "lower"}
 
 
 #: Fields of a ready scene that follow from its arguments; arguments of ready scenes that give another field;

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Which fields of a scene each way takes that goes round the contact problem.
 
-A :class:`mtb_rs.contact.problem.ContactProblem` holds all that a scene states. Other ways read bodies, gap and
-load off the scene, or the two bodies off the problem, and know of nothing else. Here each of them names the
-fields that it takes, and those that are certain to change nothing in it. A scene that states more does not
-go that way, or is refused there. So a field that is new is on no list, and none of these ways passes it by.
+A :class:`mtb_rs.contact.problem.ContactProblem` holds all that a scene states. Other ways read bodies, gap
+and load off the scene, or the two bodies off the problem, and know of nothing else. Here each of them names
+the fields that it takes, and those that are certain to change nothing in it. A scene that states more does
+not go that way, or is refused there. So a field that is new is on no list, and none of these ways passes it
+by.
 """
 
 from __future__ import annotations
