@@ -15,6 +15,8 @@ use proptest::prelude::*;
 
 use super::*;
 
+mod wheels;
+
 const N: usize = 3;
 /// What stands in arrays that nothing was written to.
 const UNTOUCHED: f64 = -7.25;
