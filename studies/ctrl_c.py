@@ -49,11 +49,11 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
     def rolling(cells: int) -> Callable[[], object]:
         gap, spacing = square(cells)
         pressed = mtb.solve_normal(gap, spacing, lower=mtb.steel, upper=mtb.steel, force=2e4)
-        return lambda: mtb.solve_tangential(pressed, mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), 0.3)
+        return lambda: mtb.solve_tangential(pressed, mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))
 
-    def block(spacing: float, **options: object) -> Callable[[], object]:
+    def block(spacing: float, model: str, method: str) -> Callable[[], object]:
         scene = mtb.scenes.block_on_plane(height=0.1, friction=0.3, spacing=spacing)
-        return lambda: scene.solve("elastic-upper", **options)
+        return lambda: scene.solve(model, method=method)
 
     def start(spacing: float) -> Callable[[], object]:
         scene = mtb.scenes.block_on_plane(height=0.1, friction=0.3, spacing=spacing)
@@ -66,8 +66,8 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
     def meshing() -> Callable[[], object]:
         import trimesh
 
-        ball = trimesh.creation.icosphere(subdivisions=5, radius=0.05)
-        return lambda: mtb.ElasticBody.from_mesh(ball, mtb.steel, size=3e-3)
+        box = trimesh.creation.box((0.1, 0.06, 0.04))
+        return lambda: mtb.ElasticBody.from_mesh(box, mtb.steel, size=2e-3)
 
     def surfaces() -> Callable[[], object]:
         import trimesh
@@ -78,12 +78,14 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
     return {
         "normal-dense": lambda: normal(90, method="dense"),
         "normal-convolution": lambda: normal(4096),
-        "normal-periodic": lambda: lambda: mtb.area_load_curve(
-            mtb.roughness(1024, 1e-6, rms_height=1e-7),
-            1e-6,
-            [1e-2, 1e-1, 1.0],
-            lower=mtb.steel,
-            upper=mtb.steel,
+        "normal-periodic": lambda: (
+            lambda: mtb.area_load_curve(
+                mtb.roughness(1024, 1e-6, rms_height=1e-7),
+                1e-6,
+                [1e-2, 1e-1, 1.0],
+                lower=mtb.steel,
+                upper=mtb.steel,
+            )
         ),
         "sliding-dense": lambda: field(63),
         "sliding-convolution": lambda: field(1024),
@@ -95,8 +97,8 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
         "meshing": meshing,
         "surface": surfaces,
         "roughness": lambda: lambda: mtb.roughness(6000, 1e-6, rms_height=1e-7),
-        "staggered": lambda: block(5e-3, method="staggered"),
-        "incremental": lambda: block(6.25e-3, method="incremental"),
+        "staggered": lambda: block(5e-3, "elastic-upper", "staggered"),
+        "incremental": lambda: block(2.5e-3, "half-space", "incremental"),
         "start-of-sliding": lambda: start(5e-3),
         "rolling": lambda: rolling(400),
     }
@@ -150,7 +152,8 @@ def _latencies(name: str, times: int, draw: random.Random) -> Iterator[tuple[flo
             begun, moment = ask(), draw.uniform(0.0, whole)
             # it may be quicker than the first time
             while (
-                _processor_time(other.pid) - begun < moment and not select.select([other.stdout], [], [], 2e-3)[0]
+                _processor_time(other.pid) - begun < moment
+                and not select.select([other.stdout], [], [], 2e-3)[0]
             ):
                 pass
             sent, clock = _processor_time(other.pid), time.monotonic()
@@ -162,7 +165,9 @@ def _latencies(name: str, times: int, draw: random.Random) -> Iterator[tuple[flo
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("names", nargs="*")
     parser.add_argument("--times", type=int, default=8)
     parser.add_argument("--seed", type=int, default=0)

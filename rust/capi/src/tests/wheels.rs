@@ -166,9 +166,12 @@ impl Caller {
         let handle = self.handle(&call.handle);
         let is_null = |k: u8| call.null >> k & 1 == 1;
         let mut room = [(); 3].map(|()| vec![UNTOUCHED; 2 * ROOM]);
-        let mut at = |k: usize| match is_null(k as u8) {
-            true => null_mut(),
-            false => room[k].as_mut_ptr(),
+        let mut at = |k: usize| {
+            if is_null(k as u8) {
+                null_mut()
+            } else {
+                room[k].as_mut_ptr()
+            }
         };
         // SAFETY: pointers are null or to arrays longer than what is written to them
         unsafe {
