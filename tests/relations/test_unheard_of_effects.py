@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
 from mtb_rs.contact.problem import ContactProblem
+from mtb_rs.results.sweep_table import ARGUMENT_UNITS
 from mtb_rs.scenes.scene import Scene, WheelScene
 from mtb_rs.scenes.taken import TAKEN
 from mtb_rs.studies.chart_scene import chart, closed_form
@@ -131,6 +132,16 @@ def test_results_tell_what_their_scene_states(tmp_path: Path) -> None:
     assert told["friction"] == 0.1
     own = unheard(BALL.with_(gap=BALL.gap[16:35, 16:35])).solve().summary  # type: ignore[index]
     assert (own["force"], own["friction"], own["effect"]) == (2000.0, 0.3, 1.0)
+
+
+def test_every_number_of_a_scene_has_a_unit_in_sweeps_and_animations() -> None:
+    ready = [getattr(mtb.scenes, name) for name in ("block_on_plane", "paraboloid_on_plane")]
+    ready += [mtb.scenes.pole_shoe_on_rail, mtb.scenes.wheel_on_rail]
+    for made in (mtb.Scene, *ready):
+        hints = get_type_hints(made)
+        numbers = [name for name in hints if hints[name] in (float, float | None, int, int | None)]
+        assert set(numbers) <= set(ARGUMENT_UNITS), made
+        assert numbers
 
 
 def test_the_pair_of_a_problem_is_its_two_bodies() -> None:
