@@ -22,6 +22,7 @@ import numpy as np
 import records
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 from mtb_rs.results.chart import Chart, ChartPoint, Figure
 from mtb_rs.studies.chart_scene import closed_form, fields_of
@@ -301,7 +302,7 @@ if __name__ == "__main__":
     parser.add_argument(
         "names", nargs="*", default=list(CHARTS), help=f"of {', '.join(CHARTS)}; all by default"
     )
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+    parser.add_argument("-o", "--output", type=output_folder, default="docs/charts")
     parser.add_argument("--budget", type=float, default=120.0, help="seconds for each chart")
     parser.add_argument(
         "--growth",

@@ -7,17 +7,17 @@ states under 10 % for FASTSIM but for large spin, where more than 20 % occur in 
 """
 
 import argparse
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import records
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+parser.add_argument("-o", "--output", type=output_folder, default="docs/charts")
 parser.add_argument("--cases", type=int, default=400)
 parser.add_argument("--cells", type=int, default=40)
 arguments = parser.parse_args()

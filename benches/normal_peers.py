@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
+from mtb_rs.base.files import output_folder
 
 Array = NDArray[np.float64]
 
@@ -209,7 +210,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, default=512, help="cells per side")
     parser.add_argument("--repeats", type=int, default=3, help="runs, of which the fastest counts")
-    parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
+    parser.add_argument("--out", type=output_folder, default="docs/charts", help="where CSV and chart go")
     parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
     arguments = parser.parse_args()
     table = arguments.out / "normal_peers.csv"

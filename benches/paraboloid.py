@@ -15,6 +15,7 @@ import records
 
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space.reference import SlidingParaboloid
 from mtb_rs.pictures.quantities import LINE_COLOURS
 
@@ -250,7 +251,7 @@ def draw(rows: list[dict[str, str]], path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+    parser.add_argument("-o", "--output", type=output_folder, default="docs/charts")
     parser.add_argument("--grids", type=int, nargs="+", default=[6, 10, 18, 34, 66, 130])
     parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
     arguments = parser.parse_args()

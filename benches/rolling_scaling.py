@@ -10,10 +10,11 @@ import numpy as np
 import records
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("docs/charts"))
+parser.add_argument("-o", "--output", type=output_folder, default="docs/charts")
 parser.add_argument("--sizes", type=int, nargs="+", default=[25, 50, 100, 200])
 parser.add_argument("--repeats", type=int, default=5, help="the least time of these is taken")
 parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")

@@ -20,6 +20,7 @@ import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.quantities import LINE_COLOURS
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def chart(rows: list[dict[str, str]], path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/charts"), help="where CSV and chart go")
+    parser.add_argument("--out", type=output_folder, default="docs/charts", help="where CSV and chart go")
     parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
     arguments = parser.parse_args()
     table = arguments.out / "tolerance.csv"

@@ -2,7 +2,6 @@
 """How does the brake force change with velocity? Friction and pull from tables, unequal poles."""
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -10,10 +9,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
 
 # the right pole has 80 % of the left one's magnetic pressure

@@ -35,6 +35,7 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.quantities import LINE_COLOURS
 
 plt.style.use("mtb_rs.pictures")
@@ -592,11 +593,9 @@ def animate(ride: Ride, path: Path, frames: int = 60) -> None:
 
 
 parser = argparse.ArgumentParser(description="A magnetic track brake from 160 km/h to rest.")
-parser.add_argument("-o", "--output", type=Path, default=Path())
+parser.add_argument("-o", "--output", type=output_folder, default=".")
 parser.add_argument("--short", action="store_true", help="two shoes from 10 km/h, nothing drawn")
 arguments = parser.parse_args()
-arguments.output.mkdir(parents=True, exist_ok=True)
-
 #: The left pole of a shoe; finite elements on a half-space.
 SCENE = mtb.scenes.pole_shoe_on_rail(
     friction=FRICTION, magnetic_pressure=MAGNET, poles=1, spacing=(6e-3, 5.2e-3)

@@ -2,7 +2,6 @@
 """Rolling cylinders: Carter's traction and creepage, and free rolling of unlike ones [Johnson1985, ch. 8]."""
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -11,13 +10,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 a, load, friction = 3e-3, 1e6, 0.3  # m, N/m
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

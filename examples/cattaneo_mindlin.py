@@ -2,7 +2,6 @@
 """A sphere pushed sideways: stick, slip and stiffness against Cattaneo and Mindlin [Johnson1985, ch. 7.2]."""
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -12,14 +11,14 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 from mtb_rs.pictures.quantities import STATUS_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 a, load, friction, n = 3.2e-3, 1e4, 0.3, 99  # m, N
 law = mtb.Coulomb(friction)

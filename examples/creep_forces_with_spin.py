@@ -2,7 +2,6 @@
 """Traction in a curve with some spin: half-space, layer and Polach [Vollebregt2012, fig. 7]."""
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -11,13 +10,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 load, axes, speed, spin = 106.7e3, (8.9e-3, 4.45e-3), 10.0, 0.55  # N, m, m/s, 1/m
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

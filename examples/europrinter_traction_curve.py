@@ -6,7 +6,6 @@ the factor of 3.62 it states takes a layer a hundred times as flexible. Both are
 """
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -17,14 +16,14 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 from mtb_rs.pictures.quantities import STATUS_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the pictures")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 load, axes, speed = 106.7e3, (6.3e-3, 12.6e-3), 10.0  # N, m, m/s
 body = mtb.Material.from_shear_modulus(82e9, 0.28)

@@ -8,7 +8,6 @@ creepages for which no state is found, and in FASTSIM cells stick again behind c
 """
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -17,13 +16,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.half_space import reference
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 a, peak, speed, creepage = 3e-3, 0.6e9, 10.0, 2.5e-3  # m, Pa, m/s
 load = 0.5 * np.pi * a * peak

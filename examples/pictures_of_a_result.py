@@ -5,15 +5,14 @@ The elastic pole shoe tilts to its front as friction grows, and its rear comes f
 """
 
 import argparse
-from pathlib import Path
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.space import missing_for_view
 
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the pictures")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the pictures")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 
 shoe = mtb.scenes.pole_shoe_on_rail(height=28.2e-3, friction=0.5, spacing=4.5e-3)
 result = shoe.solve(model="elastic-upper")

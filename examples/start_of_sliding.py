@@ -8,7 +8,6 @@ plane, which presses back, so the friction bound grows faster than the friction,
 """
 
 import argparse
-from pathlib import Path
 
 import matplotlib
 
@@ -17,13 +16,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import mtb_rs as mtb
+from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.quantities import LINE_COLOURS
 
 plt.style.use("mtb_rs.pictures")
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("-o", "--output", type=Path, default=Path("."), help="directory of the picture")
+parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
-output.mkdir(parents=True, exist_ok=True)
 figure = plt.figure(figsize=(7.4, 7.2))
 places = figure.subplot_mosaic([["force", "slip"], ["block", "block"]])
 plots = [places["force"], places["slip"], places["block"]]

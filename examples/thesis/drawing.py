@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.quantities import INK, LINE_COLOURS
 
 Array = NDArray[np.float64]
@@ -27,9 +28,8 @@ DISPLACEMENT = ("displacement", "vertical displacement [µm]", MICRO)
 def output(description: str | None) -> Path:
     """The folder to write to: option -o, by default the one of the documentation."""
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "figures" / "thesis")
+    parser.add_argument("-o", "--output", type=output_folder, default=str(ROOT / "docs/figures/thesis"))
     folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 

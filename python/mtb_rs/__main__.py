@@ -254,6 +254,8 @@ def _show(options: argparse.Namespace) -> int:
     if options.output is None and (options.quantity or options.kind):
         raise ValueError("-o PICTURE is missing: it says where to draw")
     console = _console(sys.stdout)
+    if options.output is not None:
+        check_folder(options.output.parent)
     result = load(options.saved)
     if options.output is not None:
         from .pictures.files import draw_into

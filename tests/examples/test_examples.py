@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import re
 import subprocess
@@ -123,6 +124,44 @@ CHECKS = {
 #: What an example is started with, and what it needs beyond the package.
 ARGUMENTS = {"braking_manoeuvre": ["--short"]}
 NEEDS = {"braking_manoeuvre": "exudyn"}
+
+#: Runs a script up to its first call of the core, which it tells.
+UNTIL_THE_CORE = """
+import runpy, sys
+import mtb_rs
+script, *sys.argv[1:] = sys.argv[1:]
+sys.argv[0] = script
+def look(frame, event, called):
+    kind = called if isinstance(called, type) else type(getattr(called, "__self__", None))
+    if event == "c_call" and "mtb_rs._mtb_rs" in (getattr(called, "__module__", ""), kind.__module__):
+        sys.setprofile(None)
+        sys.exit(f"the core is asked for {called}")
+sys.setprofile(look)
+runpy.run_path(script, run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        path
+        for path in sorted([*EXAMPLES.glob("*.py"), *EXAMPLES.glob("thesis/*.py")])
+        if "output" in path.read_text(encoding="utf-8") and path.name != "drawing.py"
+    ],
+    ids=lambda path: path.stem,
+)
+def test_where_to_write_is_looked_at_first(script: Path, tmp_path: Path) -> None:
+    """A folder that cannot be is told in one sentence, and nothing has been solved for it."""
+    (tmp_path / "a file").write_text("here")
+    command = [sys.executable, "-c", UNTIL_THE_CORE, str(script), "-o", str(tmp_path / "a file" / "out")]
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(script.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    }
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert re.search(r"argument -o/--output: .*a file.*: Not a directory$", done.stderr.strip())
+    assert not done.stdout
+
 
 #: Runs a script, and keeps of its names what can be kept.
 RUN = """

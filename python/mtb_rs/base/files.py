@@ -9,6 +9,7 @@ writer holds a lock on as long as it lives: those that killed writers left are c
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import os
@@ -305,6 +306,16 @@ def check_folder(folder: str | os.PathLike[str]) -> Path:
     finally:
         _take_away(made)
     return target
+
+
+def output_folder(text: str) -> Path:
+    """The type of an option -o of argparse: a folder, made if it is missing, into which one can write."""
+    try:
+        folder = check_folder(text)
+        folder.mkdir(parents=True, exist_ok=True)
+    except (ValueError, OSError) as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return folder
 
 
 def clear(folder: Path) -> None:
