@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import json
 import shutil
 from collections.abc import Callable
@@ -146,10 +147,28 @@ def _result(place: Path, change: Callable[[dict[str, Any]], Any]) -> None:
     (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
 
 
-def _arrays(place: Path, **changes: Any) -> None:
+def _arrays(place: Path, is_told: bool = True, **changes: Any) -> None:
+    """Changes arrays; with the sums of the files as well, where that is not left out."""
     with np.load(place / FIELDS) as arrays:
         kept = dict(arrays)
     np.savez(place / FIELDS, **kept | changes)
+    if is_told:
+        found = json.loads((place / RESULT).read_text(encoding="utf-8"))
+        found["sha256"][FIELDS] = hashlib.sha256((place / FIELDS).read_bytes()).hexdigest()
+        (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+
+
+def _swapped(place: Path) -> None:
+    """One value of the pressure is another, of the same size and sign."""
+    with np.load(place / FIELDS) as arrays:
+        pressure = arrays["pressure"]
+    pressure[np.argmax(pressure)] *= 1.0 - 1e-15
+    _arrays(place, is_told=False, pressure=pressure)
+
+
+def _sums(place: Path, sums: Any) -> None:
+    found = json.loads((place / RESULT).read_text(encoding="utf-8")) | {"sha256": sums}
+    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
 
 
 def _summary(place: Path, **changes: Any) -> None:
@@ -176,7 +195,12 @@ DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
         f"{FIELDS} cannot be read",
     ),
     "objects": (lambda p: _arrays(p, pressure=np.array([{}], dtype=object)), f"{FIELDS} cannot be read"),
-    "an array is missing": (lambda p: (p / REST).unlink(), "is missing"),
+    "an array is missing": (lambda p: _without_rest(p), "is missing"),
+    "arrays are missing": (lambda p: (p / REST).unlink(), f"{REST} cannot be read: No such file"),
+    "another pressure": (_swapped, f"{FIELDS} is not the file that was saved"),
+    "arrays of another result": (lambda p: _sums(p, {FIELDS: "0"}), f"{FIELDS} is not the file"),
+    "no sums": (lambda p: _sums(p, {}), f"{FIELDS} is not the file"),
+    "sums of another kind": (lambda p: _sums(p, [1]), "its sums of the arrays are damaged"),
     "another class": (lambda p: _kind(p, "Popen"), "is of the kind 'Popen', which is not known"),
     "no result": (lambda p: _kind(p, "Material", young_modulus=1e9, poisson_ratio=0.3), "is no result"),
     "unknown entry": (lambda p: _result(p, lambda of: of.update(shell="ls")), "result.shell is not known"),
@@ -190,6 +214,13 @@ DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
     "grids": (lambda p: _result(p, _shifted_grid), "does not fit the points"),
     "triangles": (lambda p: _result(p, _one_triangle), "does not fit together"),
 }
+
+
+def _without_rest(place: Path) -> None:
+    (place / REST).unlink()
+    found = json.loads((place / RESULT).read_text(encoding="utf-8"))
+    found["sha256"].pop(REST)
+    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
 
 
 def _kind(place: Path, name: str, **parts: Any) -> None:
@@ -227,6 +258,17 @@ def test_what_is_no_saved_result_is_refused_in_a_sentence(
     assert said in told
     assert str(place) in told
     assert "\n" not in told
+
+
+def test_a_result_of_the_first_version_has_no_sums(
+    folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    result, place = folder("own friction")
+    copy = Path(shutil.copytree(place, tmp_path / "out"))
+    found = json.loads((copy / RESULT).read_text(encoding="utf-8"))
+    del found["sha256"]
+    (copy / RESULT).write_text(json.dumps(found), encoding="utf-8")
+    assert np.array_equal(mtb.load(copy).pressure, result.pressure)
 
 
 def test_a_small_archive_of_endless_zeros_is_refused(

@@ -3,6 +3,7 @@
 
 import csv
 import functools
+import itertools
 import json
 import os
 import signal
@@ -573,6 +574,26 @@ def test_a_table_draws_its_lines():
         mtb.sweep(paraboloid(), {"friction": [-1.0]}).plot()
     labelled = mtb.sweep(paraboloid(), {"friction": {"wet": 0.1, "dry": 0.3}}).plot("force_x").axes[0]
     assert [t.get_text() for t in labelled.get_xticklabels()] == ["wet", "dry"]
+
+
+@pytest.mark.coarse
+def test_names_of_bodies_are_read_beside_their_pictures():
+    rails = [mtb.Material(k * 1e10, 0.3) for k in (10, 15, 20)]
+    for grid in ({"lower": rails}, {"friction": [0.1, 0.2], "lower": rails}):
+        figure = mtb.sweep(paraboloid(), grid).plot("peak_pressure")
+        figure.draw_without_rendering()
+        (ax,) = figure.axes
+        ticks = [t.get_window_extent() for t in ax.get_xticklabels() if t.get_text()]
+        assert not any(a.overlaps(b) for a, b in itertools.pairwise(ticks))
+        named = (
+            [t.get_text() for t in ax.get_legend().get_texts()] if "friction" in grid else [ax.get_xlabel()]
+        )
+        for rail in rails:
+            assert any(str(rail) in text for text in named)
+        # all of it is in the picture, which keeps most of the place
+        assert figure.bbox.containsx(figure.get_tightbbox().x1 * figure.dpi)
+        assert ax.get_position().width > 0.6
+        assert ax.get_position().height > 0.4
 
 
 @pytest.mark.coarse

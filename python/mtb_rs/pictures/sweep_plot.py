@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from itertools import cycle
 from typing import Any, Protocol
 
@@ -16,6 +17,11 @@ from .figures import canvas, style_axes
 from .quantities import INK, LINE_COLOURS, PREFIXES, unit_of
 
 Array = NDArray[np.float64]
+
+#: Letters of a label that stand beside each other under a picture of usual width.
+LETTERS = 84
+#: Most labels that are listed under a picture.
+MOST_LISTED = 12
 
 
 def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
@@ -48,20 +54,23 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
         ax.plot(
             places[order],
             line,
-            dash if numeric else "none",
+            linestyle=dash if numeric else "none",
             marker="." if numeric else "o",
             color=colour,
             linewidth=1.6,
             label=label or None,
         )
     if not numeric:
-        ax.set_xticks(places, [str(v) for v in along])
-    ax.set_xlabel(f"{spaced(first)} [{measured}]" if measured not in ("", "1") else spaced(first))
+        _name_places(ax, places, [_plain(v) for v in along], spaced(first))
+    else:
+        ax.set_xlabel(f"{spaced(first)} [{measured}]" if measured not in ("", "1") else spaced(first))
     name = spaced(quantity)
     ax.set_ylabel(f"{name} [{unit}]" if unit not in ("", "1") else name)
     ax.set_title(spaced(table.attributes["scene"]), loc="left", fontsize=10.5, color=INK)
     if others:
-        ax.legend(frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        _explain_lines(ax)
+    # whole numbers, not what they are above another one
+    ax.ticklabel_format(axis="y", useOffset=False)
     style_axes(ax)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     return figure
@@ -102,6 +111,35 @@ class AreaLoad(Protocol):
     def force(self) -> Array: ...
     @property
     def contact_area(self) -> Array: ...
+
+
+def _name_places(ax: Axes, places: Array, labels: list[str], name: str) -> None:
+    """Labels at the places if they fit beside each other, else their numbers, with a list under the axis."""
+    room = min(max(LETTERS // len(labels), 8), 24)
+    lines = [textwrap.wrap(label, room, break_long_words=False) or [""] for label in labels]
+    if all(len(line) <= 3 and max(map(len, line)) <= room for line in lines):
+        ax.set_xticks(places, ["\n".join(line) for line in lines])
+        ax.set_xlabel(name)
+        return
+    ax.set_xticks(places, [str(k) for k in range(1, len(labels) + 1)])
+    listed = "\n".join(f"{k}: {_shortened(label)}" for k, label in enumerate(labels[:MOST_LISTED], 1))
+    more = f"\n... to {len(labels)}" if len(labels) > MOST_LISTED else ""
+    ax.set_xlabel(f"{name}\n{listed}{more}", loc="left", multialignment="left")
+
+
+def _explain_lines(ax: Axes) -> None:
+    """A legend beside the picture; of long names below it."""
+    handles, labels = ax.get_legend_handles_labels()
+    names = [_shortened(label) for label in labels]
+    if max(map(len, names)) <= 28:
+        ax.legend(handles, names, frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    else:
+        below = -0.2 - 0.06 * ax.get_xlabel().count("\n")
+        ax.legend(handles, names, frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(0.0, below))
+
+
+def _shortened(label: str) -> str:
+    return label if len(label) <= LETTERS else f"{label[: LETTERS - 24]} ... {label[-20:]}"
 
 
 def spaced(name: str) -> str:

@@ -7,6 +7,7 @@ that are fields or totals, and in `result.npz`.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 from pathlib import Path
@@ -48,11 +49,17 @@ def data_files(kept: Drawn) -> dict[str, bytes]:
     told = {**kept.fields(), **kept.totals()}
     named = {name: field.values for name, field in told.items()}
     packer = Packer(named)
-    structure = {**mark(), "result": packer.pack(kept)}
-    files = {FIELDS: _archive(named), RESULT: json.dumps(structure, allow_nan=False).encode() + b"\n"}
+    structure = packer.pack(kept)
+    files = {FIELDS: _archive(named)}
     if packer.arrays:
         files[REST] = _archive(packer.arrays)
-    return files
+    sums = {name: _sum(content) for name, content in files.items()}
+    whole = {**mark(), "sha256": sums, "result": structure}
+    return files | {RESULT: json.dumps(whole, allow_nan=False).encode() + b"\n"}
+
+
+def _sum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
@@ -81,7 +88,7 @@ def load(directory: str | Path) -> Any:
     ------
     ValueError
         If there is no such directory (then a FileNotFoundError, too), if no result was saved there, or
-        another version has saved it, or if a file is damaged: it is named.
+        another version has saved it, or if a file is damaged or was changed: it is named.
     """
     folder = path_of("directory", directory)
     if not folder.is_dir():
@@ -102,8 +109,8 @@ def load(directory: str | Path) -> Any:
             f"the result in {folder} was saved in the form {summary['schema']!r} by mtb_rs "
             f"{summary['mtb_rs']}; this one, {_mtb_rs.__version__}, reads the form {SCHEMA}"
         )
-    structure = _structure(folder / RESULT)
-    arrays = {name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file).items()}
+    structure, sums = _structure(folder / RESULT)
+    arrays = {name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file, sums).items()}
     try:
         result = unpack(structure, arrays)
         if not isinstance(result, Drawn):
@@ -116,7 +123,8 @@ def load(directory: str | Path) -> Any:
     return result
 
 
-def _structure(path: Path) -> Any:
+def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
+    """How a result is built, and the sums of its arrays; mtb_rs 0.1.0 has written none."""
     text = read_text(path, "result")
     try:
         found = json.loads(text)
@@ -125,14 +133,23 @@ def _structure(path: Path) -> Any:
         raise ValueError(f"{path} cannot be read: {told}") from None
     if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
         raise ValueError(f"{path} cannot be read: it holds no result in the form {SCHEMA}")
-    return found["result"]
+    sums = found.get("sha256")
+    if not (sums is None or isinstance(sums, dict)):
+        raise ValueError(f"{path} cannot be read: its sums of the arrays are damaged")
+    return found["result"], sums
 
 
-def _arrays(path: Path) -> dict[str, NDArray[Any]]:
-    if path.name == REST and not path.exists():
+def _arrays(path: Path, sums: dict[str, Any] | None) -> dict[str, NDArray[Any]]:
+    if path.name == REST and not path.exists() and path.name not in (sums or {}):
         return {}
     content = read_bytes(path, "arrays")
     try:
-        return read_arrays(content)
+        arrays = read_arrays(content)
     except ValueError as error:
         raise ValueError(f"{path} cannot be read: {error}") from None
+    if sums is not None and sums.get(path.name) != _sum(content):
+        raise ValueError(
+            f"{path} is not the file that was saved: its sum differs from the one in {RESULT}; save the result "
+            "again"
+        )
+    return arrays
