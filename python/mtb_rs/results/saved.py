@@ -149,7 +149,7 @@ def _arrays(path: Path, sums: dict[str, Any] | None) -> dict[str, NDArray[Any]]:
         raise ValueError(f"{path} cannot be read: {error}") from None
     if sums is not None and sums.get(path.name) != _sum(content):
         raise ValueError(
-            f"{path} is not the file that was saved: its sum differs from the one in {RESULT}; save the result "
-            "again"
+            f"{path} is not the file that was saved: its sum (SHA-256) differs from the one in {RESULT}; "
+            "save the result again"
         )
     return arrays
