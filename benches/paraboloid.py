@@ -108,7 +108,7 @@ def solve(grid: Grid, basis: str, method: str) -> dict[str, Any]:
             # under hats all quantities are means weighted with the hat of the node, the gap too
             gap = grid.gap + (grid.h**2 / (6.0 * EXACT.radius) if basis == "bilinear hats" else 0.0)
             problem = _mtb_rs.Problem(body, body, level, up, [True])
-            found = problem.slide(gap, np.array([-EXACT.force]), direction, friction)
+            found = problem.slide(problem.loading(gap, np.array([-EXACT.force])), direction, friction)
             status = found.status
             out = {"pressure": found.pressure, "approach": -float(found.motion[0])}
             counts = f"{found.iterations} active sets"

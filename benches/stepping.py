@@ -54,7 +54,7 @@ def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[.
     """Processor time [s] of a step by the general solver."""
     problem = scene.with_(velocity=10.0).problem("elastic-upper")
     x, normal, direction = problem.points.points, problem.points.normal, problem.direction
-    motions = problem.relative_motions()[0]
+    motions = np.concatenate([problem.upper.motions, problem.lower.motions])
     source = contact._source
     bodies = problem.lower.compliance, problem.upper.compliance
     of_upper = np.array([True] * problem.upper.work.size + [False] * problem.lower.work.size)
@@ -62,7 +62,8 @@ def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[.
     cores: dict[tuple[float, ...], _mtb_rs.Problem] = {}
 
     def solve(pose: np.ndarray, velocity: float, pull: float | None, force: np.ndarray) -> float:
-        gap, work = source.loads(MAGNET if pull is None else pull, abs(velocity))
+        given = source.loads(MAGNET if pull is None else pull, abs(velocity))
+        gap, work = given.gap, given.work
         turn = np.array([*np.nan_to_num(pose[3:5]), 0.0])
         gap = gap + np.einsum("in,in->n", np.cross(turn, x, axis=0), normal)
         free = [np.isnan(pose[POSE.index(name.split()[-1])]) for name in contact.motions]
@@ -72,8 +73,9 @@ def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[.
         if key not in cores:
             cores[key] = _mtb_rs.Problem(*bodies, problem.geometry, motions[free], of_upper[free].tolist())
             cores[key].prepare(sign * direction, True)
+        loading = cores[key].loading(gap, work[free])
         clock = time.process_time()
-        out = cores[key].slide(gap, work[free], sign * direction, friction)
+        out = cores[key].slide(loading, sign * direction, friction)
         elapsed = time.process_time() - clock
         assert np.isclose((out.pressure * problem.area).sum(), -force[2], rtol=1e-2)
         return elapsed

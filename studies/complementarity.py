@@ -45,7 +45,7 @@ def examine(ratio: float, cells: int, frictions: Sequence[float]) -> list[dict[s
     normal, coupled = smooth * similar, (rubbing - smooth) * similar
     root = np.linalg.inv(np.linalg.cholesky(0.5 * (normal + normal.T)))
     limit = 1.0 / np.linalg.eigvalsh(-root @ (0.5 * (coupled + coupled.T)) @ root.T).max()
-    offset = problem.opening()
+    offset = problem.loading.gap
     rows = []
     for mu in frictions:
         try:

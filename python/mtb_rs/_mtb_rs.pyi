@@ -46,18 +46,39 @@ class Problem:
         geometry: ContactGeometry,
         motions: _Array,
         of_upper: list[bool],
+        is_pulled: list[bool] | None = None,
     ) -> Problem: ...
     @property
     def pair(self) -> Compliance: ...
+    @property
+    def motions(self) -> _Array: ...
+    def loading(self, gap: _Array, work: _Array) -> Loading: ...
+    def with_displacement(self, loading: Loading, displacement: _Array, is_upper: bool) -> Loading: ...
+    def with_pull(self, loading: Loading, pull: _Array, is_upper: bool, at_face: bool) -> Loading: ...
+    def displacement(self, traction: _Array, is_upper: bool, pull: _Array | None = None) -> _Array: ...
     def prepare(self, direction: _Array, is_frictional: bool) -> bool: ...
     def slide(
         self,
-        gap: _Array,
-        work: _Array,
+        loading: Loading,
         direction: _Array,
         friction: _Array | Callable[[_Array], _Array],
     ) -> Outcome: ...
+    def stick_or_slip(
+        self,
+        loading: Loading,
+        friction: _Array,
+        layer: float,
+        displacements: _Array,
+        tolerance: float,
+    ) -> list[Outcome]: ...
     def wedging_factor(self, direction: _Array, friction: _Array) -> float: ...
+
+@final
+class Loading:
+    @property
+    def gap(self) -> _Array: ...
+    @property
+    def work(self) -> _Array: ...
 
 @final
 class Outcome:
@@ -97,49 +118,15 @@ class Outcome:
     def unstable(self) -> bool: ...
 
 @final
-class CoupledContact:
-    def __new__(
-        cls,
-        compliance: Compliance,
-        layer: float,
-        area: _Array,
-        friction: _Array,
-        gap: _Array,
-        motions: _Array,
-        work: _Array,
-        tolerance: float,
-    ) -> CoupledContact: ...
-    def at_rest(self, pressure: _Array, motion: _Array) -> CoupledState: ...
-    def advance(self, state: CoupledState, push: _Array) -> CoupledState | None: ...
-
-@final
-class CoupledState:
-    @property
-    def traction(self) -> _Array: ...
-    @property
-    def pressure(self) -> _Array: ...
-    @property
-    def displacement(self) -> _Array: ...
-    @property
-    def status(self) -> NDArray[np.int8]: ...
-    @property
-    def iterations(self) -> int: ...
-
-@final
 class PreparedContact:
     def __new__(
         cls,
-        lower: Compliance | None,
-        upper: Compliance | None,
-        geometry: ContactGeometry,
-        motions: _Array,
-        motion_names: list[str],
-        components: list[int | None],
+        problem: Problem,
+        loading: Loading,
+        named: list[tuple[str, int | None]],
         friction_speed: list[float],
         friction: _Array,
-        load_speed: list[float],
-        loads: _Array,
-        magnetic: _Array | None,
+        magnetic: tuple[list[float], _Array, list[tuple[bool, bool]]] | None,
         sliding_direction: tuple[float, float],
         reference_point: tuple[float, float, float],
         standstill_speed: float | None,
@@ -169,7 +156,7 @@ class PreparedContact:
         pose: list[float],
         velocity: tuple[float, float],
         magnetic_pressure: float | None = None,
-        given: tuple[_Array, _Array] | None = None,
+        given: Loading | None = None,
     ) -> Outcome: ...
 
 _WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]]]

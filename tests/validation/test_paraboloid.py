@@ -121,7 +121,8 @@ def on_scattered_points(points: int, share: float) -> float:
     level = _mtb_rs.ContactGeometry(np.stack([x, y, 0.0 * x]), weights)
     up = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])[None]
     problem = _mtb_rs.Problem(body, body, level, up, [True])
-    out = problem.slide((x**2 + y**2) / 2000.0, np.array([-5e6]), direction, np.full(n, 0.5))
+    loading = problem.loading((x**2 + y**2) / 2000.0, np.array([-5e6]))
+    out = problem.slide(loading, direction, np.full(n, 0.5))
     assert out.status == "solved"
     exact = EXACT.pressure(x, y)
     return float(np.linalg.norm(out.pressure - exact) / np.linalg.norm(exact))

@@ -33,7 +33,8 @@ def cell_pressures(cells: int, friction: float, lower: mtb.Material, upper: mtb.
     level = _mtb_rs.ContactGeometry(np.stack([middles, zero, zero]), np.full(cells, dx * LENGTH))
     up = np.stack([zero, zero, np.ones(cells)])[None]
     problem = _mtb_rs.Problem(below, above, level, up, [True])
-    out = problem.slide(zero, np.array([-LOAD * LENGTH]), direction, np.full(cells, friction))
+    loading = problem.loading(zero, np.array([-LOAD * LENGTH]))
+    out = problem.slide(loading, direction, np.full(cells, friction))
     assert out.status == "solved"
     assert problem.prepare(direction, friction > 0.0) == (friction > 0.0 and lower != upper)
     return middles, out.pressure

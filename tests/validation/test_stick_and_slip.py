@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs._mtb_rs import Compliance, CoupledContact, half_space
+from mtb_rs._mtb_rs import Compliance, ContactGeometry, Problem, half_space
 from mtb_rs.half_space import reference
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
@@ -461,26 +461,21 @@ def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple
         half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, n, n)], (cell, cell), True)
         for body in (soft, stiff)
     ]
-    contact = CoupledContact(
-        Compliance.relative(*bodies),
-        layer=0.0,
-        area=np.full(points, cell**2),
-        friction=np.full(points, 0.3),
-        gap=gap.ravel(),
-        motions=np.repeat([[[0.0], [0.0], [1.0]]], points, axis=2),
-        work=np.array([-force]),
-        tolerance=1e-10,
-    )
-    rest = contact.at_rest(normal.pressure.ravel(), np.array([-normal.approach]))
+    places = np.stack([*(v.ravel() for v in np.meshgrid(x, x)), np.zeros(points)])
+    up = np.repeat([[[0.0], [0.0], [1.0]]], points, axis=2)
+    level = ContactGeometry(places, np.full(points, cell**2))
+    problem = Problem(bodies[0], bodies[1], level, up, [True])
     push = np.repeat([[displacement[0]], [displacement[1]], [0.0]], points, axis=1)
     # a shift counts the displacements by the pressure itself
-    push[:2] -= rest.displacement[:2]
-    as_one = contact.advance(rest, push)
-    assert as_one is not None
+    rest = np.stack([np.zeros(points), np.zeros(points), normal.pressure.ravel()])
+    push[:2] -= Compliance.relative(*bodies).displacement(rest)[:2]
+    loading = problem.loading(gap.ravel(), np.array([-force]))
+    (as_one,) = problem.stick_or_slip(loading, np.full(points, 0.3), 0.0, push[None], 1e-10)
+    assert as_one.status == "solved"
     tractions = as_one.traction.reshape(2, n, n)
     assert relative(in_turn.traction[:2], tractions) < 1e-6
     assert relative(in_turn.pressure.ravel(), as_one.pressure) < 1e-6
-    assert np.array_equal(in_turn.status.ravel(), as_one.status)
+    assert np.array_equal(in_turn.status.ravel(), as_one.points)
     change = np.abs(as_one.pressure - normal.pressure.ravel()).max() / normal.pressure.max()
     assert change > 0.06
     assert in_turn.report.force_balance["pressure_change_by_traction"] == pytest.approx(change, rel=1e-4)

@@ -116,10 +116,6 @@ class Condensed:
         """Traction in, displacement out."""
         return _mtb_rs.flexibility(self.weights, self.flexibility)
 
-    def mode_work(self, traction: Array) -> Array:
-        """Work (m,) of a traction (3, n) [Pa] at the contact points on a unit of each mode."""
-        return np.asarray(np.einsum("mcn,cn,n->m", self.mode_displacement, traction, self.weights))
-
     def spread_work(self, wrench: Array) -> Array:
         """Work (m,) of a spread force and moment about `centre` (6,) on a unit of each mode."""
         rotation = self.modes[:, 3:6]

@@ -31,15 +31,19 @@ class Side:
     compliance : Compliance or None
         None for a rigid body.
     displacement : (3, n) [m]
-        Of the contact points by everything but the contact, common frame: prescribed motion, attraction.
+        Of the contact points by what its supports prescribe and by the loads on its inside, common frame.
     motions : (m, 3, n)
         Of the contact points by a unit of each rigid motion the supports leave free, common frame.
     work : (m,) [J]
-        Of all loads but the contact's on a unit of each motion.
+        Of all loads but the contact's and the pull on a unit of each motion.
+    pull : (n,) [Pa]
+        Magnetic pressure on it.
     includes_motion : bool
         Whether the reported displacement contains the rigid part.
     is_pulled_at_face : bool
-        Whether a magnetic pressure moves its contact points; otherwise only its resultant counts.
+        Whether the pull moves its contact points; otherwise only its resultant counts.
+    is_pulled : (m,) bool
+        Whether the pull works on each motion; where not, the work is given as a whole.
     state
         What the body needs to recover its inside from a solution (finite elements).
     operations : float
@@ -50,6 +54,8 @@ class Side:
     displacement: Array
     motions: Array
     work: Array
+    pull: Array
+    is_pulled: NDArray[np.bool_]
     includes_motion: bool = False
     is_pulled_at_face: bool = True
     state: Any = None

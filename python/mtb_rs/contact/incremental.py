@@ -17,6 +17,7 @@ from ..base.plain import plain
 from ..friction.fields import PressureDependentFriction
 from ..results.result import Displacement, Result
 from .problem import ContactProblem, Solution
+from .solve import displaced
 
 Array = NDArray[np.float64]
 
@@ -108,8 +109,8 @@ def solve_incremental(
         raise ValueError('method is "incremental": it takes a friction coefficient that does not vary')
     if any(np.ptp(motion[2][motion[2] != 0.0]) > 0.0 for motion in motions):
         raise ValueError('method is "incremental": tilts are locked in it, moments are given')
-    force = -float(problem.upper.work.sum())
-    shares = problem.upper.work
+    shares = problem.work[0]
+    force = -float(shares.sum())
     if shares.size and float(np.ptp(shares)) > 1e-9 * force:
         raise ValueError(
             f'method is "incremental": it lowers all poles together, their loads are {(-shares).tolist()} N'
@@ -119,7 +120,7 @@ def solve_incremental(
         problem.lower.compliance,
         problem.upper.compliance,
         np.ascontiguousarray(points.points),
-        np.ascontiguousarray(points.points + problem.opening() * points.normal),
+        np.ascontiguousarray(points.points + problem.loading.gap * points.normal),
         [(p.nx, p.ny) for p in problem.patches],
         np.ascontiguousarray(problem.area),
         np.ascontiguousarray(problem.friction),
@@ -147,12 +148,11 @@ def solve_incremental(
         wedging_margin=None,
     )
     names = ("increments", "problems", "active_sets", "releases", "imbalance", "force", "history")
+    # the increments start from what the pull has moved
+    pulled = displaced(problem, "lower", np.zeros((3, problem.n)), np.zeros(0))
     fields = IncrementalFields(
         traction=out.traction,
-        # the increments start from what the pull has moved
-        displacement=Displacement(
-            upper=out.upper_displacement, lower=out.lower_displacement + problem.lower.displacement
-        ),
+        displacement=Displacement(upper=out.upper_displacement, lower=out.lower_displacement + pulled),
         approach=out.approach,
         counts={name: getattr(out, name) for name in names},
     )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -105,30 +105,48 @@ class ContactProblem:
     def geometry(self) -> _mtb_rs.ContactGeometry:
         """The contact points as the core has them: tangents of sliding, means and resultants are its own."""
 
-        def build() -> _mtb_rs.ContactGeometry:
-            means = None
-            unit = mean = frame_of(self.points)
-            if self.averages is not None:
-                start, row, column, share = self.averages.rows
-                means = [*start.tolist(), row.size], column.tolist(), share
-                mean = self.averages.frames
-            return _mtb_rs.ContactGeometry(
-                np.ascontiguousarray(self.places),
-                np.ascontiguousarray(self.area),
-                [np.ascontiguousarray(field) for field in (*unit, *mean)],
-                means,
-            )
-
-        # objects of the contact, the same ones for every load: they are compared by what they are, not read
-        return self.memory.recall("geometry", [self.points, self.area, self.averages], build)
+        return core_geometry(self.memory, self.points, self.area, self.averages)
 
     @property
     def core(self) -> _mtb_rs.Problem:
         """The bodies on their points with the motions that are free: what stays while loads change."""
-        motions, _ = self.relative_motions()
-        made_from = (self.lower.compliance, self.upper.compliance, self.geometry, motions)
-        of_upper = [True] * self.upper.work.size + [False] * self.lower.work.size
-        return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from, of_upper))
+        upper, lower = self.upper, self.lower
+        motions = np.ascontiguousarray(np.concatenate([upper.motions, lower.motions]))
+        of_upper = [True] * upper.work.size + [False] * lower.work.size
+        is_pulled = [*upper.is_pulled.tolist(), *lower.is_pulled.tolist()]
+        bodies = (lower.compliance, upper.compliance, self.geometry)
+        return self.memory.recall(
+            "problem",
+            [*bodies, motions, of_upper, is_pulled],
+            lambda: _mtb_rs.Problem(*bodies, motions, of_upper, is_pulled),
+        )
+
+    @cached_property
+    def loading(self) -> _mtb_rs.Loading:
+        """Gap (n,) [m] before contact and work (m,) [J] on the free motions, by all loads."""
+        return self.loading_by(self.upper.pull, self.lower.pull)
+
+    def loading_by(self, upper_pull: Array, lower_pull: Array) -> _mtb_rs.Loading:
+        """The same with other pulls (n,) [Pa] on the bodies."""
+        core = self.core
+        loading = core.loading(
+            np.ascontiguousarray(self.gap), np.concatenate([self.upper.work, self.lower.work])
+        )
+        for side, pull, is_upper in ((self.upper, upper_pull, True), (self.lower, lower_pull, False)):
+            if side.displacement.any():
+                displacement = np.ascontiguousarray(side.displacement)
+                loading = core.with_displacement(loading, displacement, is_upper)
+            if pull.any():
+                loading = core.with_pull(
+                    loading, np.ascontiguousarray(pull), is_upper, side.is_pulled_at_face
+                )
+        return loading
+
+    @property
+    def work(self) -> tuple[Array, Array]:
+        """Work [J] of all loads but the contact on a unit of each motion of the upper and the lower body."""
+        work, m = self.loading.work, self.upper.work.size
+        return work[:m], work[m:]
 
     @property
     def operations(self) -> float:
@@ -146,16 +164,10 @@ class ContactProblem:
             return self.friction.at(pressure)
         return self.friction
 
-    def relative_motions(self) -> tuple[Array, Array]:
-        """Motions as (m, 3, n) of lower minus upper along the tangents and of the opening; their work."""
-        parts = []
-        for side, sign in ((self.upper, 1.0), (self.lower, -1.0)):
-            local = to_local(side.motions, self.points)
-            parts.append(np.stack([-sign * local[:, 0], -sign * local[:, 1], sign * local[:, 2]], axis=1))
-        return (
-            np.ascontiguousarray(np.concatenate(parts)),
-            np.concatenate([self.upper.work, self.lower.work]),
-        )
+    @property
+    def relative_motions(self) -> Array:
+        """Motions as (m, 3, n) of lower minus upper along the tangents and of the opening."""
+        return self.core.motions
 
     def axes(self) -> list[tuple[Patch, Array, Array]]:
         """Each patch with the coordinates [m] of its columns (x) and rows (arc length)."""
@@ -164,11 +176,6 @@ class ContactProblem:
     def on_grid(self, values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
         """`values` (..., n) of the contact points at all points of the grids; `rest` beside the bodies."""
         return values if self.kept is None else self.kept.put(values, rest)
-
-    def opening(self) -> Array:
-        """Gap (n,) [m] with the motions prescribed on both bodies, before contact."""
-        apart = self.upper.displacement - self.lower.displacement
-        return np.ascontiguousarray(self.gap + np.einsum("in,in->n", apart, self.points.normal))
 
 
 @dataclass(frozen=True)
@@ -201,27 +208,45 @@ def frame_of(points: SheetPoints) -> Array:
     return np.stack([points.tangent_x, points.tangent_y, points.normal])
 
 
-def to_local(vectors: Array, points: SheetPoints) -> Array:
-    """Vectors (..., 3, n) of the common frame in the frame (tangent x, tangent y, normal) of each point."""
-    return np.asarray(np.einsum("cin,...in->...cn", frame_of(points), vectors))
-
-
 def to_global(components: Array, points: SheetPoints) -> Array:
-    """The inverse of :func:`to_local`."""
+    """Vectors (..., 3, n) in the common frame from the frame (tangent x, tangent y, normal) of each point."""
     return np.asarray(np.einsum("cin,...cn->...in", frame_of(points), components))
 
 
-def sliding_direction(direction: tuple[float, float] | None, points: SheetPoints) -> Array:
+def core_geometry(
+    memory: Memory, points: SheetPoints, area: Array, averages: Averages | None
+) -> _mtb_rs.ContactGeometry:
+    """Contact points as the core has them, made once for all loads on them."""
+
+    def build() -> _mtb_rs.ContactGeometry:
+        means = None
+        unit = mean = frame_of(points)
+        places = points.points
+        if averages is not None:
+            start, row, column, share = averages.rows
+            means = [*start.tolist(), row.size], column.tolist(), share
+            mean, places = averages.frames, averages.places
+        return _mtb_rs.ContactGeometry(
+            np.ascontiguousarray(places),
+            np.ascontiguousarray(area),
+            [np.ascontiguousarray(field) for field in (*unit, *mean)],
+            means,
+        )
+
+    # objects of the contact, the same ones for every load: they are compared by what they are, not read
+    return memory.recall("geometry", [points, area, averages], build)
+
+
+def sliding_direction(
+    direction: tuple[float, float] | None, geometry: _mtb_rs.ContactGeometry, n: int
+) -> Array:
     """Unit sliding direction (2, n) in each tangent plane; zeros where nothing slides."""
-    n = points.points.shape[1]
     if direction is None:
         return np.zeros((2, n))
     vector = np.array([direction[0], direction[1], 0.0])
     if not np.isfinite(vector).all() or not vector.any():
         raise ValueError(f"sliding_direction is {direction}: two finite numbers, not both zero, are needed")
     vector = vector / np.abs(vector).max()
-    unit = [np.ascontiguousarray(field) for field in frame_of(points)]
-    geometry = _mtb_rs.ContactGeometry(points.points, np.ones(n), [*unit, *unit])
     try:
         return geometry.sliding_direction((float(vector[0]), float(vector[1])))
     except ValueError as error:
@@ -238,11 +263,6 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
     if problem.averages is None:
         return coefficients
     return problem.geometry.mean_tractions(np.ascontiguousarray(coefficients))
-
-
-def with_loads(side: Side, motions: Array, work: Array) -> Side:
-    """The same body with rigid motions that only the contact holds."""
-    return replace(side, motions=motions, work=work)
 
 
 @dataclass(frozen=True)

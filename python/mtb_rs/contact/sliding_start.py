@@ -15,7 +15,7 @@ from ..base.memory import of_matrices, refuse
 from ..base.owning import solved
 from ..base.plain import plain
 from ..friction.laws import InterfaceLayer
-from .problem import ContactProblem, Solution, to_local
+from .problem import ContactProblem
 
 Array = NDArray[np.float64]
 
@@ -154,7 +154,6 @@ def pushes(displacements: ArrayLike) -> Array:
 
 def start_with_pressure(
     problem: ContactProblem,
-    rest: Solution,
     friction: Array,
     displacements: ArrayLike,
     layer: InterfaceLayer | None,
@@ -162,11 +161,11 @@ def start_with_pressure(
 ) -> StartOfSliding:
     """The same with a pressure that follows: friction presses the bodies together or lifts them.
 
+    Tangential displacements count from the bodies pressed together without friction.
+
     Parameters
     ----------
     problem : ContactProblem
-    rest : Solution
-        The bodies pressed together without friction, from where tangential displacements count.
     friction : (n,) [-]
     displacements : (m, 2) [m]
     layer : InterfaceLayer or None
@@ -179,48 +178,38 @@ def start_with_pressure(
         Naming the step; with the steps before it as ``.result``.
     """
     steps = pushes(displacements)
-    points, area = problem.points, problem.area
-    motions, work = problem.relative_motions()
-    contact = _mtb_rs.CoupledContact(
-        problem.core.pair,
-        0.0 if layer is None else layer.flexibility,
-        area,
+    area = problem.area
+    states = problem.core.stick_or_slip(
+        problem.loading,
         np.ascontiguousarray(np.broadcast_to(friction, (problem.n,))),
-        problem.opening(),
-        motions,
-        work,
+        0.0 if layer is None else layer.flexibility,
+        np.repeat(np.pad(steps, ((0, 0), (0, 1)))[:, :, None], problem.n, axis=2),
         tolerance,
     )
-    last = contact.at_rest(rest.pressure, rest.motion)
-    states: list[_mtb_rs.CoupledState] = []
-    for k, step in enumerate(steps):
-        push = to_local(np.repeat([[step[0]], [step[1]], [0.0]], problem.n, axis=1), points)
-        found = contact.advance(last, push)
-        if found is None:
-            raise ConvergenceError(
-                f"no state found for the displacement {step.tolist()} m, step {k + 1}, not even in small "
-                "parts of it; the friction coefficient may be above the wedging limit, or the body tips over",
-                _history(steps[:k], states, area) if states else None,
-            )
-        last = found
-        states.append(found)
+    if states and states[-1].status != "solved":
+        k = len(states) - 1
+        raise ConvergenceError(
+            f"no state found for the displacement {steps[k].tolist()} m, step {k + 1}, not even in small "
+            "parts of it; the friction coefficient may be above the wedging limit, or the body tips over",
+            _history(steps[:k], states[:k], area) if k else None,
+        )
     return _history(steps, states, area)
 
 
-def _history(steps: Array, states: list[_mtb_rs.CoupledState], area: Array) -> StartOfSliding:
-    contact = [float(area[state.status > 0].sum()) for state in states]
+def _history(steps: Array, states: list[_mtb_rs.Outcome], area: Array) -> StartOfSliding:
+    contact = [float(area[state.points > 0].sum()) for state in states]
     return StartOfSliding(
         displacement=steps,
         force=np.array([state.traction @ area for state in states]),
         normal_force=np.array([float(state.pressure @ area) for state in states]),
         slip_share=np.array(
             [
-                float(area[state.status == 2].sum()) / total if total > 0.0 else 0.0
+                float(area[state.points == 2].sum()) / total if total > 0.0 else 0.0
                 for state, total in zip(states, contact, strict=True)
             ]
         ),
         traction=states[-1].traction,
         pressure=states[-1].pressure,
-        status=states[-1].status,
+        status=states[-1].points,
         iterations=np.array([state.iterations for state in states]),
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from .symmetry import Fold, folded
 from .wedging import tipping_margin
 
 Array = NDArray[np.float64]
+Body = Literal["upper", "lower"]
 
 #: Words for the size of an effect that could not be estimated.
 UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
@@ -101,8 +102,7 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     problem.time_s["influence matrix"] = time.perf_counter() - clock
     clock = time.perf_counter()
     out = core.slide(
-        problem.opening(),
-        problem.relative_motions()[1],
+        problem.loading,
         direction,
         np.ascontiguousarray(law) if isinstance(law, np.ndarray) else law.at,
     )
@@ -176,8 +176,8 @@ def finish(
 
     m_upper = problem.upper.work.size
     displacement = Displacement(
-        upper=displaced(problem.upper, -tangential, pressure, solution.motion[:m_upper], points, 1.0),
-        lower=displaced(problem.lower, tangential, pressure, solution.motion[m_upper:], points, -1.0),
+        upper=displaced(problem, "upper", coefficients, solution.motion[:m_upper]),
+        lower=displaced(problem, "lower", coefficients, solution.motion[m_upper:]),
     )
     deformation = {
         "upper": _deformed(problem.upper, displacement.upper, solution.motion[:m_upper]),
@@ -295,7 +295,7 @@ def _balance(
 def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
     """Largest relative work left over on a free rigid motion."""
     worst = 0.0
-    for motion, work in zip(*problem.relative_motions(), strict=True):
+    for motion, work in zip(problem.relative_motions, problem.loading.work, strict=True):
         parts = problem.area * (coefficients * motion).sum(axis=0)
         scale = float(np.abs(parts).sum() + abs(work))
         if scale > 0.0:
@@ -304,14 +304,24 @@ def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
 
 
 def displaced(
-    side: Side, tangential: Array, pressure: Array, motion: Array, points: SheetPoints, into: float
+    problem: ContactProblem, body: Body, coefficients: Array, motion: Array, pull: Array | None = None
 ) -> Array:
-    """Displacement (3, n) of a body's contact points; `into` is +1 where the normal points into it."""
-    total = side.displacement.copy()
-    if side.compliance is not None:
-        local = side.compliance.displacement(np.concatenate([tangential, pressure[None]]))
-        local[2] *= into
-        total += to_global(local, points)
+    """Displacement (3, n) [m] of a body's contact points, common frame.
+
+    Parameters
+    ----------
+    coefficients : (3, n) [Pa]
+        Unknowns: tractions on the lower body, and pressure.
+    motion : (m,)
+        Amplitudes of the body's own rigid motions.
+    pull : (n,) [Pa] or None
+        In place of the body's own.
+    """
+    side = problem.upper if body == "upper" else problem.lower
+    pull = side.pull if pull is None else pull
+    at_face = np.ascontiguousarray(pull) if side.is_pulled_at_face else None
+    total = problem.core.displacement(np.ascontiguousarray(coefficients), body == "upper", at_face)
+    total += side.displacement
     if side.includes_motion:
         total += np.einsum("m,min->in", motion, side.motions)
     return total
@@ -370,8 +380,7 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
 
 def _friction_is_idle(problem: ContactProblem) -> bool:
     """Whether friction enters the balance of no free motion: then mu_sym is proved."""
-    motions, _ = problem.relative_motions()
-    return not np.einsum("cn,mcn->mn", problem.direction, motions[:, :2]).any()
+    return not np.einsum("cn,mcn->mn", problem.direction, problem.relative_motions[:, :2]).any()
 
 
 def _jam_in_words(problem: ContactProblem, solution: Solution, grown: float, pull: Array) -> str:
@@ -412,9 +421,9 @@ def _loads_in_words(problem: ContactProblem) -> str:
 
 def _lost_hold(problem: ContactProblem) -> str:
     """Why no pressure balances the load: it pulls the bodies apart, or friction tips them over."""
-    for side, up in ((problem.upper, 1.0), (problem.lower, -1.0)):
+    for side, works, up in zip((problem.upper, problem.lower), problem.work, (1.0, -1.0), strict=True):
         lifts = [(part.body.name, lift) for part in side.state or () for lift in part.lifts]
-        for (name, lift), work in zip(lifts, side.work, strict=False):
+        for (name, lift), work in zip(lifts, works, strict=False):
             if up * lift * work > 0.0:
                 return f": in all {up * work / lift:.6g} N pull {name} off the contact"
     if problem.averages is not None and problem.direction.any():

@@ -76,7 +76,7 @@ def staggered(
     lower = sided_influence(problem.lower.compliance, problem.direction, friction, upper=False)
     upper = sided_influence(half_space.compliance, problem.direction, friction, upper=True)
     structure = sided_influence(problem.upper.compliance, problem.direction, friction, upper=True)
-    motions, work = problem.relative_motions()
+    motions, loading = problem.relative_motions, problem.loading
     opening = motions[:, 2]
     slid = np.einsum("cn,mcn->mn", problem.direction, motions[:, :2])
     balance = problem.area * (opening + friction * slid)
@@ -85,11 +85,11 @@ def staggered(
         return _mtb_rs.solve_staggered(
             np.ascontiguousarray(lower + upper),
             np.ascontiguousarray(structure),
-            problem.opening(),
+            loading.gap,
             problem.area,
             np.ascontiguousarray(-opening),
             np.ascontiguousarray(-balance),
-            work,
+            loading.work,
             factor,
             max_iterations,
             displacement_tolerance,

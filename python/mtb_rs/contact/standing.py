@@ -23,7 +23,7 @@ from ..bodies.faces import owners
 from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import HalfSpace, Rigid
 from ..geometry.contact_points import Patch, SheetPoints
-from .problem import Averages, Kept, to_global
+from .problem import Averages, Kept, core_geometry, to_global
 
 Array = NDArray[np.float64]
 
@@ -63,15 +63,13 @@ class Foundation:
 
     def side(self, pull: Array, wrench: Array) -> Side:
         n = self.points.gap.size
-        displacement = np.zeros((3, n))
-        if self.compliance is not None and self.is_pulled_at_face and pull.any():
-            load = np.stack([0.0 * pull, 0.0 * pull, -pull])
-            displacement = moved_by(self.compliance, load, self.points, 1.0 if self.upper else -1.0)
         return Side(
             self.compliance,
-            displacement,
+            np.zeros((3, n)),
             np.zeros((0, 3, n)),
             np.zeros(0),
+            pull,
+            np.zeros(0, dtype=bool),
             is_pulled_at_face=self.is_pulled_at_face,
         )
 
@@ -121,7 +119,7 @@ class ElasticBodies:
         ]
         parts = [replace(p, is_half=self.image is not None) for p in parts]
         side = replace(
-            elastic_side(parts, self.condensed, self.compliances, self.points), compliance=self.compliance
+            elastic_side(parts, self.condensed, self.points), compliance=self.compliance, pull=pull
         )
         if self.image is None:
             return side
@@ -180,6 +178,11 @@ class Contact:
         grid = self.patches[0]
         return (grid.ny, grid.nx) if self.is_grid else (self.area.size,)
 
+    @property
+    def geometry(self) -> _mtb_rs.ContactGeometry:
+        """The contact points as the core has them."""
+        return core_geometry(self.memory, self.points, self.area, self.averages)
+
     def load_of(self, pull: Array) -> Array:
         """Load (3, n) [N] on the upper body by a magnetic pressure (n,) [Pa]."""
         normal = self.points.normal if self.averages is None else self.averages.frames[2]
@@ -232,26 +235,22 @@ def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
 def elastic_side(
     parts: Sequence[ElasticPart],
     condensed: Sequence[Condensed],
-    compliances: Sequence[_mtb_rs.Compliance],
     points: SheetPoints,
 ) -> Side:
-    """Elastic bodies side by side: their compliance, what is given to them, their free motions."""
+    """Elastic bodies side by side: what is given to them, their free motions."""
     n = points.points.shape[1]
     displacement = np.zeros((3, n))
     motions: list[Array] = []
     work: list[float] = []
-    for part, flexible, compliance in zip(parts, condensed, compliances, strict=True):
+    for part, flexible in zip(parts, condensed, strict=True):
         into = 1.0 if part.upper else -1.0
         cut = slice(part.first, part.first + part.pull.size)
-        load = np.stack([0.0 * part.pull, 0.0 * part.pull, -part.pull])
         given = part.body.given_displacement(flexible)
         given += np.einsum("k,kcn->cn", part.spread, flexible.spread_displacement)
         given[2] *= into
         own = part.own_points()
         displacement[:, cut] = to_global(given, own)
-        if part.pull.any():
-            displacement[:, cut] += moved_by(compliance, load, own, into)
-        works = flexible.mode_work(load) + part.body.given_work(flexible) + flexible.spread_work(part.spread)
+        works = part.body.given_work(flexible) + flexible.spread_work(part.spread)
         for mode, amount in zip(flexible.mode_displacement, works, strict=True):
             local = mode * np.array([[1.0], [1.0], [into]])
             whole = np.zeros((3, n))
@@ -263,17 +262,12 @@ def elastic_side(
         displacement,
         np.array(motions).reshape(-1, 3, n),
         np.array(work),
+        np.concatenate([part.pull for part in parts]),
+        np.ones(len(work), dtype=bool),
         includes_motion=True,
         state=tuple(parts),
         operations=sum({id(c.flexibility): c.operations for c in condensed}.values()),
     )
-
-
-def moved_by(compliance: _mtb_rs.Compliance, load: Array, points: SheetPoints, into: float) -> Array:
-    """Displacement (3, n), common frame, by a load in the body's own frame."""
-    local = compliance.displacement(np.ascontiguousarray(load))
-    local[2] *= into
-    return to_global(local, points)
 
 
 def averages(parts: Sequence[ElasticPart]) -> Averages:

@@ -49,14 +49,18 @@ def folded(problem: ContactProblem) -> Fold | None:
     if image is None or (image == np.arange(image.size)).all():
         return None
     friction = problem.friction
-    fields: list[Array] = [problem.area, problem.gap, problem.direction[0], points.gap]
+    # both gaps: before the loads that move the faces, and after
+    fields: list[Array] = [problem.area, problem.loading.gap, problem.direction[0], points.gap]
     if isinstance(friction, np.ndarray):
         fields.append(friction)
     if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
         return None
-    upper, lower = _half_side(problem.upper, image), _half_side(problem.lower, image)
+    upper, lower = (
+        _half_side(side, work, image)
+        for side, work in zip((problem.upper, problem.lower), problem.work, strict=True)
+    )
     if upper is None or lower is None:
         return None
     compliances = problem.memory.recall(
@@ -71,17 +75,21 @@ def folded(problem: ContactProblem) -> Fold | None:
     weight = np.where(image[kept] == kept, 1.0, 2.0)
 
     halves, motion_source, offset = [], [], 0
-    for side, compliance, (orbits, source_of) in zip(
-        (problem.upper, problem.lower), compliances, (upper, lower), strict=True
+    nothing = np.zeros(kept.size)
+    for side, work, compliance, (orbits, source_of) in zip(
+        (problem.upper, problem.lower), problem.work, compliances, (upper, lower), strict=True
     ):
         motions = [side.motions[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
         halves.append(
             replace(
                 side,
                 compliance=compliance,
-                displacement=np.ascontiguousarray(side.displacement[:, kept]),
+                # what moves its face and works on its motions is in the gap and the work of the half
+                displacement=np.zeros((3, kept.size)),
                 motions=np.array(motions).reshape(len(orbits), 3, kept.size),
-                work=np.array([side.work[list(orbit)].sum() for orbit in orbits]),
+                work=np.array([work[list(orbit)].sum() for orbit in orbits]),
+                pull=nothing,
+                is_pulled=np.ones(len(orbits), dtype=bool),
             )
         )
         motion_source.append(np.where(source_of >= 0, source_of + offset, -1))
@@ -92,7 +100,7 @@ def folded(problem: ContactProblem) -> Fold | None:
         area=problem.area[kept] * weight,
         friction=friction[kept] if isinstance(friction, np.ndarray) else friction,
         direction=np.ascontiguousarray(problem.direction[:, kept]),
-        gap=problem.gap[kept],
+        gap=problem.loading.gap[kept],
         upper=halves[0],
         lower=halves[1],
         averages=None,
@@ -149,11 +157,9 @@ def _halves(problem: ContactProblem, image: Index) -> tuple[_mtb_rs.Compliance |
     return tuple(None if side.compliance is None else side.compliance.folded(pairing) for side in sides)
 
 
-def _half_side(side: Side, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
+def _half_side(side: Side, work: Array, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
     """Orbits of a body's rigid motions under the mirror; None where motions or loads are not symmetric."""
-    displacement, motions, work = side.displacement, side.motions, side.work
-    if not _mirrored(displacement, image):
-        return None
+    motions = side.motions
     seen: set[int] = set()
     orbits: list[tuple[int, ...]] = []
     source_of = np.full(work.size, -1)

@@ -24,7 +24,7 @@ def tipping_margin(problem: ContactProblem, friction: Array) -> float | None:
     the load. Of several bodies that move apart from each other the largest; None where no load determines the
     force, as under a prescribed approach.
     """
-    motions, work = problem.relative_motions()
+    motions, work = problem.relative_motions, problem.loading.work
     if not work.any():
         return None
     slid = np.einsum("cn,mcn->mn", problem.direction, motions[:, :2])

@@ -108,8 +108,8 @@ class Level:
         if quantity == "displacement" and self.problem.lower.compliance is not None:
             # all that is reported, what the pull does included
             motion = self.solution.motion[self.problem.upper.work.size :]
-            points, lower = self.problem.points, self.problem.lower
-            u = displaced(lower, coefficients[:2], coefficients[2], motion, points, -1.0)
+            points = self.problem.points
+            u = displaced(self.problem, "lower", coefficients, motion)
             moved = self.problem.on_grid(-np.einsum("in,in->n", u, points.normal))
             known = self.problem.on_grid(np.ones(points.gap.size, dtype=bool), False)
             return GridField(self.problem.axes(), moved, moved if hats else None, known)

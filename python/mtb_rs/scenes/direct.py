@@ -431,12 +431,7 @@ def _opening_by_friction(problem: ContactProblem, solution: Solution) -> Array:
     """What friction adds to the gap (n,) [m]."""
     coefficients = solution.coefficients(problem)
     coefficients[2] = 0.0
-    opening = np.zeros(problem.n)
-    # both surfaces sink where they do: the upper body feels the opposite traction
-    for side, sign in ((problem.lower, 1.0), (problem.upper, -1.0)):
-        if side.compliance is not None:
-            opening += side.compliance.displacement(sign * coefficients)[2]
-    return opening
+    return np.asarray(problem.core.pair.displacement(coefficients)[2])
 
 
 def _by_convolution(
@@ -448,11 +443,11 @@ def _by_convolution(
     assert isinstance(scene.upper, (HalfSpace, Rigid))
     grid, x, y = problem.axes()[0]
     # the approach is the solver's own; what is pulled up is nearer from the start
-    gap = problem.points.gap + (problem.opening() - problem.gap)
+    gap = problem.points.gap + (problem.loading.gap - problem.gap)
     if opening is not None:
         gap = gap + opening
     about_x, about_y = scene.moments or (None, None)
-    force = None if scene.approach is not None else -float(problem.upper.work[0])
+    force = None if scene.approach is not None else -float(problem.work[0][0])
     if force is not None and not (
         abs(about_y or 0.0) < 0.5 * force * float(np.ptp(x))
         and abs(about_x or 0.0) < 0.5 * force * float(np.ptp(y))

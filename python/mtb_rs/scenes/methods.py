@@ -81,7 +81,7 @@ def slide_from_rest(
         raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
     friction = problem.friction_at(solution.pressure)
     if pressure == "follows":
-        start = start_with_pressure(problem, solution, friction, displacements, scene.layer, tolerance)
+        start = start_with_pressure(problem, friction, displacements, scene.layer, tolerance)
         pressed = float(solution.pressure @ problem.area)
         if start.normal_force[-1] > JAMMED * pressed:
             warn(

@@ -24,7 +24,7 @@ from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
 from ..contact.plausible import of_scene
-from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction, with_loads
+from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction
 from ..contact.solids import BodyLayout, body_contact, check_faces
 from ..contact.solve import finish, magnetic_field
 from ..contact.standing import Contact
@@ -231,9 +231,9 @@ class PosedScene:
 
     def _check_pressed(self, problem: ContactProblem) -> None:
         """A body free along z gives way to an approach, unless a guide presses it."""
-        for side in (problem.upper, problem.lower):
+        for side, work in zip((problem.upper, problem.lower), problem.work, strict=True):
             for part in side.state or ():
-                if (side.work[part.lifts != 0.0] == 0.0).any():
+                if (work[part.lifts != 0.0] == 0.0).any():
                     raise ValueError(
                         f"approach is {self.approach:g} m, but the supports leave {part.body.name} free "
                         "along z and nothing presses it: hold z by a support, or give force [N] or "
@@ -350,7 +350,7 @@ class PosedScene:
             area=contact.area,
             patches=patches,
             friction=self._friction(points, patches, kept),
-            direction=sliding_direction(self.sliding_direction, points),
+            direction=sliding_direction(self.sliding_direction, contact.geometry, n),
             gap=points.gap - (self.approach or 0.0) * points.normal[2],
             upper=upper,
             lower=contact.lower.side(lower_pull, np.zeros(6)),
@@ -423,7 +423,7 @@ class PosedScene:
         """A body above that nothing holds: each patch is free to approach on its own, under its share of the
         load. Without a load it rests, as one below does."""
         patches, n = contact.patches, contact.area.size
-        motions, work, shares = [], [], []
+        motions, work, is_pulled, shares = [], [], [], []
         for patch in patches:
             here = np.ones(n)
             if len(patches) > 1:
@@ -438,14 +438,22 @@ class PosedScene:
                     )
                 zero = np.zeros(n)
                 motions.append(np.stack([zero, zero, here]))
-                work.append(share)
+                # what the pull works is added where it is applied
+                work.append(0.0 if self.force is None else share)
+                is_pulled.append(True)
                 shares.append(share)
             if self.moments is not None:
                 motions.extend(tilts(contact.places - contact.middle(patch)[:, None]) * here)
                 work.extend(float(m) for m in self.moments)
+                is_pulled.extend([False, False])
         if shares:
             loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])
-        return with_loads(upper, np.array(motions).reshape(-1, 3, n), np.array(work))
+        return replace(
+            upper,
+            motions=np.array(motions).reshape(-1, 3, n),
+            work=np.array(work),
+            is_pulled=np.array(is_pulled, dtype=bool),
+        )
 
     def check_reach(self, problem: ContactProblem, result: Result) -> None:
         """Contact must exist, and must not be cut off by the edge of the grid."""

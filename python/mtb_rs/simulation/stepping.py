@@ -23,8 +23,8 @@ from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import Side
 from ..contact.plausible import of_deformation, width_of
-from ..contact.problem import ContactProblem, to_global, to_local
-from ..contact.solve import JAMMED, displaced
+from ..contact.problem import ContactProblem
+from ..contact.solve import JAMMED, Body, displaced
 from ..friction.fields import PressureDependentFriction, VelocityTable
 from ..geometry.contact_points import Patch
 from ..results.fields import Field, fields_of, totals_of
@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 #: Components of a pose, in order.
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+BODIES: tuple[Body, ...] = ("upper", "lower")
 
 
 @stored
@@ -495,19 +497,13 @@ class Source:
 
     Attributes
     ----------
-    base : (n + m,)
-        Gap before contact [m] and work on each motion [J] without a magnetic pressure.
     softness : Mapping of "upper" and "lower" to float [m/Pa]
         Largest displacement of a body that deforms, by a pressure of 1 Pa on all points.
-    prepared_at : float or None [m/s]
-        Velocity at which the displacements of the problem by the scene's magnetic pressure are.
     """
 
     scene: PosedScene
     problem: ContactProblem
-    base: Array
     softness: Mapping[str, float]
-    prepared_at: float | None
 
     @property
     def velocity(self) -> float | None:
@@ -519,22 +515,15 @@ class Source:
         area = float(problem.area.max())
         return width_of(problem.points.points, area, pressure > 0.0, problem.patches)
 
-    def _further_pull(self, magnetic_pressure: Any, speed: float) -> Array | float:
-        """Pull (n,) [Pa] of a step beyond the one that the displacements of the problem hold."""
-        if self.scene.magnetic_pressure is None:
-            return 0.0
+    def pull(self, magnetic_pressure: Any, speed: float | None) -> Array:
+        """Pull (n,) [Pa] of a magnetic pressure, None for the scene's, at a speed [m/s]."""
+        problem = self.problem
         spec = self.scene.magnetic_pressure if magnetic_pressure is None else magnetic_pressure
-        now, then = (
-            self.scene.pull_at(
-                self.problem.points,
-                self.problem.patches,
-                self.problem.kept,
-                magnetic_pressure=asked,
-                velocity=at,
-            )
-            for asked, at in ((spec, speed), (self.scene.magnetic_pressure, self.prepared_at))
+        if spec is None:
+            return np.zeros(problem.n)
+        return self.scene.pull_at(
+            problem.points, problem.patches, problem.kept, magnetic_pressure=spec, velocity=speed
         )
-        return now - then
 
     def may_deform(self, name: str, pressure: Array) -> bool:
         """Whether a body is so soft that a closer look at its displacement is worth a product."""
@@ -559,20 +548,14 @@ class Source:
         speed : float [m/s]
         """
         problem = self.problem
-        for name, side, into in (("upper", problem.upper, 1.0), ("lower", problem.lower, -1.0)):
+        for name in BODIES:
             if name in asked or not self.may_deform(name, pressure):
                 continue
-            slip = traction * problem.direction
-            is_pulled = side.includes_motion if into > 0.0 else self.scene.attraction == "both"
-            more = self._further_pull(magnetic_pressure, speed) if is_pulled else 0.0
-            moved = displaced(
-                side,
-                -into * slip,
-                pressure - more,
-                np.zeros(len(side.motions)),
-                problem.points,
-                into,
-            )
+            side = problem.upper if name == "upper" else problem.lower
+            is_pulled = name == "upper" or self.scene.attraction == "both"
+            pull = self.pull(magnetic_pressure, speed) if is_pulled else np.zeros(problem.n)
+            unknowns = np.concatenate([traction * problem.direction, pressure[None]])
+            moved = displaced(problem, name, unknowns, np.zeros(len(side.motions)), pull)
             if side.includes_motion:
                 moved = moved - moved.mean(axis=1, keepdims=True)
             questions = of_deformation(name, moved, side.state or (), self._width(pressure))
@@ -580,15 +563,11 @@ class Source:
                 asked.add(name)
                 ask(questions)
 
-    def loads(self, magnetic_pressure: Any, speed: float) -> tuple[Array, Array]:
-        """Gap before contact (n,) [m] and work on each motion (m,) [J] under a magnetic pressure."""
-        problem = self.problem
-        pull = self.scene.pull_at(
-            problem.points, problem.patches, problem.kept, magnetic_pressure=magnetic_pressure, velocity=speed
-        )
-        row = self.base + pull_response(self.problem, pull, self.scene.attraction)
-        n = self.problem.n
-        return np.ascontiguousarray(row[:n]), np.ascontiguousarray(row[n:])
+    def loads(self, magnetic_pressure: Any, speed: float) -> _mtb_rs.Loading:
+        """Gap before contact and work on each motion under a magnetic pressure."""
+        pull = self.pull(magnetic_pressure, speed)
+        below = pull if self.scene.attraction == "both" else np.zeros_like(pull)
+        return self.problem.loading_by(pull, below)
 
 
 def prepare(
@@ -602,56 +581,41 @@ def prepare(
     origin = np.asarray(reference_point, dtype=float)
     if origin.shape != (3,) or not np.isfinite(origin).all():
         raise ValueError(f"reference_point is {reference_point!r}: three finite numbers [m] are needed")
-    # what depends on the speed is taken off again
     moving = at_some_speed(scene)
     problem = moving.problem(model)
-    points, patches, kept = problem.points, problem.patches, problem.kept
-    motions, work = problem.relative_motions()
-    names, components = _named(problem)
-
-    base = np.concatenate([problem.opening(), work])
-    magnetic = None
-    load_speed, loads = [0.0], base[None]
-    if scene.magnetic_pressure is not None:
-
-        def response(spec: Any, speed: float | None) -> Array:
-            pull = scene.pull_at(points, patches, kept, magnetic_pressure=spec, velocity=speed)
-            return pull_response(problem, pull, scene.attraction)
-
-        base = base - response(scene.magnetic_pressure, moving.velocity)
-        magnetic = np.stack([base, response(1.0, None)])
-        load_speed = _speeds(scene.magnetic_pressure) or [0.0]
-        loads = base + np.array([response(scene.magnetic_pressure, v) for v in load_speed])
-    friction_speed = _speeds(scene.friction) or [0.0]
-    friction = np.array([scene.friction_at(points, patches, kept, v) for v in friction_speed])
-    direction = np.zeros(2)
-    if scene.sliding_direction is None:
-        friction[:] = 0.0
-    else:
-        direction = np.array(scene.sliding_direction) / np.hypot(*scene.sliding_direction)
-    core = _mtb_rs.PreparedContact(
-        problem.lower.compliance,
-        problem.upper.compliance,
-        problem.geometry,
-        motions,
-        names,
-        components,
-        friction_speed,
-        np.ascontiguousarray(friction),
-        load_speed,
-        np.ascontiguousarray(loads),
-        magnetic,
-        (float(direction[0]), float(direction[1])),
-        (float(origin[0]), float(origin[1]), float(origin[2])),
-        standstill_speed,
-    )
     one = np.concatenate([np.zeros((2, problem.n)), np.ones((1, problem.n))])
     softness = {
         name: float(np.sqrt((side.compliance.displacement(one) ** 2).sum(axis=0)).max())
         for name, side in (("upper", problem.upper), ("lower", problem.lower))
         if side.compliance is not None
     }
-    source = Source(scene, problem, base, softness, moving.velocity)
+    source = Source(scene, problem, softness)
+    magnetic = None
+    if scene.magnetic_pressure is not None:
+        speeds = _speeds(scene.magnetic_pressure) or [0.0]
+        pulled = [(True, problem.upper.is_pulled_at_face)]
+        if scene.attraction == "both":
+            pulled.append((False, problem.lower.is_pulled_at_face))
+        magnetic = speeds, np.array([source.pull(None, v) for v in speeds]), pulled
+    friction_speed = _speeds(scene.friction) or [0.0]
+    places = problem.points, problem.patches, problem.kept
+    friction = np.array([scene.friction_at(*places, v) for v in friction_speed])
+    direction = np.zeros(2)
+    if scene.sliding_direction is None:
+        friction[:] = 0.0
+    else:
+        direction = np.array(scene.sliding_direction) / np.hypot(*scene.sliding_direction)
+    core = _mtb_rs.PreparedContact(
+        problem.core,
+        problem.loading_by(np.zeros(problem.n), np.zeros(problem.n)),
+        _named(problem),
+        friction_speed,
+        np.ascontiguousarray(friction),
+        magnetic,
+        (float(direction[0]), float(direction[1])),
+        (float(origin[0]), float(origin[1]), float(origin[2])),
+        standstill_speed,
+    )
     contact = PreparedContact(core, source)
     pressure = np.full(problem.n, contact._pull(None, None) / float(problem.area.sum()))
     if any(source.may_deform(name, pressure) for name in ("upper", "lower")):
@@ -668,44 +632,18 @@ def at_some_speed(scene: PosedScene) -> PosedScene:
     return scene.with_(velocity=next(iter(_speeds([scene.friction, scene.magnetic_pressure])), None))
 
 
-def pull_response(problem: ContactProblem, pull: Array, attraction: str) -> Array:
-    """Opening (n,) [m] and work on each motion (m,) [J] that a magnetic pressure `pull` (n,) [Pa] adds."""
-    points, n = problem.points, problem.n
-    apart = np.zeros((3, n))
-    work = []
-    for side, into, is_pulled in ((problem.upper, 1.0, True), (problem.lower, -1.0, attraction == "both")):
-        if is_pulled and side.is_pulled_at_face and side.compliance is not None:
-            zero = np.zeros(n)
-            moved = side.compliance.displacement(np.stack([zero, zero, -pull]))
-            moved[2] *= into
-            apart += into * to_global(moved, points)
-        for motion in side.motions:
-            if not is_pulled:
-                work.append(0.0)
-            elif side.includes_motion:
-                normal = to_local(motion, points)[2] * into
-                work.append(float((-pull * problem.area) @ normal))
-            else:
-                # half-spaces: the resultant presses, tilts have moments of their own
-                shift = motion[2] if np.ptp(motion[2][motion[2] != 0.0], axis=0) == 0.0 else np.zeros(n)
-                work.append(float((-pull * problem.area * points.normal[2]) @ shift))
-    opening = np.einsum("in,in->n", apart, points.normal)
-    return np.concatenate([opening, work])
-
-
-def _named(problem: ContactProblem) -> tuple[list[str], list[int | None]]:
-    """Names of the free motions, and the component of the pose that each of them is."""
-    names: list[str] = []
-    components: list[int | None] = []
+def _named(problem: ContactProblem) -> list[tuple[str, int | None]]:
+    """Name of each free motion, and the component of the pose that it is."""
+    named: list[tuple[str, int | None]] = []
     for side in (problem.upper, problem.lower):
         for motion in side.motions:
             component = _component(side, motion, problem.points.points)
             here = np.flatnonzero(np.any(problem.on_grid(motion) != 0.0, axis=0))
             at = [p.name for p in problem.patches if p.start <= here[0] < p.start + p.nx * p.ny]
             of = "" if side is problem.upper else " of the lower body"
-            names.append(f"{at[0]} {'motion' if component is None else POSE[component]}{of}")
-            components.append(component if side is problem.upper else None)
-    return names, components
+            name = f"{at[0]} {'motion' if component is None else POSE[component]}{of}"
+            named.append((name, component if side is problem.upper else None))
+    return named
 
 
 def _component(side: Side, motion: Array, points: Array) -> int | None:

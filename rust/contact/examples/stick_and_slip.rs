@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use mtb_contact::coupled::PointState;
 use mtb_contact::problem::{Body, FreeMotion, Friction, Geometry, Load, Problem};
-use mtb_contact::sliding::RigidMotion;
 use mtb_elasticity::{Material, half_space::HalfSpace};
 use mtb_operator::{Compliance, Grid, Relative, unmonitored};
 
@@ -36,15 +35,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Grid::new(side, side, spacing, spacing)?,
     )?);
     // the ball comes down by itself: a unit of its motion along z opens every gap by 1 m
-    let free = FreeMotion {
-        body: Body::Upper,
-        motion: RigidMotion {
-            tangential_x: vec![0.0; n],
-            tangential_y: vec![0.0; n],
-            opening: vec![1.0; n],
-            work: 0.0,
-        },
-    };
+    let up: Vec<f64> = (0..3 * n)
+        .map(|k| f64::from(u8::from(k >= 2 * n)))
+        .collect();
+    let free = FreeMotion::of(&geometry, Body::Upper, &up)?;
     let pair = Relative::new(Some(body.clone()), Some(body))?;
     let problem = Problem::new(pair, Arc::new(geometry), vec![free])?;
     let gap = (0..n)
@@ -67,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let friction = vec![MU; n];
     let sliding = 3.0 * MU * force * (2.0 - poisson_ratio) / (8.0 * shear_modulus * contact_radius);
     let shares = [0.25, 0.5, 0.75];
-    let steps = shares.map(|share| [share * sliding, 0.0]);
+    let steps = shares.map(|share| problem.geometry().uniform([share * sliding, 0.0, 0.0]));
     let states = problem.stick_or_slip(&loading, &friction, 0.0, &steps, 1e-9, &unmonitored)?;
     for (share, state) in shares.iter().zip(&states) {
         assert_eq!(state.unsolved(), None);

@@ -4,11 +4,15 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
-use mtb_contact::prepared::{FreeMotion, Prepared, PreparedContact, Pull, Step, Table};
-use mtb_contact::problem::{Geometry, Means};
+use mtb_contact::prepared::{
+    FreeMotion, Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table,
+};
+use mtb_contact::problem::{self, Attracted, Body, Friction, Geometry, Means, Problem};
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
-use mtb_operator::unmonitored;
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::HalfSpace;
+use mtb_operator::{Grid, Relative, unmonitored};
 use proptest::prelude::*;
 
 const N: usize = 3;
@@ -86,6 +90,113 @@ fn force_and_moment_are_those_of_the_pressures() {
         .unwrap();
     assert!((back.friction_power - 9.0).abs() < 1e-12);
     assert!((back.force[0] + 1.8).abs() < 1e-12 && (back.force[2] + 6.0).abs() < 1e-12);
+}
+
+/// A plate over a body that is pulled, on a grid of half-space cells: what the problem says of it at once and
+/// what it says step by step come from two solvers.
+#[test]
+fn steps_are_what_the_problem_solves() {
+    const SIDE: usize = 8;
+    const M: usize = SIDE * SIDE;
+    let at = |i: usize| [i % SIDE, i / SIDE].map(|k| (k as f64 - 3.5) * 1e-3);
+    let unit = |axis: usize| -> Vec<f64> {
+        (0..3 * M)
+            .map(|k| f64::from(u8::from(k / M == axis)))
+            .collect()
+    };
+    let frame = [unit(0), unit(1), unit(2)];
+    let geometry = Arc::new(Geometry {
+        points: (0..3 * M)
+            .map(|k| if k < 2 * M { at(k % M)[k / M] } else { 0.0 })
+            .collect(),
+        tangent_x: frame[0].clone(),
+        tangent_y: frame[1].clone(),
+        normal: frame[2].clone(),
+        area: vec![1e-6; M],
+        mean_frame: frame,
+        means: None,
+    });
+    let grid = Grid::new(SIDE, SIDE, 1e-3, 1e-3).unwrap();
+    let soft = HalfSpace::new(Material::new(80e9, 0.1).unwrap(), grid).unwrap();
+    let hard = HalfSpace::new(Material::new(120e9, 0.3).unwrap(), grid).unwrap();
+    let pair = Relative::new(Some(Arc::new(soft)), Some(Arc::new(hard))).unwrap();
+    let lift = problem::FreeMotion::of(&geometry, Body::Upper, &unit(2)).unwrap();
+    let problem = Problem::new(pair, geometry, vec![lift]).unwrap();
+    let gap: Vec<f64> = (0..M)
+        .map(|i| at(i).map(|v| v * v / 20.0).iter().sum())
+        .collect();
+    let mut loading = problem.unloaded(gap);
+    loading.work[0] = -20.0;
+    let pulls = [0.5e6, 2e6]
+        .map(|peak| -> Vec<f64> { (0..M).map(|i| peak * (1.0 + at(i)[0] / 5e-3)).collect() });
+    let bodies = [
+        Attracted {
+            body: Body::Upper,
+            at_face: false,
+        },
+        Attracted {
+            body: Body::Lower,
+            at_face: true,
+        },
+    ];
+    let magnetic = Magnetic {
+        bodies: &bodies,
+        pressure: Table::new(vec![1.0, 3.0], pulls.to_vec()).unwrap(),
+    };
+    let sliding = Sliding {
+        friction: Table::constant(vec![0.3; M]),
+        direction: [1.0, 0.0],
+        standstill_speed: None,
+    };
+    let named = |count: usize| vec![("z".to_owned(), Some(2)); count];
+    let prepare = |count: usize| {
+        let sliding = sliding.clone();
+        let magnetic = Some(&magnetic);
+        Prepared::new(
+            &problem,
+            &loading,
+            magnetic,
+            named(count),
+            sliding,
+            [0.0; 3],
+            &unmonitored,
+        )
+    };
+    assert!(prepare(2).is_err());
+    let mut contact = PreparedContact::new(Arc::new(prepare(1).unwrap()));
+    let halfway: Vec<f64> = (0..M).map(|i| 0.5 * (pulls[0][i] + pulls[1][i])).collect();
+    let uniform = vec![3e6; M];
+    for (pull, pressure, speed) in [
+        (Pull::Scene, &pulls[0], 1.0),
+        (Pull::Scene, &halfway, -2.0),
+        (Pull::Uniform(3e6), &uniform, 1.0),
+    ] {
+        let mut loading = loading.clone();
+        for pulled in bodies {
+            problem.load(&mut loading, pulled.by(pressure)).unwrap();
+        }
+        let direction = problem.geometry().sliding_direction([speed, 0.0]).unwrap();
+        let friction = Friction::Field(&[0.3; M]);
+        let whole = problem
+            .slide(&loading, &direction, friction, None, &unmonitored)
+            .unwrap();
+        let stepped = contact
+            .step(&step(FREE, [speed, 0.0], pull), &unmonitored)
+            .unwrap();
+        assert_eq!(stepped.solution.status, Status::Solved);
+        let largest = whole.solution.pressure.iter().copied().fold(0.0, f64::max);
+        for (a, b) in stepped
+            .solution
+            .pressure
+            .iter()
+            .zip(&whole.solution.pressure)
+        {
+            assert!((a - b).abs() < 1e-9 * largest, "{a} {b}");
+        }
+        // what pulls the body below moves its surface and adds nothing to the force
+        let pulled: f64 = pressure.iter().sum::<f64>() * 1e-6;
+        assert!((stepped.force[2] / (20.0 + pulled) + 1.0).abs() < 1e-9);
+    }
 }
 
 #[test]

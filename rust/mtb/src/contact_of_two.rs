@@ -46,6 +46,7 @@ pub fn descent(points: usize) -> FreeMotion {
             opening: vec![1.0; points],
             work: 0.0,
         },
+        is_pulled: true,
     }
 }
 

@@ -188,6 +188,7 @@ pub(crate) fn beside(
                     opening: spread(2, 1.0),
                     work: 0.0,
                 },
+                is_pulled: true,
             });
         }
     }

@@ -5,14 +5,10 @@ use mtb_complementarity::linear::Status;
 use mtb_contact::incremental::{
     IncrementalContact, IncrementalOptions, IncrementalStatus, incremental,
 };
-use mtb_contact::sliding::RigidMotion;
 use mtb_contact::staggered::{
     Staggered, StaggeredOptions, StaggeredStatus, best_factor, staggered,
 };
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArray3, PyUntypedArrayMethods,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -32,31 +28,6 @@ pub(crate) fn status_name(status: Status) -> &'static str {
         Status::Unreachable => "unreachable",
         Status::IterationLimit => "iteration limit",
     }
-}
-
-/// Motions from (m, 3, n): relative displacement along x and y (lower minus upper), opening.
-pub(crate) fn rigid_motions(
-    motions: &PyReadonlyArray3<'_, f64>,
-    work: &[f64],
-    n: usize,
-) -> PyResult<Vec<RigidMotion>> {
-    let shape = motions.shape();
-    if shape[1..] != [3, n] {
-        return Err(PyValueError::new_err(format!(
-            "motions has shape {shape:?}, expected (m, 3, {n})"
-        )));
-    }
-    let flat = motions.as_slice().map_err(|e| bad_input(&e))?;
-    Ok(flat
-        .chunks_exact((3 * n).max(1))
-        .enumerate()
-        .map(|(k, m)| RigidMotion {
-            tangential_x: m[..n].to_vec(),
-            tangential_y: m[n..2 * n].to_vec(),
-            opening: m[2 * n..].to_vec(),
-            work: work.get(k).copied().unwrap_or(0.0),
-        })
-        .collect())
 }
 
 /// Where the thesis' staggered scheme ended.

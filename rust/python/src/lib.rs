@@ -10,7 +10,6 @@
 )]
 
 mod contact;
-mod coupled;
 mod elasticity;
 mod error;
 mod geometry;
@@ -34,8 +33,6 @@ mod _mtb_rs {
         solve_staggered,
     };
     #[pymodule_export]
-    use super::coupled::{PyCoupledContact, PyCoupledState};
-    #[pymodule_export]
     use super::elasticity::{
         half_space, half_space_cut_hats, half_space_gaussians, half_space_hats,
     };
@@ -52,7 +49,7 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
     #[pymodule_export]
-    use super::problem::{PyContactGeometry, PyOutcome, PyProblem};
+    use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem};
     #[pymodule_export]
     use super::solid::{
         block_mesh, check_unknowns, pole_mesh, quadratic_mesh, rail_mesh, tetrahedra,

@@ -3,21 +3,19 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use mtb_contact::prepared::{FreeMotion, Prepared, PreparedContact, Pull, Step, Table};
-use mtb_contact::stepping::Influence;
-use mtb_operator::{Compliance, Relative};
+use mtb_contact::prepared::{Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table};
+use mtb_contact::problem::Attracted;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArray3, PyUntypedArrayMethods,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::contact::{flat, rigid_motions};
+use crate::contact::flat;
 use crate::error::{apart, bad_input, enter};
-use crate::operator::PyCompliance;
-use crate::problem::{PyContactGeometry, PyOutcome};
+use crate::problem::{PyLoading, PyOutcome, PyProblem, body};
 
 /// A prepared sliding contact with the memory of its last step.
 #[pyclass(frozen, name = "PreparedContact", module = "mtb_rs._mtb_rs")]
@@ -39,72 +37,66 @@ fn matrix(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
     Ok(flat.chunks_exact(columns).map(<[f64]>::to_vec).collect())
 }
 
+/// Speeds, pressures over them, and of each body that is pulled whether it is the upper one and at its face.
+type MagneticArgument<'py> = (Vec<f64>, PyReadonlyArray2<'py, f64>, Vec<(bool, bool)>);
+
 #[pymethods]
 impl PyPreparedContact {
-    /// `motions`: (m, 3, n), relative displacement along x and y, opening; `components`: the pose's component that takes the place of each; `friction` (t, n) and
-    /// `loads` (s, n + m) over their speeds; `magnetic` (2, n + m): without, and change by 1 Pa.
+    /// `loading`: what presses the bodies besides a magnetic pressure; `named`: name of each free motion, and the
+    /// component of the pose that takes its place; `friction` (t, n) over its speeds; `magnetic`: speeds, pressure
+    /// (s, n) over them, and of each body that it pulls whether it is the upper one, and whether at its face.
     #[new]
     #[allow(
         clippy::too_many_arguments,
-        reason = "the arrays of one prepared contact"
+        reason = "what one prepared contact is made of"
     )]
     fn new(
         py: Python<'_>,
-        lower: Option<Bound<'_, PyCompliance>>,
-        upper: Option<Bound<'_, PyCompliance>>,
-        geometry: &Bound<'_, PyContactGeometry>,
-        motions: PyReadonlyArray3<'_, f64>,
-        motion_names: Vec<String>,
-        components: Vec<Option<usize>>,
+        problem: &Bound<'_, PyProblem>,
+        loading: &Bound<'_, PyLoading>,
+        named: Vec<(String, Option<usize>)>,
         friction_speed: Vec<f64>,
         friction: PyReadonlyArray2<'_, f64>,
-        load_speed: Vec<f64>,
-        loads: PyReadonlyArray2<'_, f64>,
-        magnetic: Option<PyReadonlyArray2<'_, f64>>,
+        magnetic: Option<MagneticArgument<'_>>,
         sliding_direction: [f64; 2],
         reference_point: [f64; 3],
         standstill_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let geometry = geometry.get().0.clone();
-        let n = geometry.points();
-        let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
-        let pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
-        if pair.points() != n {
-            return Err(PyValueError::new_err(format!(
-                "the bodies have {} contact points, the geometry {n}",
-                pair.points()
-            )));
-        }
-        let motions = rigid_motions(&motions, &[], n)?
-            .into_iter()
-            .zip(motion_names)
-            .zip(components)
-            .map(|((motion, name), component)| FreeMotion {
-                name,
-                motion,
-                component,
-            })
-            .collect();
-        let (friction, loads) = (matrix(&friction)?, matrix(&loads)?);
+        let friction = matrix(&friction)?;
+        let (problem, loading) = (&problem.get().0, &loading.get().0);
         let magnetic = match magnetic {
             None => None,
-            Some(parts) => Some(matrix(&parts)?.try_into().map_err(|_| {
-                PyValueError::new_err("magnetic has two rows: without, and the change by 1 Pa")
-            })?),
+            Some((speed, pressure, bodies)) => Some((speed, matrix(&pressure)?, bodies)),
         };
         let prepared = enter(py, |monitor| {
-            let prepared = Prepared {
-                influence: Arc::new(Influence::of(&pair, monitor)?),
-                geometry: (*geometry).clone(),
-                motions,
+            let mut pulled = Vec::new();
+            let magnetic = match magnetic {
+                None => None,
+                Some((speed, pressure, bodies)) => {
+                    pulled.extend(bodies.into_iter().map(|(is_upper, at_face)| Attracted {
+                        body: body(is_upper),
+                        at_face,
+                    }));
+                    Some(Magnetic {
+                        bodies: &pulled,
+                        pressure: Table::new(speed, pressure)?,
+                    })
+                }
+            };
+            let sliding = Sliding {
                 friction: Table::new(friction_speed, friction)?,
-                loads: Table::new(load_speed, loads)?,
-                magnetic,
-                sliding_direction,
-                reference_point,
+                direction: sliding_direction,
                 standstill_speed,
             };
-            prepared.check().map(|()| prepared)
+            Prepared::new(
+                problem,
+                loading,
+                magnetic.as_ref(),
+                named,
+                sliding,
+                reference_point,
+                monitor,
+            )
         })?;
         Ok(Self::of(Arc::new(prepared)))
     }
@@ -209,7 +201,7 @@ impl PyPreparedContact {
         })
     }
 
-    /// Solves one step; `magnetic_pressure` [Pa] or `given` (gap (n,), work (m,)) in place of the scene's loads.
+    /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads.
     #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None))]
     fn step<'py>(
         &self,
@@ -217,12 +209,12 @@ impl PyPreparedContact {
         pose: [f64; 6],
         velocity: [f64; 2],
         magnetic_pressure: Option<f64>,
-        given: Option<(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+        given: Option<&Bound<'py, PyLoading>>,
     ) -> PyResult<PyOutcome> {
-        let pull = match (&given, magnetic_pressure) {
-            (Some((gap, work)), _) => Pull::Given {
-                gap: flat(gap, "gap")?,
-                work: flat(work, "work")?,
+        let pull = match (given, magnetic_pressure) {
+            (Some(given), _) => Pull::Given {
+                gap: &given.get().0.gap,
+                work: &given.get().0.work,
             },
             (None, Some(pressure)) => Pull::Uniform(pressure),
             (None, None) => Pull::Scene,

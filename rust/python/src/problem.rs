@@ -6,17 +6,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mtb_contact::Error;
 use mtb_contact::coupled::PointState;
 use mtb_contact::problem::{
-    Body, FreeMotion, Friction, Geometry, Loading, Means, Outcome, Problem,
+    Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem,
 };
 use mtb_operator::Relative;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::contact::{flat, rigid_motions, status_name};
+use crate::contact::{flat, status_name};
 use crate::error::{bad_input, enter};
 use crate::operator::{PyCompliance, rows3};
 
@@ -179,7 +179,26 @@ pub(crate) fn code(state: PointState) -> i8 {
 
 /// Two bodies that meet in contact points: what stays while loads change.
 #[pyclass(frozen, name = "Problem", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyProblem(Problem);
+pub(crate) struct PyProblem(pub(crate) Problem);
+
+/// What is given to a problem for one solve: gap before contact, work on the free motions.
+#[pyclass(frozen, name = "Loading", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyLoading(pub(crate) Loading);
+
+#[pymethods]
+impl PyLoading {
+    /// Gap before contact (n,) [m], all displacements included that are known beforehand.
+    #[getter]
+    fn gap<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.gap.clone().into_pyarray(py)
+    }
+
+    /// Work (m,) [J] of all loads but the contact's on a unit of each motion.
+    #[getter]
+    fn work<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.work.clone().into_pyarray(py)
+    }
+}
 
 /// Coefficients (n,), or a function of the pressure (n,).
 #[derive(FromPyObject)]
@@ -188,15 +207,16 @@ enum FrictionArgument<'py> {
     Law(Py<PyAny>),
 }
 
-fn loading(gap: &PyReadonlyArray1<'_, f64>, work: &PyReadonlyArray1<'_, f64>) -> PyResult<Loading> {
-    Ok(Loading {
-        gap: flat(gap, "gap")?.to_vec(),
-        work: flat(work, "work")?.to_vec(),
-    })
+pub(crate) fn body(is_upper: bool) -> Body {
+    if is_upper { Body::Upper } else { Body::Lower }
 }
 
-fn body(is_upper: bool) -> Body {
-    if is_upper { Body::Upper } else { Body::Lower }
+impl PyProblem {
+    fn with(&self, loading: &Bound<'_, PyLoading>, load: Load<'_>) -> PyResult<PyLoading> {
+        let mut loading = loading.get().0.clone();
+        self.0.load(&mut loading, load).map_err(|e| bad_input(&e))?;
+        Ok(PyLoading(loading))
+    }
 }
 
 fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
@@ -207,36 +227,43 @@ fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [
 
 #[pymethods]
 impl PyProblem {
-    /// `lower`, `upper`: `None` for a rigid body; `motions` (m, 3, n): relative displacement along x and y,
-    /// opening; `of_upper`: whether each moves the upper body.
+    /// `lower`, `upper`: `None` for a rigid body; `motions` (m, 3, n): displacement of the contact points by a unit
+    /// of each free motion, common frame; `of_upper`: whether each moves the upper body; `is_pulled`: whether a
+    /// pull on that body works on it, by default so.
     #[new]
-    #[pyo3(signature = (lower, upper, geometry, motions, of_upper))]
+    #[pyo3(signature = (lower, upper, geometry, motions, of_upper, is_pulled=None))]
     fn new(
         lower: Option<&Bound<'_, PyCompliance>>,
         upper: Option<&Bound<'_, PyCompliance>>,
         geometry: &Bound<'_, PyContactGeometry>,
         motions: PyReadonlyArray3<'_, f64>,
         of_upper: Vec<bool>,
+        is_pulled: Option<Vec<bool>>,
     ) -> PyResult<Self> {
         let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
         let pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
         let geometry = geometry.get().0.clone();
-        let motions = rigid_motions(&motions, &[], geometry.points())?;
-        if motions.len() != of_upper.len() {
+        let (n, count) = (geometry.points(), of_upper.len());
+        let is_pulled = is_pulled.unwrap_or_else(|| vec![true; count]);
+        if motions.shape() != [count, 3, n] || is_pulled.len() != count {
             return Err(PyValueError::new_err(format!(
-                "there are {} motions, and of {} it is said whose they are",
-                motions.len(),
-                of_upper.len()
+                "motions has shape {:?}, expected ({count}, 3, {n}), for whose bodies of_upper has {count} \
+                 entries and is_pulled {}",
+                motions.shape(),
+                is_pulled.len()
             )));
         }
-        let motions = motions
-            .into_iter()
+        let flat = motions.as_slice().map_err(|e| bad_input(&e))?;
+        let motions: Result<Vec<FreeMotion>, Error> = flat
+            .chunks_exact((3 * n).max(1))
             .zip(of_upper)
-            .map(|(motion, is_upper)| FreeMotion {
-                body: body(is_upper),
-                motion,
+            .zip(is_pulled)
+            .map(|((displacement, is_upper), is_pulled)| {
+                let free = FreeMotion::of(&geometry, body(is_upper), displacement)?;
+                Ok(FreeMotion { is_pulled, ..free })
             })
             .collect();
+        let motions = motions.map_err(|e| bad_input(&e))?;
         let problem = Problem::new(pair, geometry, motions).map_err(|e| bad_input(&e))?;
         Ok(Self(problem))
     }
@@ -247,24 +274,95 @@ impl PyProblem {
         PyCompliance(Arc::new(self.0.pair().clone()))
     }
 
-    /// The upper body slides in `direction` (2, n), every point in contact with friction; `gap` (n,) [m] before
-    /// contact, `work` (m,) [J].
+    /// The free motions (m, 3, n): displacement of the lower body relative to the upper one along both tangents,
+    /// and opening of the gap.
+    #[getter]
+    fn motions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let motions = self.0.motions();
+        let all: Vec<f64> = motions
+            .iter()
+            .flat_map(|free| {
+                let motion = &free.motion;
+                [&motion.tangential_x, &motion.tangential_y, &motion.opening]
+            })
+            .flatten()
+            .copied()
+            .collect();
+        let shape = [motions.len(), 3, self.0.points()];
+        all.into_pyarray(py).reshape(shape)
+    }
+
+    /// A loading: undeformed gap (n,) [m], and work (m,) [J] on the free motions.
+    fn loading(
+        &self,
+        gap: PyReadonlyArray1<'_, f64>,
+        work: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<PyLoading> {
+        let mut loading = self.0.unloaded(flat(&gap, "gap")?.to_vec());
+        loading.work = flat(&work, "work")?.to_vec();
+        Ok(PyLoading(loading))
+    }
+
+    /// The loading with a displacement (3, n) [m] of the points of one body, common frame.
+    fn with_displacement(
+        &self,
+        loading: &Bound<'_, PyLoading>,
+        displacement: PyReadonlyArray2<'_, f64>,
+        is_upper: bool,
+    ) -> PyResult<PyLoading> {
+        let displacement = rows3(&displacement, self.0.points(), "displacement")?.concat();
+        self.with(loading, Load::Displacement(&displacement, body(is_upper)))
+    }
+
+    /// The loading with a pull (n,) [Pa] on one body, at its face or by its resultant alone.
+    fn with_pull(
+        &self,
+        loading: &Bound<'_, PyLoading>,
+        pull: PyReadonlyArray1<'_, f64>,
+        is_upper: bool,
+        at_face: bool,
+    ) -> PyResult<PyLoading> {
+        let body = body(is_upper);
+        let load = Attracted { body, at_face }.by(flat(&pull, "pull")?);
+        self.with(loading, load)
+    }
+
+    /// Displacement (3, n) [m] of the points of one body, common frame, by the tractions (3, n) [Pa] of the
+    /// contact (on the lower body, and pressure), less a `pull` (n,) [Pa] at its face.
+    #[pyo3(signature = (traction, is_upper, pull=None))]
+    fn displacement<'py>(
+        &self,
+        py: Python<'py>,
+        traction: PyReadonlyArray2<'py, f64>,
+        is_upper: bool,
+        pull: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.0.points();
+        let traction = rows3(&traction, n, "traction")?.concat();
+        let pull = match &pull {
+            None => None,
+            Some(pull) => Some(flat(pull, "pull")?),
+        };
+        let moved = enter(py, |_| self.0.displacement(body(is_upper), &traction, pull))?;
+        moved.into_pyarray(py).reshape([3, n])
+    }
+
+    /// The upper body slides in `direction` (2, n), every point in contact with friction.
     fn slide(
         &self,
         py: Python<'_>,
-        gap: PyReadonlyArray1<'_, f64>,
-        work: PyReadonlyArray1<'_, f64>,
+        loading: &Bound<'_, PyLoading>,
         direction: PyReadonlyArray2<'_, f64>,
         friction: FrictionArgument<'_>,
     ) -> PyResult<PyOutcome> {
-        let loading = loading(&gap, &work)?;
+        let loading = &loading.get().0;
         let direction = rows2(&direction, "direction")?;
         let failed: Mutex<Option<PyErr>> = Mutex::new(None);
         let outcome = match friction {
             FrictionArgument::Field(field) => {
                 let friction = Friction::Field(flat(&field, "friction")?);
                 enter(py, |monitor| {
-                    self.0.slide(&loading, direction, friction, None, monitor)
+                    self.0.slide(loading, direction, friction, None, monitor)
                 })
             }
             FrictionArgument::Law(function) => {
@@ -282,7 +380,7 @@ impl PyProblem {
                 };
                 enter(py, |monitor| {
                     let friction = Friction::OfPressure(&law);
-                    self.0.slide(&loading, direction, friction, None, monitor)
+                    self.0.slide(loading, direction, friction, None, monitor)
                 })
             }
         };
@@ -291,6 +389,39 @@ impl PyProblem {
             return Err(error);
         }
         PyOutcome::of(py, outcome?)
+    }
+
+    /// The bodies are pressed together without friction, then the points of the upper one are displaced to each
+    /// of `displacements` (k, 3, n) [m] with friction `friction` (n,), a layer [m/Pa] between them. The outcomes end where no
+    /// state was found.
+    fn stick_or_slip(
+        &self,
+        py: Python<'_>,
+        loading: &Bound<'_, PyLoading>,
+        friction: PyReadonlyArray1<'_, f64>,
+        layer: f64,
+        displacements: PyReadonlyArray3<'_, f64>,
+        tolerance: f64,
+    ) -> PyResult<Vec<PyOutcome>> {
+        let (loading, friction) = (&loading.get().0, flat(&friction, "friction")?);
+        let n = self.0.points();
+        if displacements.shape()[1..] != [3, n] {
+            return Err(PyValueError::new_err(format!(
+                "displacements has shape {:?}, expected (k, 3, {n})",
+                displacements.shape()
+            )));
+        }
+        let displacements: Vec<Vec<f64>> = displacements
+            .as_slice()
+            .map_err(|e| bad_input(&e))?
+            .chunks_exact((3 * n).max(1))
+            .map(<[f64]>::to_vec)
+            .collect();
+        let outcomes = enter(py, |monitor| {
+            self.0
+                .stick_or_slip(loading, friction, layer, &displacements, tolerance, monitor)
+        })?;
+        outcomes.into_iter().map(|o| PyOutcome::of(py, o)).collect()
     }
 
     /// Factor on `friction` up to which the sliding state exists and is unique; `inf` where uncoupled.

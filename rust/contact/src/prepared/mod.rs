@@ -9,7 +9,7 @@ use std::sync::Arc;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
-use crate::problem::{Geometry, Outcome};
+use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
 pub use table::Table;
@@ -51,6 +51,26 @@ pub struct Prepared {
     pub standstill_speed: Option<f64>,
 }
 
+/// A magnetic pressure that presses the bodies of a problem together.
+#[derive(Clone, Debug)]
+pub struct Magnetic<'a> {
+    /// The bodies that it pulls.
+    pub bodies: &'a [Attracted],
+    /// The pressure at the points (n) [Pa] over the sliding speed.
+    pub pressure: Table,
+}
+
+/// How a contact slides.
+#[derive(Clone, Debug)]
+pub struct Sliding {
+    /// Friction coefficient at the points (n) over the sliding speed.
+    pub friction: Table,
+    /// The scene's own sliding direction of the upper body, x and y; zeros where nothing slides.
+    pub direction: [f64; 2],
+    /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
+    pub standstill_speed: Option<f64>,
+}
+
 /// What presses the bodies together in a step.
 #[derive(Clone, Copy, Debug)]
 pub enum Pull<'a> {
@@ -86,6 +106,69 @@ pub struct PreparedContact {
 }
 
 impl Prepared {
+    /// The contact of a problem.
+    ///
+    /// `loading` is what presses the bodies besides the magnetic pressure; `named` gives each free motion of the
+    /// problem its name and the component of the pose (0 to 5) that takes its place when prescribed.
+    ///
+    /// # Errors
+    /// Parts that do not belong together, numbers that are not finite, more points than the memory holds, an
+    /// interruption.
+    pub fn new(
+        problem: &Problem,
+        loading: &Loading,
+        magnetic: Option<&Magnetic<'_>>,
+        named: Vec<(String, Option<usize>)>,
+        sliding: Sliding,
+        reference_point: [f64; 3],
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Error> {
+        let (n, motions) = (problem.points(), problem.motions());
+        if named.len() != motions.len() {
+            return Err(Error::Shape {
+                name: "names of motions",
+                expected: motions.len(),
+                found: named.len(),
+            });
+        }
+        let row = |loading: Loading| [loading.gap, loading.work].concat();
+        let mut loads = Table::constant(row(loading.clone()));
+        let mut parts = None;
+        if let Some(magnetic) = magnetic {
+            let under = |pressure: &[f64], mut loading: Loading| -> Result<Vec<f64>, Error> {
+                for pulled in magnetic.bodies {
+                    problem.load(&mut loading, pulled.by(pressure))?;
+                }
+                Ok(row(loading))
+            };
+            let rows = magnetic.pressure.rows().iter();
+            let rows: Result<_, Error> = rows.map(|p| under(p, loading.clone())).collect();
+            loads = Table::new(magnetic.pressure.speed().to_vec(), rows?)?;
+            let unit = under(&vec![1.0; n], problem.unloaded(vec![0.0; n]))?;
+            parts = Some([row(loading.clone()), unit]);
+        }
+        let motions = motions.iter().zip(named);
+        let prepared = Self {
+            influence: Arc::new(Influence::of(problem.pair(), monitor)?),
+            geometry: (**problem.geometry()).clone(),
+            motions: motions
+                .map(|(free, (name, component))| FreeMotion {
+                    name,
+                    motion: free.motion.clone(),
+                    component,
+                })
+                .collect(),
+            friction: sliding.friction,
+            loads,
+            magnetic: parts,
+            sliding_direction: sliding.direction,
+            reference_point,
+            standstill_speed: sliding.standstill_speed,
+        };
+        prepared.check()?;
+        Ok(prepared)
+    }
+
     /// Checks that all parts belong together.
     ///
     /// # Errors

@@ -9,6 +9,7 @@
 //! A simulation asks the same of [`prepared`](crate::prepared).
 
 mod geometry;
+mod loading;
 mod outcome;
 #[cfg(test)]
 mod tests;
@@ -16,48 +17,19 @@ mod tests;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_complementarity::linear::Status;
-use mtb_operator::{Compliance, Component, Monitor, Relative};
+use mtb_operator::{Compliance, Monitor, Relative};
 
 use crate::coupled::{Coupled, CoupledContact};
 use crate::error::{Error, check};
-use crate::sliding::{RigidMotion, SlidingContact, SlidingMatrix};
+use crate::sliding::{SlidingContact, SlidingMatrix};
 pub use geometry::{Geometry, Means};
+pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
 pub use outcome::Outcome;
 
 /// Relative change of a friction coefficient that follows the pressure which counts as none ...
 const FRICTION_TOLERANCE: f64 = 1e-10;
 /// ... and solves after which it must have settled.
 const FRICTION_ROUNDS: usize = 60;
-
-/// One of the two bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Body {
-    /// The lower one, whose normals point to the other.
-    Lower,
-    /// The upper one.
-    Upper,
-}
-
-/// What presses the bodies together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Load<'a> {
-    /// A force [N] down on the upper body; of several bodies that come down by themselves each takes its share.
-    Force(f64),
-    /// The upper body comes down by so much [m], as a whole.
-    Approach(f64),
-    /// A pressure (n) [Pa] that pulls at the surface of one body towards the other, as magnets do: it moves the
-    /// surface as a pressure of the opposite sign would, and works on the free motions of the body.
-    Pull(&'a [f64], Body),
-}
-
-/// What is given to a problem for one solve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Loading {
-    /// Gap before contact (n) [m], all displacements included that are known beforehand.
-    pub gap: Vec<f64>,
-    /// Work of all loads but the contact's on a unit of each motion (m) [J].
-    pub work: Vec<f64>,
-}
 
 /// A law of friction by which the coefficient (n) follows the pressure (n) [Pa].
 pub type PressureLaw<'a> = &'a (dyn Fn(&[f64]) -> Result<Vec<f64>, Error> + Sync);
@@ -69,15 +41,6 @@ pub enum Friction<'a> {
     Field(&'a [f64]),
     /// Coefficients that follow the pressure.
     OfPressure(PressureLaw<'a>),
-}
-
-/// A rigid motion that supports leave free, of one of the bodies.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FreeMotion {
-    /// The body that it moves.
-    pub body: Body,
-    /// What it does to the contact; its `work` is part of the loading.
-    pub motion: RigidMotion,
 }
 
 /// Two bodies that meet in contact points.
@@ -144,98 +107,6 @@ impl Problem {
         &self.motions
     }
 
-    /// A loading by nothing: the undeformed gap (n) [m] alone.
-    pub fn unloaded(&self, gap: Vec<f64>) -> Loading {
-        Loading {
-            gap,
-            work: vec![0.0; self.motions.len()],
-        }
-    }
-
-    /// Adds a load to what is given.
-    ///
-    /// # Errors
-    /// Wrong lengths, numbers that are not finite; [`Error::Held`] for a force where no motion lets the upper
-    /// body down.
-    pub fn load(&self, loading: &mut Loading, load: Load<'_>) -> Result<(), Error> {
-        self.check(loading)?;
-        let g = &*self.geometry;
-        let n = g.points();
-        match load {
-            Load::Force(force) => {
-                check("force", &[force], 1)?;
-                let lifts: Vec<f64> = self.motions.iter().map(|free| self.lift(free)).collect();
-                let count = lifts.iter().filter(|lift| **lift != 0.0).count();
-                if count == 0 {
-                    return Err(Error::Held);
-                }
-                for (work, lift) in loading.work.iter_mut().zip(lifts) {
-                    *work -= force / count as f64 * lift;
-                }
-            }
-            Load::Approach(approach) => {
-                check("approach", &[approach], 1)?;
-                for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
-                    *gap -= approach * slope;
-                }
-            }
-            Load::Pull(pressure, body) => {
-                check("pull", pressure, n)?;
-                let pulled = match body {
-                    Body::Lower => self.pair.lower(),
-                    Body::Upper => self.pair.upper(),
-                };
-                if let Some(pulled) = pulled {
-                    let normal = Component::Normal;
-                    pulled.add_displacement(normal, normal, -1.0, pressure, &mut loading.gap);
-                }
-                for (free, work) in self.motions.iter().zip(&mut loading.work) {
-                    if free.body == body {
-                        let opened = free.motion.opening.iter().zip(pressure).zip(&g.area);
-                        *work -= opened.map(|((o, p), a)| o * p * a).sum::<f64>();
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Rise of the upper body, or of one of several, along z by a unit of a motion; zero for all motions but
-    /// translations along z.
-    fn lift(&self, free: &FreeMotion) -> f64 {
-        let (g, motion) = (&*self.geometry, &free.motion);
-        let n = g.points();
-        let mut lift = 0.0;
-        for i in 0..n {
-            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
-            let moved = [
-                motion.tangential_x[i],
-                motion.tangential_y[i],
-                motion.opening[i],
-            ];
-            if moved == [0.0; 3] {
-                continue;
-            }
-            if lift == 0.0 {
-                lift = moved[2] * z - moved[0] * x - moved[1] * y;
-            }
-            let rest = [
-                moved[0] + lift * x,
-                moved[1] + lift * y,
-                moved[2] - lift * z,
-            ];
-            if rest.iter().any(|r| r.abs() > 1e-9 * lift.abs()) {
-                return 0.0;
-            }
-        }
-        if free.body == Body::Upper { lift } else { 0.0 }
-    }
-
-    fn check(&self, loading: &Loading) -> Result<(), Error> {
-        check("gap", &loading.gap, self.points())?;
-        check("work", &loading.work, self.motions.len())
-    }
-
     fn matrix(
         &self,
         direction: &[f64],
@@ -258,16 +129,6 @@ impl Problem {
         });
         *kept = Some(made.clone());
         Ok(made)
-    }
-
-    fn loaded(&self, work: &[f64]) -> Vec<RigidMotion> {
-        let works = self.motions.iter().zip(work);
-        works
-            .map(|(free, work)| RigidMotion {
-                work: *work,
-                ..free.motion.clone()
-            })
-            .collect()
     }
 
     /// Forms the matrices of sliding in `direction` (2n), with friction or without; whether friction opens or
@@ -383,9 +244,9 @@ impl Problem {
             .wedging_factor(&self.geometry.area, friction, &motions, monitor)
     }
 
-    /// Presses the bodies together without friction, then displaces the upper body in steps to
-    /// `displacements` (x, y) [m]: points stick until friction `friction` (n) gives way, and the pressure
-    /// follows.
+    /// Presses the bodies together without friction, then displaces the points of the upper body in steps to
+    /// each of `displacements` (3n) [m], common frame, such as [`Geometry::uniform`]: points stick until friction
+    /// `friction` (n) gives way, and the pressure follows.
     ///
     /// A `layer` [m/Pa] between the bodies softens the tangents. One outcome a step; the steps end where no
     /// state was found.
@@ -397,7 +258,7 @@ impl Problem {
         loading: &Loading,
         friction: &[f64],
         layer: f64,
-        displacements: &[[f64; 2]],
+        displacements: &[Vec<f64>],
         tolerance: f64,
         monitor: Monitor<'_>,
     ) -> Result<Vec<Outcome>, Error> {
@@ -423,17 +284,10 @@ impl Problem {
         let mut state = contact.at_rest(&pressed.solution.pressure, &pressed.solution.motion)?;
         let mut outcomes = Vec::new();
         for displacement in displacements {
-            check("displacement", displacement, 2)?;
-            let mut push = vec![0.0; 3 * n];
-            for (axis, field) in [&g.tangent_x, &g.tangent_y, &g.normal]
-                .into_iter()
-                .enumerate()
-            {
-                for i in 0..n {
-                    let along = Geometry::vector(field, i);
-                    push[axis * n + i] = displacement[0] * along[0] + displacement[1] * along[1];
-                }
-            }
+            check("displacement", displacement, 3 * n)?;
+            let push = [&g.tangent_x, &g.tangent_y, &g.normal]
+                .map(|axes| g.along(axes, displacement, 1.0))
+                .concat();
             let found = contact.advance(&state, &push, monitor)?;
             let status = if found.is_some() {
                 Status::Solved

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::HalfSpace;
-use mtb_operator::{Grid, unmonitored};
+use mtb_operator::{Component, Grid, unmonitored};
 
 use super::*;
 use crate::coupled::PointState;
@@ -50,19 +50,17 @@ fn half_space(poisson_ratio: f64) -> Arc<dyn Compliance> {
     Arc::new(HalfSpace::new(material, Grid::new(SIDE, SIDE, CELL, CELL).unwrap()).unwrap())
 }
 
+/// A unit along the common z, of all points.
+fn rise() -> Vec<f64> {
+    (0..3 * N)
+        .map(|k| f64::from(u8::from(k >= 2 * N)))
+        .collect()
+}
+
 /// The upper body free along the common z.
 fn problem(turn: f64, upper: Option<Arc<dyn Compliance>>) -> Problem {
     let g = geometry(turn);
-    let along = |field: &[f64], sign: f64| field[2 * N..].iter().map(|v| sign * v).collect();
-    let descent = FreeMotion {
-        body: Body::Upper,
-        motion: RigidMotion {
-            tangential_x: along(&g.tangent_x, -1.0),
-            tangential_y: along(&g.tangent_y, -1.0),
-            opening: along(&g.normal, 1.0),
-            work: 0.0,
-        },
-    };
+    let descent = FreeMotion::of(&g, Body::Upper, &rise()).unwrap();
     let pair = Relative::new(Some(half_space(0.3)), upper).unwrap();
     Problem::new(pair, Arc::new(g), vec![descent]).unwrap()
 }
@@ -197,12 +195,98 @@ fn a_pull_presses_as_the_force_it_adds_up_to() {
 }
 
 #[test]
+fn a_pull_that_counts_as_a_whole_moves_no_surface() {
+    let mut tilt = FreeMotion::of(&geometry(0.0), Body::Upper, &rise()).unwrap();
+    for i in 0..N {
+        tilt.motion.opening[i] = place(i)[0];
+    }
+    tilt.is_pulled = false;
+    let both = problem(0.0, Some(half_space(0.3)));
+    let motions = [both.motions(), &[tilt]].concat();
+    let both = Problem::new(both.pair().clone(), both.geometry().clone(), motions).unwrap();
+    let pull: Vec<f64> = (0..N).map(|i| 1e6 * (10.0 + place(i)[0] / CELL)).collect();
+    let total: f64 = pull.iter().sum::<f64>() * CELL * CELL;
+    for at_face in [true, false] {
+        let attracted = Attracted {
+            body: Body::Upper,
+            at_face,
+        };
+        let loading = pressed_by(&both, attracted.by(&pull));
+        assert!((loading.work[0] / total + 1.0).abs() < 1e-12);
+        // the moment on the tilt is given as a whole
+        assert_eq!(loading.work[1], 0.0);
+        assert_eq!(loading.gap != gap(), at_face);
+    }
+}
+
+#[test]
+fn a_displacement_of_the_upper_body_is_an_approach() {
+    let turned = problem(0.3, Some(half_space(0.2)));
+    let held = Problem::new(turned.pair().clone(), turned.geometry().clone(), Vec::new()).unwrap();
+    let down: Vec<f64> = rise().iter().map(|u| -2e-7 * u).collect();
+    let up: Vec<f64> = rise().iter().map(|u| 2e-7 * u).collect();
+    let approached = pressed_by(&held, Load::Approach(2e-7)).gap;
+    for (displacement, body) in [(&down, Body::Upper), (&up, Body::Lower)] {
+        let moved = pressed_by(&held, Load::Displacement(displacement, body)).gap;
+        for (a, b) in moved.iter().zip(&approached) {
+            assert!((a - b).abs() < 1e-12 * 2e-7, "{a} {b}");
+        }
+    }
+}
+
+/// The surfaces meet where they press on each other, and friction works on both of them.
+#[test]
+fn displacements_of_both_bodies_close_the_gap() {
+    let turned = problem(0.3, Some(half_space(0.1)));
+    let mut loading = pressed_by(&turned, Load::Force(600.0));
+    let pull: Vec<f64> = (0..N).map(|i| 1e6 * (4.0 + place(i)[0] / CELL)).collect();
+    turned
+        .load(&mut loading, Load::Pull(&pull, Body::Lower))
+        .unwrap();
+    let direction = turned.geometry().sliding_direction([1.0, 0.5]).unwrap();
+    let friction = Friction::Field(&[0.3; N]);
+    let found = turned
+        .slide(&loading, &direction, friction, None, &unmonitored)
+        .unwrap();
+    let traction = [&*found.traction, &found.solution.pressure].concat();
+    let upper = turned.displacement(Body::Upper, &traction, None).unwrap();
+    let lower = turned
+        .displacement(Body::Lower, &traction, Some(&pull))
+        .unwrap();
+    let g = turned.geometry();
+    let lift = found.solution.motion[0];
+    let size = lift.abs();
+    for (i, gap) in gap().iter().enumerate() {
+        let [u, v, normal] = [&upper, &lower, &g.normal].map(|field| Geometry::vector(field, i));
+        let apart: f64 = (0..3).map(|c| (u[c] - v[c]) * normal[c]).sum();
+        let left = gap + apart + lift * normal[2];
+        assert!((left - found.solution.gap[i]).abs() < 1e-9 * size, "{left}");
+    }
+    // friction alone does work on both: what it drags follows it
+    let alone = [&*found.traction, &vec![0.0; N]].concat();
+    for (body, sign) in [(Body::Lower, 1.0), (Body::Upper, -1.0)] {
+        let moved = turned.displacement(body, &alone, None).unwrap();
+        let work: f64 = (0..N)
+            .map(|i| {
+                let u = Geometry::vector(&moved, i);
+                let [x, y] = [&g.tangent_x, &g.tangent_y].map(|t| {
+                    let t = Geometry::vector(t, i);
+                    u[0] * t[0] + u[1] * t[1] + u[2] * t[2]
+                });
+                sign * (found.traction[i] * x + found.traction[N + i] * y)
+            })
+            .sum();
+        assert!(work > 0.0);
+    }
+}
+
+#[test]
 fn a_push_ends_in_the_sliding_that_is_asked_for_at_once() {
     let problem = problem(0.1, None);
     let (mu, load) = (0.2, 600.0);
     let loading = pressed_by(&problem, Load::Force(load));
     let friction = vec![mu; N];
-    let steps = [[2e-7, 0.0], [6e-7, 0.0], [3e-6, 0.0]];
+    let steps = [2e-7, 6e-7, 3e-6].map(|x| problem.geometry().uniform([x, 0.0, 0.0]));
     let found = problem
         .stick_or_slip(&loading, &friction, 0.0, &steps, 1e-10, &unmonitored)
         .unwrap();

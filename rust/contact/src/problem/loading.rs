@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What presses the bodies: the gap it leaves, and the work it does on the motions that are free.
+
+use mtb_operator::{Compliance, Component};
+
+use super::{Geometry, Problem};
+use crate::error::{Error, check};
+use crate::sliding::{RigidMotion, displacement};
+
+/// One of the two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// The lower one, whose normals point to the other.
+    Lower,
+    /// The upper one.
+    Upper,
+}
+
+/// What presses the bodies together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Load<'a> {
+    /// A force [N] down on the upper body; of several bodies that come down by themselves each takes its share.
+    Force(f64),
+    /// The upper body comes down by so much [m], as a whole.
+    Approach(f64),
+    /// A pressure (n) [Pa] that pulls at the surface of one body towards the other, as magnets do: it moves the
+    /// surface as a pressure of the opposite sign would, and works on the free motions of the body.
+    Pull(&'a [f64], Body),
+    /// The same pull where only its resultant counts: it works on the free motions and moves no surface.
+    Resultant(&'a [f64], Body),
+    /// A displacement (3n) [m] of the points of one body that is known beforehand, in the common frame.
+    Displacement(&'a [f64], Body),
+}
+
+/// A body that is pulled towards the other one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attracted {
+    /// The body.
+    pub body: Body,
+    /// Whether the pull moves its surface ([`Load::Pull`]); otherwise [`Load::Resultant`].
+    pub at_face: bool,
+}
+
+impl Attracted {
+    /// The load by a pressure (n) [Pa].
+    pub fn by(self, pressure: &[f64]) -> Load<'_> {
+        if self.at_face {
+            Load::Pull(pressure, self.body)
+        } else {
+            Load::Resultant(pressure, self.body)
+        }
+    }
+}
+
+/// What is given to a problem for one solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loading {
+    /// Gap before contact (n) [m], all displacements included that are known beforehand.
+    pub gap: Vec<f64>,
+    /// Work of all loads but the contact's on a unit of each motion (m) [J].
+    pub work: Vec<f64>,
+}
+
+/// A rigid motion that supports leave free, of one of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeMotion {
+    /// The body that it moves.
+    pub body: Body,
+    /// What it does to the contact; its `work` is part of the loading.
+    pub motion: RigidMotion,
+    /// Whether a pull on the body works on it. It does not where the work of all loads is given as a whole, as
+    /// the moment on a tilt.
+    pub is_pulled: bool,
+}
+
+impl FreeMotion {
+    /// The motion of a body a unit of which moves its contact points by `displacement` (3n) [m], in the common
+    /// frame; pulls work on it.
+    ///
+    /// # Errors
+    /// A wrong length, numbers that are not finite.
+    pub fn of(geometry: &Geometry, body: Body, displacement: &[f64]) -> Result<Self, Error> {
+        check("motion", displacement, 3 * geometry.points())?;
+        let upwards = body.sign();
+        let along = |axes: &[f64], sign: f64| geometry.along(axes, displacement, sign);
+        Ok(Self {
+            body,
+            motion: RigidMotion {
+                tangential_x: along(&geometry.tangent_x, -upwards),
+                tangential_y: along(&geometry.tangent_y, -upwards),
+                opening: along(&geometry.normal, upwards),
+                work: 0.0,
+            },
+            is_pulled: true,
+        })
+    }
+}
+
+impl Body {
+    /// 1 for the upper one, from which the gap opens along the normal; -1 for the lower one.
+    fn sign(self) -> f64 {
+        match self {
+            Body::Lower => -1.0,
+            Body::Upper => 1.0,
+        }
+    }
+}
+
+impl Geometry {
+    /// The same vector at all points (3n), for example a displacement [m] of a body.
+    pub fn uniform(&self, vector: [f64; 3]) -> Vec<f64> {
+        let n = self.points();
+        (0..3 * n).map(|k| vector[k / n]).collect()
+    }
+
+    /// `sign` times the component of vectors (3n) along one of the axes (3n) of each point.
+    pub(super) fn along(&self, axes: &[f64], vectors: &[f64], sign: f64) -> Vec<f64> {
+        (0..self.points())
+            .map(|i| {
+                let (axis, vector) = (Self::vector(axes, i), Self::vector(vectors, i));
+                sign * (axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2])
+            })
+            .collect()
+    }
+}
+
+impl Problem {
+    /// A loading by nothing: the undeformed gap (n) [m] alone.
+    pub fn unloaded(&self, gap: Vec<f64>) -> Loading {
+        Loading {
+            gap,
+            work: vec![0.0; self.motions.len()],
+        }
+    }
+
+    /// Adds a load to what is given.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite; [`Error::Held`] for a force where no motion lets the upper
+    /// body down.
+    pub fn load(&self, loading: &mut Loading, load: Load<'_>) -> Result<(), Error> {
+        self.check(loading)?;
+        let g = &*self.geometry;
+        let n = g.points();
+        match load {
+            Load::Force(force) => {
+                check("force", &[force], 1)?;
+                let lifts: Vec<f64> = self.motions.iter().map(|free| self.lift(free)).collect();
+                let count = lifts.iter().filter(|lift| **lift != 0.0).count();
+                if count == 0 {
+                    return Err(Error::Held);
+                }
+                for (work, lift) in loading.work.iter_mut().zip(lifts) {
+                    *work -= force / count as f64 * lift;
+                }
+            }
+            Load::Approach(approach) => {
+                check("approach", &[approach], 1)?;
+                for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
+                    *gap -= approach * slope;
+                }
+            }
+            Load::Pull(pressure, body) => {
+                self.load(loading, Load::Resultant(pressure, body))?;
+                if let Some(pulled) = self.body(body) {
+                    let normal = Component::Normal;
+                    pulled.add_displacement(normal, normal, -1.0, pressure, &mut loading.gap);
+                }
+            }
+            Load::Resultant(pressure, body) => {
+                check("pull", pressure, n)?;
+                for (free, work) in self.motions.iter().zip(&mut loading.work) {
+                    if free.body == body && free.is_pulled {
+                        let opened = free.motion.opening.iter().zip(pressure).zip(&g.area);
+                        *work -= opened.map(|((o, p), a)| o * p * a).sum::<f64>();
+                    }
+                }
+            }
+            Load::Displacement(displacement, body) => {
+                check("displacement", displacement, 3 * n)?;
+                let opened = g.along(&g.normal, displacement, body.sign());
+                for (gap, opened) in loading.gap.iter_mut().zip(opened) {
+                    *gap += opened;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Displacement (3n) [m] of the contact points of a body, in the common frame, by the tractions (3n) [Pa] of
+    /// the contact: along both tangents on the lower body, and pressure; less a `pull` (n) [Pa] at its surface.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn displacement(
+        &self,
+        body: Body,
+        traction: &[f64],
+        pull: Option<&[f64]>,
+    ) -> Result<Vec<f64>, Error> {
+        let g = &*self.geometry;
+        let n = g.points();
+        check("traction", traction, 3 * n)?;
+        let Some(compliance) = self.body(body) else {
+            return Ok(vec![0.0; 3 * n]);
+        };
+        // the upper body feels the opposite friction
+        let mut own: Vec<f64> = traction[..2 * n].iter().map(|q| -body.sign() * q).collect();
+        own.extend(&traction[2 * n..]);
+        if let Some(pull) = pull {
+            check("pull", pull, n)?;
+            for (pressure, pull) in own[2 * n..].iter_mut().zip(pull) {
+                *pressure -= pull;
+            }
+        }
+        let moved = displacement(&**compliance, [&own[..n], &own[n..2 * n], &own[2 * n..]]);
+        let mut common = vec![0.0; 3 * n];
+        for i in 0..n {
+            let [x, y, z] =
+                [&g.tangent_x, &g.tangent_y, &g.normal].map(|field| Geometry::vector(field, i));
+            for c in 0..3 {
+                common[c * n + i] =
+                    x[c] * moved[0][i] + y[c] * moved[1][i] + body.sign() * z[c] * moved[2][i];
+            }
+        }
+        Ok(common)
+    }
+
+    /// The compliance of a body; `None` of a rigid one.
+    fn body(&self, body: Body) -> Option<&std::sync::Arc<dyn Compliance>> {
+        match body {
+            Body::Lower => self.pair.lower(),
+            Body::Upper => self.pair.upper(),
+        }
+    }
+
+    /// Rise of the upper body, or of one of several, along z by a unit of a motion; zero for all motions but
+    /// translations along z.
+    fn lift(&self, free: &FreeMotion) -> f64 {
+        let (g, motion) = (&*self.geometry, &free.motion);
+        let n = g.points();
+        let mut lift = 0.0;
+        for i in 0..n {
+            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
+            let moved = [
+                motion.tangential_x[i],
+                motion.tangential_y[i],
+                motion.opening[i],
+            ];
+            if moved == [0.0; 3] {
+                continue;
+            }
+            if lift == 0.0 {
+                lift = moved[2] * z - moved[0] * x - moved[1] * y;
+            }
+            let rest = [
+                moved[0] + lift * x,
+                moved[1] + lift * y,
+                moved[2] - lift * z,
+            ];
+            if rest.iter().any(|r| r.abs() > 1e-9 * lift.abs()) {
+                return 0.0;
+            }
+        }
+        if free.body == Body::Upper { lift } else { 0.0 }
+    }
+
+    pub(super) fn check(&self, loading: &Loading) -> Result<(), Error> {
+        check("gap", &loading.gap, self.points())?;
+        check("work", &loading.work, self.motions.len())
+    }
+
+    pub(super) fn loaded(&self, work: &[f64]) -> Vec<RigidMotion> {
+        let works = self.motions.iter().zip(work);
+        works
+            .map(|(free, work)| RigidMotion {
+                work: *work,
+                ..free.motion.clone()
+            })
+            .collect()
+    }
+}
