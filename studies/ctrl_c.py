@@ -57,7 +57,7 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
 
     def start(spacing: float) -> Callable[[], object]:
         scene = mtb.scenes.block_on_plane(height=0.1, friction=0.3, spacing=spacing)
-        return lambda: scene.start_of_sliding("elastic-upper")
+        return lambda: scene.start_of_sliding([1e-6, 1e-5], model="elastic-upper")
 
     def shoe(spacing: float, method: str, *arguments: object) -> Callable[[], object]:
         scene = mtb.scenes.pole_shoe_on_rail(spacing=spacing, friction=0.3)

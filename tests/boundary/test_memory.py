@@ -16,6 +16,7 @@ PREAMBLE = """
 import resource, warnings
 import numpy as np, mtb_rs as mtb
 from mtb_rs.base import cache, memory
+from mtb_rs.bodies.mesh import block_mesh
 def status(name):
     line = next(line for line in open("/proc/self/status") if line.startswith(name))
     return int(line.split()[1]) * 1024
@@ -70,10 +71,20 @@ def test_grids_that_the_process_cannot_have_are_refused_before_they_are_laid():
     body = """
 def gap(n): return np.lib.stride_tricks.as_strided(np.zeros(1), (n, n), (0, 0))
 steel = dict(lower=mtb.steel, upper=mtb.steel)
+MODELS = "half-space", "elastic-upper", "elastic-both", "auto"
+lines = np.linspace(0.0, 0.05, 6)
+mesh = block_mesh(lines, lines, 0.02)
+own = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", 0.0, 0.0, 0.0)])
 calls = [
     lambda: mtb.scenes.paraboloid_on_plane(points=9000).solve(),
     lambda: mtb.scenes.block_on_plane(spacing=1e-5).solve("half-space"),
     lambda: mtb.scenes.pole_shoe_on_rail(spacing=3e-5).solve("half-space"),
+    # cells that could be laid, but whose dense matrices could not be made
+    *(lambda model=model: mtb.scenes.pole_shoe_on_rail(spacing=2e-4).solve(model) for model in MODELS),
+    lambda: mtb.scenes.pole_shoe_on_rail(spacing=2e-4).prepare(),
+    lambda: mtb.scenes.block_on_plane(spacing=2e-4).solve("elastic-upper"),
+    lambda: mtb.scenes.block_on_plane(spacing=2e-4).start_of_sliding([1e-6]),
+    lambda: mtb.Scene(lower=mtb.Rigid(), upper=own, spacing=1e-4, force=1.0).solve(),
     lambda: mtb.scenes.wheel_on_rail(spacing=1e-5).solve(),
     lambda: mtb.Scene(**steel, gap=np.zeros((1000, 1000)), spacing=1e-5, force=1.0).solve(),
     lambda: mtb.solve_normal(gap(20_000), 1e-5, **steel, force=1.0),

@@ -290,3 +290,16 @@ def test_old_names_of_the_velocity_can_be_read():
         assert mtb.Rolling(velocity=3.0).speed == 3.0  # type: ignore[attr-defined]
     with pytest.warns(DeprecationWarning, match="is called slip_speed now"):
         assert FALLING.sliding(speed=0.5) == FALLING.sliding(0.5)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize("name", ["static", "kinetic", "half_slip", "memory"])
+def test_an_array_for_one_number_is_shown_in_one_line(name: str) -> None:
+    given = {"static": 0.4, "kinetic": 0.2, "half_slip": 0.01, "memory": 1e-3, name: np.ones((30, 4))}
+    with pytest.raises(ValueError, match=rf"{name} is array.*: a finite number is needed") as caught:
+        mtb.FallingFriction(**given)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+    with pytest.raises(
+        ValueError, match="coefficient is array.*: numbers of at least 0 are needed"
+    ) as caught:
+        mtb.Coulomb(np.full((30, 4), -1.0))
+    assert "\n" not in str(caught.value)

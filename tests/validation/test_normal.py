@@ -8,13 +8,14 @@ import itertools
 import math
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.half_space import reference
+from mtb_rs.half_space import reference, rough
 
 DATA = Path(__file__).parents[1] / "data" / "contact"
 MM, MPA = 1e-3, 1e6
@@ -397,6 +398,34 @@ def test_roughness_has_the_statistics_asked_for() -> None:
     k = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.fftfreq(512)[None, :]) * 512
     low, high = (power[(k > a) & (k < 1.5 * a)].mean() for a in (20.0, 80.0))
     assert math.log(low / high) / math.log(4.0) == pytest.approx(3.4, abs=0.15)
+
+
+@pytest.mark.parametrize("shape", [(40, 30), (33, 41)])
+def test_roughness_is_transformed_in_pieces_between_which_ctrl_c_is_answered(
+    shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pieces: list[int] = []
+
+    def counted(transform: Any) -> Any:
+        def count(field: Array, *args: Any, **options: Any) -> Any:
+            pieces.append(field.size)
+            return transform(field, *args, **options)
+
+        return count
+
+    monkeypatch.setattr(rough, "PART", 150)
+    with monkeypatch.context() as counting:
+        for name in ("fft", "ifft", "rfft", "irfft"):
+            counting.setattr(np.fft, name, counted(getattr(np.fft, name)))
+        found = mtb.roughness(shape, 1.0, hurst=0.6, rms_height=1.0, seed=7)
+    assert len(pieces) > 20
+    assert max(pieces) <= 150
+    # the same surface by NumPy's own transforms of the whole
+    noise = np.random.default_rng(7).standard_normal(shape)
+    k = np.hypot(np.fft.rfftfreq(shape[1])[None, :], np.fft.fftfreq(shape[0])[:, None])
+    allowed = (k > 0.0) & (k <= 0.5)
+    heights = np.fft.irfft2(np.fft.rfft2(noise) * np.where(allowed, k, np.inf) ** -1.6, s=shape)
+    assert found == pytest.approx(heights / heights.std(), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -122,9 +122,9 @@ def _at(bad: NDArray[np.bool_]) -> str:
 
 
 def shortened(value: Any) -> str:
-    """`value` as messages show it."""
+    """`value` as messages show it: in one line."""
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split()) if isinstance(value, np.ndarray) else repr(value)
     except ValueError:  # whole numbers of thousands of digits
         return "a whole number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."

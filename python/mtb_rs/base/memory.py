@@ -52,7 +52,15 @@ def of_scene(sides: Sequence[tuple[int, int]]) -> float:
     return sum(SCENE_CELL * nx * ny + SCENE_LINE * (nx**2 + ny**2) for nx, ny in sides)
 
 
-def of_matrices(points: int, matrices: int) -> float:
+def of_least_matrix(points: float) -> float:
+    """Memory [bytes] that a contact of so many points takes at least where its matrices are dense.
+
+    One matrix of half of the points: what two poles that are mirror images share.
+    """
+    return of_matrices(points, 1) / 4.0
+
+
+def of_matrices(points: float, matrices: int) -> float:
     """Memory [bytes] of dense matrices over so many points, at their peak."""
     return 8.0 * matrices * float(points) ** 2
 

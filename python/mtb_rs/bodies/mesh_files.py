@@ -170,6 +170,9 @@ def _digest(path: Path) -> str:
 
 def read_surface(path: Path) -> trimesh.Trimesh:
     """The one triangulated surface of a file, as trimesh reads it."""
+    accepted = f"a file of one surface of triangles is needed ({', '.join(SURFACE_FILES)})"
+    if path.suffix.lower() in SOLID_FILES:
+        raise ValueError(f"{path} holds a solid of CAD: {accepted}; ElasticBody.from_mesh takes solids")
     try:
         with extra_mesh(f"reading {path.suffix} files"):
             # degenerate and doubled triangles stay: they are for us to name
@@ -177,12 +180,24 @@ def read_surface(path: Path) -> trimesh.Trimesh:
     except MissingExtra:
         raise
     except Exception as error:  # its readers raise whatever they stumble over
-        raise ValueError(f"{path} cannot be read: no {path.suffix} file of one surface ({error})") from None
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise ValueError(
+            f"{path} cannot be read: it is no {path.suffix} file, or a damaged one ({reason}); {accepted}"
+        ) from None
     if not isinstance(surface, trimesh.Trimesh):
-        raise ValueError(f"{path} holds {type(surface).__name__}, one closed surface is needed")
+        raise ValueError(f"{path} holds {type(surface).__name__}: {accepted}")
     if not len(surface.faces):
-        raise ValueError(f"{path} holds no triangles: a closed surface is needed")
+        raise ValueError(f"{path} holds no triangles: {accepted}")
     return surface
+
+
+def turn_outwards(surface: trimesh.Trimesh) -> None:
+    """Makes neighbouring triangles agree on their side, and those of a closed surface look outwards."""
+    with extra_mesh("turning the triangles of a surface outwards"):
+        if not surface.is_winding_consistent:
+            trimesh.repair.fix_winding(surface)  # type: ignore[no-untyped-call]
+        if surface.is_watertight and surface.volume < 0.0:
+            surface.invert()
 
 
 def solid(path: Path, size: float | None = None, near: Near | None = None) -> TetraMesh:
@@ -299,9 +314,8 @@ def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
     blocks = mesh.cells_dict
     kinds = [kind for kind in ("tetra10", "tetra") if kind in blocks]
     if len(kinds) != 1:
-        raise ValueError(
-            f"the mesh has cells {', '.join(sorted(blocks))}: either 4-node or 10-node tetrahedra are needed"
-        )
+        found = f"cells {', '.join(sorted(blocks))}" if blocks else "no cells"
+        raise ValueError(f"the mesh has {found}: either 4-node or 10-node tetrahedra are needed")
     cells = np.asarray(blocks[kinds[0]], dtype=np.int64)
     points = np.asarray(mesh.points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or not cells.size:
@@ -412,8 +426,7 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
             f"{np.round(place, 6).tolist()} m"
         )
     _check_pieces(surface)
-    if not surface.is_winding_consistent or surface.volume < 0.0:
-        surface.fix_normals()
+    turn_outwards(surface)
     return surface
 
 

@@ -132,6 +132,8 @@ class BodySurface:
     def from_file(cls, path: str | Path, *, unit: Unit, closed: bool = True) -> BodySurface:
         """Triangle mesh from any file trimesh reads (STL, PLY, OBJ, ...).
 
+        Triangles that contradict their neighbours, or look inwards, are turned.
+
         Parameters
         ----------
         unit : str
@@ -139,9 +141,7 @@ class BodySurface:
         closed : bool
             Whether the mesh must be watertight.
         """
-        import trimesh
-
-        from .mesh_files import MissingExtra, extra_mesh
+        from .mesh_files import read_surface
 
         scale = metres(unit)
         if not path_of("path", path).exists():
@@ -149,14 +149,7 @@ class BodySurface:
         path = check_surface_file(path, "mesh file", MOST_TRIANGLES)
         if path.stat().st_size == 0:
             raise ValueError(f"mesh file {str(path)!r} is empty")
-        try:
-            with extra_mesh(f"reading {path.suffix} files"):
-                loaded = trimesh.load_mesh(path)
-            vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
-        except MissingExtra:
-            raise
-        except Exception as error:  # trimesh's readers raise whatever they stumble over
-            raise ValueError(f"mesh file {str(path)!r} cannot be read: {error}") from None
+        vertices, faces = _outward(read_surface(path))
         try:
             return cls.mesh(vertices.T * scale, faces, closed=closed, name=path.name)
         except ValueError as error:
@@ -189,6 +182,18 @@ def _made(kind: str, *arguments: Any) -> BodySurface:
     return made
 
 
+def _outward(surface: Any) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (n, 3) and triangles (m, 3) of a surface of trimesh, vertices merged, all on one side."""
+    import trimesh
+
+    from .mesh_files import turn_outwards
+
+    # a copy: what was given stays as it is
+    merged = trimesh.Trimesh(np.asarray(surface.vertices), np.asarray(surface.faces), process=True)
+    turn_outwards(merged)
+    return np.asarray(merged.vertices, dtype=float), np.asarray(merged.faces)
+
+
 def as_surface(surface: Any) -> Profile | BodySurface | None:
     """The surface of a half-space or rigid body, of any of its forms."""
     if surface is None or isinstance(surface, BodySurface):
@@ -197,7 +202,8 @@ def as_surface(surface: Any) -> Profile | BodySurface | None:
         return as_profile(surface)
     if hasattr(surface, "vertices") and hasattr(surface, "faces"):
         closed = bool(getattr(surface, "is_watertight", True))
-        return BodySurface.mesh(np.asarray(surface.vertices).T, np.asarray(surface.faces), closed=closed)
+        vertices, faces = _outward(surface)
+        return BodySurface.mesh(vertices.T, faces, closed=closed)
     raise ValueError(
         f"surface is {surface!r}: a Profile, the name of a standard one, a BodySurface or a trimesh object "
         "is needed"

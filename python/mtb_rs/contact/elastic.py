@@ -90,6 +90,7 @@ def on_rigid(
     """The elastic upper bodies of a geometry on a rigid one."""
 
     def build() -> Contact:
+        geometry.check_elastic(spacing)
         sheet = geometry.sheet(spacing)
         above, area = upper_bodies(geometry, sheet, upper.material, held, time_s)
         points, patches = sheet.nodes, sheet.node_patches

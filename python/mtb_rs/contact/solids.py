@@ -40,6 +40,10 @@ Bodies = tuple[Body, Body]
 #: Share of a cell below which a contact point is left out.
 LEAST_SHARE = 0.02
 
+#: Cells of a grid from which on it is counted, before it is laid, how many of them are on the faces; cells
+#: along a side of the grid by which they are counted.
+MANY_CELLS, FEW_CELLS = 10_000, 32
+
 #: Parts of a cell by which the quadrature points in it are told apart.
 SHARES = 1024
 
@@ -115,7 +119,7 @@ class BodyLayout(Placed):
         size = high - low
         area = float(size[0]), float(size[1])
         nx, ny = cells_over(area, spacing)
-        check_room([(nx, ny)], spacing)
+        check_room([(nx, ny)], spacing, dense=self._covered(area) if nx * ny > MANY_CELLS else 0.0)
         dx, dy = size[0] / nx, size[1] / ny
         x, y = low[0] + dx * np.arange(nx + 1), low[1] + dy * np.arange(ny + 1)
         gap = np.zeros((ny + 1, nx + 1))
@@ -139,6 +143,17 @@ class BodyLayout(Placed):
         middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
         return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
+
+    def _covered(self, area: tuple[float, float]) -> float:
+        """Share of the bounding box of sides `area` [m] where all elastic faces are, by few cells."""
+        few = replace(self, gap=None).sheet((area[0] / FEW_CELLS, area[1] / FEW_CELLS))
+        faces = [(self.body, self.upper), (self.opponent, not self.upper)]
+        covered = [
+            body.sample(few.nodes, few.node_patches, upper=upper).weights > 0.0
+            for body, upper in faces
+            if body is not None
+        ]
+        return float(np.mean(np.all(covered, axis=0)))
 
     def is_coarser_than(self, spacing: Spacing) -> bool:
         """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""

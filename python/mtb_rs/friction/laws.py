@@ -60,7 +60,9 @@ class Coulomb:
     def __post_init__(self) -> None:
         values = reals("coefficient", self.coefficient)
         if values.size == 0 or np.any(values < 0.0):
-            raise ValueError(f"coefficient is {self.coefficient!r}: numbers of at least 0 are needed")
+            raise ValueError(
+                f"coefficient is {shortened(self.coefficient)}: numbers of at least 0 are needed"
+            )
         if values.ndim not in (0, 2):
             raise ValueError(f"coefficient has shape {values.shape}: one number or (ny, nx) is needed")
         ask(of_friction("coefficient", float(values.max())))

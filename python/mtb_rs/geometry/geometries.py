@@ -56,6 +56,9 @@ class Layout(Protocol):
     def on_flange(self) -> str | None:
         """What is to be said where a wheel runs on its flange."""
 
+    def check_elastic(self, spacing: Spacing) -> None:
+        """Refuses, before it is laid, a contact too large for elastic bodies."""
+
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The potential contact at `spacing` (dx, dy) [m]."""
 
@@ -68,6 +71,9 @@ class Placed:
 
     models: ClassVar[tuple[Model, ...]] = ("half-space",)
     is_metric: ClassVar[bool] = True
+
+    def check_elastic(self, spacing: Spacing) -> None:
+        """What is laid for any model is checked where it is laid."""
 
     @property
     def on_flange(self) -> str | None:
@@ -136,15 +142,19 @@ def cells_over(size: tuple[float, float], spacing: Spacing) -> tuple[int, int]:
     return cells_along(size[0], spacing[0]), cells_along(size[1], spacing[1])
 
 
-def check_room(sides: Sequence[tuple[int, int]], spacing: Spacing) -> None:
+def check_room(sides: Sequence[tuple[int, int]], spacing: Spacing, *, dense: float = 0.0) -> None:
     """ValueError if the memory does not hold a scene with grids of so many cells along their sides (nx, ny).
 
-    Asked before any of them is made.
+    Asked before any of them is made. The matrices of a share `dense` of the cells are dense.
     """
+    _check_room(sides, f"spacing is {spacing[0]:g} x {spacing[1]:g} m", dense)
+
+
+def _check_room(sides: Sequence[tuple[int, int]], given: str, dense: float = 0.0) -> None:
     cells = sum(nx * ny for nx, ny in sides)
     memory.refuse(
-        memory.of_scene(sides),
-        f"spacing is {spacing[0]:g} x {spacing[1]:g} m: a contact of {cells} cells",
+        max(memory.of_scene(sides), memory.of_least_matrix(dense * cells)),
+        f"{given}: a contact of {cells} cells",
         "take fewer, larger cells",
     )
 
@@ -203,9 +213,10 @@ class ParaboloidLayout(Placed):
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Points `spacing` apart; each is the centre of a cell."""
-        count = [n + 1 for n in cells_over((self.width, self.width), spacing)]
+        count = [cells_along(self.width, step) + 1 for step in spacing]
+        # that is what is given, not the spacing
+        _check_room([(count[0], count[1])], f"points is {max(count)}")
         dx, dy = (self.width / (n - 1) for n in count)
-        check_room([(count[0], count[1])], spacing)
         fields = []
         for extra in (0, 1):
             x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
@@ -238,6 +249,10 @@ class BlockLayout(Placed):
     def start(self) -> Spacing:
         """Eight cells along the shorter side."""
         return min(self.width, self.length) / 8.0, min(self.width, self.length) / 8.0
+
+    def check_elastic(self, spacing: Spacing) -> None:
+        """Finite elements are condensed to dense matrices, where half-spaces may go by convolutions."""
+        check_room([cells_over((self.width, self.length), spacing)], spacing, dense=1.0)
 
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Equal cells that fill the foot of the block."""
@@ -292,7 +307,7 @@ class ShoeLayout(Placed):
         for side in shoe.sides:
             ends = shoe.profile.arc_length([side * shoe.inner_edge, side * shoe.conforming_to])
             grids.append(cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing))
-        check_room(grids, spacing)
+        check_room(grids, spacing, dense=1.0)
         return self.shoe.sheet(spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,9 @@ from ..results.doors import pictures
 from .normal import solve_normal
 
 Array = NDArray[np.float64]
+
+#: Points that are transformed at once: some hundredths of a second.
+PART = 1_000_000
 
 
 def roughness(
@@ -90,19 +93,48 @@ def roughness(
     # relative to the smallest wave number, so that powers neither overflow nor vanish
     knee = max(2.0 * math.pi / roll_off, float(k[allowed].min()))
     amplitude = np.where(allowed, (np.maximum(k, knee) / knee) ** (-1.0 - hurst), 0.0)
-    noise = np.fft.rfft2(np.random.default_rng(seed).standard_normal((ny, nx)))
-    spectrum = noise * amplitude
-    heights = np.fft.irfft2(spectrum, s=(ny, nx))
+    spectrum = _waves(np.random.default_rng(seed), ny, nx)
+    spectrum *= amplitude
+    heights = _heights(spectrum, nx)
     if rms_height is not None:
         return np.asarray(heights * (positive("rms_height", rms_height, "m") / heights.std()))
-    slopes = [np.fft.irfft2(1j * c * spectrum, s=(ny, nx)) for c in (kx, ky)]
-    now = math.sqrt(float(np.mean(slopes[0] ** 2 + slopes[1] ** 2)))
+    slopes = (_heights(1j * c * spectrum, nx) for c in (kx, ky))
+    now = math.sqrt(sum(float(np.mean(slope**2)) for slope in slopes))
     if now == 0.0:
         raise ValueError(
             f"rms_slope is {rms_slope!r}: the only waves on {nx} x {ny} cells are two cells long, "
             "whose slope is zero at every cell; more cells or rms_height are needed"
         )
     return np.asarray(heights * (positive("rms_slope", rms_slope) / now))
+
+
+def _parts(n: int, other: int) -> Iterator[slice]:
+    """Rows or columns of a field `n` by `other`, so few that Ctrl-C is answered between them."""
+    step = max(1, PART // other)
+    return (slice(first, first + step) for first in range(0, n, step))
+
+
+def _waves(random: np.random.Generator, ny: int, nx: int) -> NDArray[np.complex128]:
+    """Spectrum (ny, nx // 2 + 1) of white noise."""
+    waves = np.empty((ny, nx // 2 + 1), dtype=complex)
+    for rows in _parts(ny, nx):
+        count = len(range(*rows.indices(ny)))
+        waves[rows] = np.fft.rfft(random.standard_normal((count, nx)))
+    for columns in _parts(waves.shape[1], ny):
+        waves[:, columns] = np.fft.fft(waves[:, columns], axis=0)
+    return waves
+
+
+def _heights(waves: NDArray[np.complex128], nx: int) -> Array:
+    """The field (ny, nx) of a spectrum."""
+    ny = len(waves)
+    half = np.empty_like(waves)
+    for columns in _parts(waves.shape[1], ny):
+        half[:, columns] = np.fft.ifft(waves[:, columns], axis=0)
+    heights = np.empty((ny, nx))
+    for rows in _parts(ny, nx):
+        heights[rows] = np.fft.irfft(half[rows], n=nx)
+    return heights
 
 
 def _shape(shape: int | tuple[int, int]) -> tuple[int, int]:
