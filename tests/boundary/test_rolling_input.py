@@ -299,7 +299,7 @@ def test_an_array_for_one_number_is_shown_in_one_line(name: str) -> None:
         mtb.FallingFriction(**given)  # type: ignore[arg-type]
     assert "\n" not in str(caught.value)
     with pytest.raises(
-        ValueError, match="coefficient is array.*: numbers of at least 0 are needed"
+        ValueError, match=r"coefficient is array.*: numbers of at least 0 are needed"
     ) as caught:
         mtb.Coulomb(np.full((30, 4), -1.0))
     assert "\n" not in str(caught.value)
