@@ -114,12 +114,9 @@ class ContactProblem:
         motions = np.ascontiguousarray(np.concatenate([upper.motions, lower.motions]))
         of_upper = [True] * upper.work.size + [False] * lower.work.size
         is_pulled = [*upper.is_pulled.tolist(), *lower.is_pulled.tolist()]
-        bodies = (lower.compliance, upper.compliance, self.geometry)
-        return self.memory.recall(
-            "problem",
-            [*bodies, motions, of_upper, is_pulled],
-            lambda: _mtb_rs.Problem(*bodies, motions, of_upper, is_pulled),
-        )
+        # what it is made of is what it is found again by
+        made_from = (lower.compliance, upper.compliance, self.geometry, motions, of_upper, is_pulled)
+        return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 
     @cached_property
     def loading(self) -> _mtb_rs.Loading:
