@@ -3,11 +3,12 @@
 
 use mtb_complementarity::bounded::Status;
 use mtb_complementarity::linear;
-use mtb_operator::Monitor;
 use mtb_operator::dense::Watch;
+use mtb_operator::{Component, Monitor, report};
 
 use super::level::{Level, Region, half_sides};
 use super::nested::{error_of, unpack_motion};
+use super::product::{Influence, Product};
 use super::{Load, Method, NormalContact, NormalSolution, Surface};
 use crate::Error;
 
@@ -16,12 +17,13 @@ pub(super) fn solve(
     contact: &NormalContact<'_>,
     monitor: Monitor<'_>,
 ) -> Result<NormalSolution, Error> {
-    let fine = &Level::pyramid(contact)[0];
+    let levels = Level::pyramid(contact);
+    let fine = &levels[0];
     let solution = on_level(contact, fine, monitor)?;
     let mut discretisation_error = None;
-    if let Some(coarse) = fine.coarsened() {
-        let start = on_level(contact, &coarse, monitor)?;
-        let difference = fine.difference(&solution.pressure, &coarse, &start.pressure);
+    if let Some(coarse) = levels.get(1) {
+        let start = on_level(contact, coarse, monitor)?;
+        let difference = fine.difference(&solution.pressure, coarse, &start.pressure);
         discretisation_error = error_of(difference, None);
     }
     let half = half_sides(&contact.grid);
@@ -63,9 +65,23 @@ fn on_level(
     // is singular. A uniform displacement under every pressure heals that, and goes back into the approach.
     let is_loose =
         matches!(contact.surface, Surface::Periodic(_)) && matches!(contact.load, Load::Force(_));
-    let table = table(contact.surface, level);
-    let lift = if is_loose { table[0] } else { 0.0 };
-    let matrix = matrix(level, &table, lift, monitor)?;
+    let (matrix, lift) = match contact.surface {
+        Surface::Body(body) => {
+            let mut matrix = vec![0.0; n * n];
+            body.add_influence(Component::Normal, Component::Normal, 1.0, &mut matrix);
+            report(monitor, 0, f64::NAN)?;
+            (matrix, 0.0)
+        }
+        Surface::FreeSpace(influence) => {
+            let table = table(influence, level);
+            (matrix(level, &table, 0.0, monitor)?, 0.0)
+        }
+        Surface::Periodic(_) => {
+            let table = column(contact.surface, level);
+            let lift = if is_loose { table[0] } else { 0.0 };
+            (matrix(level, &table, lift, monitor)?, lift)
+        }
+    };
     let border = linear::Border {
         motion: &shapes,
         balance: &shapes,
@@ -85,30 +101,28 @@ fn on_level(
     Ok(solution)
 }
 
-/// Influence at all offsets between cells.
-fn table(surface: Surface<'_>, level: &Level) -> Vec<f64> {
+/// Influence at all offsets between cells in free space.
+fn table(influence: Influence<'_>, level: &Level) -> Vec<f64> {
     let (nx, n) = (level.grid.nx, level.grid.points());
-    match surface {
-        Surface::FreeSpace(influence) => (0..n)
-            .map(|k| {
-                let offset = [
-                    (k % nx) as f64 * level.grid.dx,
-                    (k / nx) as f64 * level.grid.dy,
-                ];
-                influence(offset, [level.grid.dx, level.grid.dy])
-            })
-            .collect(),
-        Surface::Periodic(_) => {
-            // the response to a load on the first cell, known at all offsets around the period
-            let product =
-                super::product::Product::influence(surface, &level.grid, [nx, level.grid.ny]);
-            let mut unit = vec![0.0; n];
-            unit[0] = 1.0;
-            let mut column = vec![0.0; n];
-            product.apply(&unit, &mut column);
-            column
-        }
-    }
+    let at = |k: usize| {
+        [
+            (k % nx) as f64 * level.grid.dx,
+            (k / nx) as f64 * level.grid.dy,
+        ]
+    };
+    let cell = [level.grid.dx, level.grid.dy];
+    (0..n).map(|k| influence(at(k), cell)).collect()
+}
+
+/// Influence of a load on the first cell: over a period that is the influence at all offsets.
+fn column(surface: Surface<'_>, level: &Level) -> Vec<f64> {
+    let (shape, n) = ([level.grid.nx, level.grid.ny], level.grid.points());
+    let product = Product::influence(surface, &level.grid, shape);
+    let mut unit = vec![0.0; n];
+    unit[0] = 1.0;
+    let mut column = vec![0.0; n];
+    product.apply(&unit, &mut column);
+    column
 }
 
 /// The influence matrix, with `lift` added to every entry.

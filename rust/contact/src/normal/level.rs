@@ -32,6 +32,9 @@ impl Level {
             ],
             is_periodic,
         }];
+        if matches!(contact.surface, Surface::Body(_)) {
+            return levels;
+        }
         while let Some(coarser) = levels.last().and_then(Self::coarsened) {
             levels.push(coarser);
         }
@@ -39,7 +42,7 @@ impl Level {
     }
 
     /// The grid with cells twice as large; `None` where it would be too coarse to help.
-    pub(super) fn coarsened(&self) -> Option<Self> {
+    fn coarsened(&self) -> Option<Self> {
         let Grid { nx, ny, dx, dy } = self.grid;
         let is_even = nx.is_multiple_of(2) && ny.is_multiple_of(2);
         if nx.min(ny) < COARSEN_FROM || (self.is_periodic && !is_even) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The normal problem on a regular grid: pressures that keep two surfaces from penetrating.
 //!
-//! Half-spaces under uniformly loaded cells make the influence matrix a convolution. The solver
+//! Bodies of any kind are a [`Compliance`] on the cells. Half-spaces under uniformly loaded cells make the influence matrix a convolution. The solver
 //! climbs from coarse grids to fine ones: each level starts from the pressure of the one before, works
 //! on the rectangle around the contact only, and inverts roughly by the Fourier transform of the
 //! same kernel, wrapped around. Few cells are solved by the dense active-set method instead.
@@ -12,7 +12,7 @@ mod nested;
 mod product;
 
 use mtb_complementarity::bounded::Status;
-use mtb_operator::{Grid, MEMORY_LIMIT, Monitor, check_memory};
+use mtb_operator::{Compliance, Grid, MEMORY_LIMIT, Monitor, check_memory};
 
 use crate::error::{Error, check, check_number};
 
@@ -25,6 +25,9 @@ pub enum Surface<'a> {
     /// The grid repeats itself: amplitude of the displacement [m/Pa] by a pressure wave with a wave
     /// number [1/m]. The mean of the displacement is left out: it is part of the approach.
     Periodic(&'a (dyn Fn(f64) -> f64 + Sync)),
+    /// Any bodies, known on this grid alone: their normal displacement by a pressure on its cells, such as that of
+    /// [`Relative`](mtb_operator::Relative). No coarser grid helps, and none tells the discretisation error.
+    Body(&'a dyn Compliance),
 }
 
 /// What is known of the approach of the bodies.
@@ -63,11 +66,11 @@ pub struct Options {
 /// The algorithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Dense for few cells in free space, otherwise by the Fourier transform.
+    /// Dense for few cells that do not repeat themselves, otherwise by the Fourier transform.
     Auto,
     /// Active sets with a dense matrix.
     Dense,
-    /// Conjugate gradients with convolutions.
+    /// Conjugate gradients with convolutions, or with the products of a body.
     Fourier,
 }
 
@@ -126,7 +129,7 @@ pub fn memory(cells: usize, method: Method) -> f64 {
 /// Solves the frictionless contact problem.
 ///
 /// # Errors
-/// Arrays of the wrong length, numbers that are not finite or out of range, too many cells for the
+/// Arrays or a compliance of the wrong length, numbers that are not finite or out of range, too many cells for the
 /// dense method, and interruption by the monitor.
 ///
 /// [PolonskyKeer1999, Vollebregt2014, Love1929]
@@ -158,7 +161,18 @@ pub fn solve_normal(
             "a number from 1e-14 to 1 is needed",
         )?;
     }
-    let is_free = matches!(contact.surface, Surface::FreeSpace(_));
+    let is_periodic = matches!(contact.surface, Surface::Periodic(_));
+    let mut of_bodies = 0.0;
+    if let Surface::Body(body) = contact.surface {
+        if body.points() != points {
+            return Err(Error::Shape {
+                name: "surface",
+                expected: points,
+                found: body.points(),
+            });
+        }
+        of_bodies = body.influence_memory();
+    }
     match options.method {
         Method::Dense => {
             let is_possible = points <= DENSE_AT_MOST;
@@ -168,11 +182,11 @@ pub fn solve_normal(
                 is_possible,
                 "the dense method takes at most 10000",
             )?;
-            let needed = memory(points, Method::Dense);
+            let needed = memory(points, Method::Dense) + of_bodies;
             check_memory(points, needed, MEMORY_LIMIT)?;
             dense::solve(contact, monitor)
         }
-        Method::Auto if is_free && points <= DENSE_UP_TO => dense::solve(contact, monitor),
+        Method::Auto if !is_periodic && points <= DENSE_UP_TO => dense::solve(contact, monitor),
         _ => nested::solve(contact, options.tolerance, monitor),
     }
 }

@@ -212,7 +212,7 @@ fn on_level(
     let grid = &level.grid;
     let region = match contact.surface {
         super::Surface::FreeSpace(_) => Region::around(start, grid),
-        super::Surface::Periodic(_) => Region::whole(grid),
+        super::Surface::Periodic(_) | super::Surface::Body(_) => Region::whole(grid),
     };
     let part = region.cut(start, grid.nx);
     // the gap is evaluated once more from the pressure alone: leave room for rounding

@@ -1,51 +1,61 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The influence matrix of a rectangle of cells, and its rough inverse.
+//! What a pressure on a rectangle of cells does, and its rough inverse.
 
 use std::f64::consts::PI;
 
-use mtb_operator::{Grid, Kernel, Transform};
+use mtb_operator::{Compliance, Component, Grid, Kernel, Transform};
 
 use super::Surface;
 
-/// A convolution on a rectangle of cells.
-pub(super) struct Product {
-    transform: Transform,
-    kernel: Kernel,
+/// Share of the largest response to a wave of pressure below which none is believed.
+const LEAST_WAVE: f64 = 1e-6;
+
+/// Closing of the gap [m/Pa] at an offset from a loaded cell with these sides [m].
+pub(super) type Influence<'a> = &'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync);
+
+/// A map from pressures to displacements, or back.
+pub(super) enum Product<'a> {
+    /// A convolution.
+    Convolution {
+        transform: Box<Transform>,
+        kernel: Kernel,
+    },
+    /// The normal displacement of bodies.
+    Body(&'a dyn Compliance),
 }
 
-impl Product {
+impl<'a> Product<'a> {
+    fn of(transform: Transform, kernel: Kernel) -> Self {
+        let transform = Box::new(transform);
+        Self::Convolution { transform, kernel }
+    }
+
     /// Pressure [Pa] to closing of the gap [m].
-    pub(super) fn influence(surface: Surface<'_>, grid: &Grid, shape: [usize; 2]) -> Self {
+    pub(super) fn influence(surface: Surface<'a>, grid: &Grid, shape: [usize; 2]) -> Self {
         match surface {
             Surface::FreeSpace(influence) => {
                 let transform = Transform::new(shape, shape);
                 let kernel = transform.even_kernel(|i, j| at_offset(influence, grid, i, j));
-                Self { transform, kernel }
+                Self::of(transform, kernel)
             }
             Surface::Periodic(wave) => {
                 let transform = Transform::periodic(shape);
                 let kernel = transform
                     .even_kernel_from_spectrum(|kx, ky| wave(wave_number(grid, shape, kx, ky)));
-                Self { transform, kernel }
+                Self::of(transform, kernel)
             }
+            Surface::Body(body) => Self::Body(body),
         }
     }
 
     /// Roughly the inverse: that of the same cells wrapped around.
     pub(super) fn inverse(surface: Surface<'_>, grid: &Grid, shape: [usize; 2]) -> Self {
         match surface {
-            Surface::FreeSpace(influence) => {
-                let transform = Transform::wrapped(shape);
-                let wrapped = transform.even_kernel(|i, j| at_offset(influence, grid, i, j));
-                let kernel = transform.even_kernel_from_spectrum(|kx, ky| {
-                    1.0 / transform
-                        .spectrum(&wrapped, kx, ky)
-                        .re
-                        .abs()
-                        .max(f64::MIN_POSITIVE)
-                });
-                Self { transform, kernel }
-            }
+            Surface::FreeSpace(influence) => wrapped(
+                shape,
+                |i, j| at_offset(influence, grid, i, j),
+                f64::MIN_POSITIVE,
+            ),
             Surface::Periodic(wave) => {
                 let transform = Transform::periodic(shape);
                 // the mean has no displacement of its own; any positive number of the right size will do
@@ -60,7 +70,17 @@ impl Product {
                         1.0 / wave(wave_number(grid, shape, kx, ky))
                     }
                 });
-                Self { transform, kernel }
+                Self::of(transform, kernel)
+            }
+            Surface::Body(body) => {
+                let response = response(body, shape);
+                let total: f64 = response.iter().map(|u| u.abs()).sum();
+                // the body may be another one elsewhere: it counts as one that is all as in its middle
+                wrapped(
+                    shape,
+                    |i, j| from_middle(&response, shape, i, j),
+                    (LEAST_WAVE * total).max(f64::MIN_POSITIVE),
+                )
             }
         }
     }
@@ -68,40 +88,87 @@ impl Product {
     /// Overwrites `y` with the image of `x`.
     pub(super) fn apply(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
-        self.transform.apply_add(&self.kernel, 1.0, x, y);
+        match self {
+            Self::Convolution { transform, kernel } => transform.apply_add(kernel, 1.0, x, y),
+            Self::Body(body) => {
+                body.add_displacement(Component::Normal, Component::Normal, 1.0, x, y);
+            }
+        }
     }
 
     /// Points of the transform: what a product costs.
     pub(super) fn size(&self) -> f64 {
-        let [mx, my] = self.transform.padded();
-        (mx * my) as f64
-    }
-}
-
-/// Points of the transforms of a product and of a rough inverse, without making them.
-pub(super) fn sizes(surface: Surface<'_>, shape: [usize; 2]) -> (f64, f64) {
-    let size = |transform: Transform| {
-        let [mx, my] = transform.padded();
-        (mx * my) as f64
-    };
-    match surface {
-        Surface::FreeSpace(_) => (
-            size(Transform::new(shape, shape)),
-            size(Transform::wrapped(shape)),
-        ),
-        Surface::Periodic(_) => {
-            let points = (shape[0] * shape[1]) as f64;
-            (points, points)
+        match self {
+            Self::Convolution { transform, .. } => padded(transform),
+            Self::Body(body) => body.points() as f64,
         }
     }
 }
 
-fn at_offset(
-    influence: &(dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync),
-    grid: &Grid,
-    i: usize,
-    j: usize,
-) -> f64 {
+/// The inverse of an even convolution whose grid is wrapped around; no wave responds by less than `least`.
+fn wrapped<'a>(
+    shape: [usize; 2],
+    value: impl Fn(usize, usize) -> f64 + Sync,
+    least: f64,
+) -> Product<'a> {
+    let transform = Transform::wrapped(shape);
+    let kernel = transform.even_kernel(value);
+    let kernel = transform.even_kernel_from_spectrum(|kx, ky| {
+        1.0 / transform.spectrum(&kernel, kx, ky).re.abs().max(least)
+    });
+    Product::of(transform, kernel)
+}
+
+/// The cell in the middle.
+fn middle([nx, ny]: [usize; 2]) -> [usize; 2] {
+    [nx / 2, ny / 2]
+}
+
+/// Displacement of bodies by a pressure of 1 Pa on the cell in the middle.
+fn response(body: &dyn Compliance, shape: [usize; 2]) -> Vec<f64> {
+    let [i, j] = middle(shape);
+    let mut unit = vec![0.0; body.points()];
+    unit[j * shape[0] + i] = 1.0;
+    let mut response = vec![0.0; body.points()];
+    body.add_displacement(
+        Component::Normal,
+        Component::Normal,
+        1.0,
+        &unit,
+        &mut response,
+    );
+    response
+}
+
+/// Mean response at offsets `i`, `j` to all sides of the middle, at the border where there is no such cell.
+fn from_middle(response: &[f64], shape: [usize; 2], i: usize, j: usize) -> f64 {
+    let [x, y] = middle(shape);
+    let ends =
+        |at: usize, offset: usize, n: usize| [at.saturating_sub(offset), (at + offset).min(n - 1)];
+    let (columns, rows) = (ends(x, i, shape[0]), ends(y, j, shape[1]));
+    let corners = rows
+        .iter()
+        .flat_map(|row| columns.map(|column| row * shape[0] + column));
+    corners.map(|k| 0.25 * response[k]).sum()
+}
+
+fn padded(transform: &Transform) -> f64 {
+    let [mx, my] = transform.padded();
+    (mx * my) as f64
+}
+
+/// Points of the transforms of a product and of a rough inverse, without making them.
+pub(super) fn sizes(surface: Surface<'_>, shape: [usize; 2]) -> (f64, f64) {
+    let points = (shape[0] * shape[1]) as f64;
+    let wrapped = || padded(&Transform::wrapped(shape));
+    match surface {
+        Surface::FreeSpace(_) => (padded(&Transform::new(shape, shape)), wrapped()),
+        Surface::Periodic(_) => (points, points),
+        Surface::Body(_) => (points, wrapped()),
+    }
+}
+
+fn at_offset(influence: Influence<'_>, grid: &Grid, i: usize, j: usize) -> f64 {
     influence([i as f64 * grid.dx, j as f64 * grid.dy], [grid.dx, grid.dy])
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use mtb_operator::{Grid, unmonitored};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::HalfSpace;
+use mtb_operator::{Component, Grid, Relative, unmonitored};
 use proptest::prelude::*;
 
 use super::*;
@@ -196,6 +199,131 @@ fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
         assert!((p - e).abs() < 1e-10);
     }
     Ok(())
+}
+
+/// A body of one's own: springs [m/Pa] under the cells that do not know of each other.
+struct Springs(Vec<f64>);
+
+impl Compliance for Springs {
+    fn points(&self) -> usize {
+        self.0.len()
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        if (observed, loaded) == (Component::Normal, Component::Normal) {
+            for ((u, p), l) in displacement.iter_mut().zip(traction).zip(&self.0) {
+                *u += scale * l * p;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
+    for n in [12, 40] {
+        let h = 2.0 / n as f64;
+        let grid = Grid::new(n, n + 4, h, h)?;
+        let gap = field(&grid, |x, y| x * x + 1.5 * y * y);
+        // three times as soft on one side as on the other
+        let springs = Springs(field(&grid, |x, _| 2.0 + x));
+        for method in [Method::Auto, Method::Dense, Method::Fourier] {
+            for load in [Load::Approach(0.3), Load::Force(0.2)] {
+                let contact = NormalContact {
+                    gap: &gap,
+                    grid,
+                    surface: Surface::Body(&springs),
+                    load,
+                    moments: [None, None],
+                };
+                let options = Options {
+                    tolerance: Some(1e-11),
+                    method,
+                };
+                let found = solve_normal(&contact, options, &unmonitored)?;
+                assert_eq!(found.status, Status::Solved);
+                assert_eq!(found.discretisation_error, None);
+                let mut force = 0.0;
+                for ((p, g), l) in found.pressure.iter().zip(&gap).zip(&springs.0) {
+                    let exact = ((found.approach - g) / l).max(0.0);
+                    assert!((p - exact).abs() < 1e-9, "{p} {exact}");
+                    force += p * h * h;
+                }
+                match load {
+                    Load::Approach(approach) => assert_eq!(found.approach, approach),
+                    Load::Force(wanted) => assert!((force / wanted - 1.0).abs() < 1e-10),
+                }
+            }
+        }
+    }
+    let few = Springs(vec![1.0; 3]);
+    let grid = Grid::new(2, 2, 1.0, 1.0)?;
+    let contact = NormalContact {
+        gap: &[0.0; 4],
+        grid,
+        surface: Surface::Body(&few),
+        load: Load::Force(1.0),
+        moments: [None, None],
+    };
+    let options = Options {
+        tolerance: None,
+        method: Method::Auto,
+    };
+    assert!(matches!(
+        solve_normal(&contact, options, &unmonitored),
+        Err(Error::Shape {
+            name: "surface",
+            expected: 4,
+            found: 3
+        })
+    ));
+    Ok(())
+}
+
+/// [Johnson1985, section 4.2]
+#[test]
+fn two_bodies_as_a_compliance_follow_hertz() {
+    let (radius, force, n, h) = (0.05, 60.0, 48, 1.5e-5);
+    let grid = Grid::new(n, n, h, h).unwrap();
+    let material = |ratio: f64| Material::new(80e9, ratio).unwrap();
+    let body = |ratio| -> Option<Arc<dyn Compliance>> {
+        Some(Arc::new(HalfSpace::new(material(ratio), grid).unwrap()))
+    };
+    let pair = Relative::new(body(0.3), body(0.1)).unwrap();
+    let gap = field(&grid, |x, y| (x * x + y * y) / (2.0 * radius));
+    let contact = NormalContact {
+        gap: &gap,
+        grid,
+        surface: Surface::Body(&pair),
+        load: Load::Force(force),
+        moments: [None, None],
+    };
+    let options = Options {
+        tolerance: Some(1e-9),
+        method: Method::Fourier,
+    };
+    let found = solve_normal(&contact, options, &unmonitored).unwrap();
+    assert_eq!(found.status, Status::Solved);
+    let modulus = 1.0
+        / [0.3, 0.1]
+            .map(|nu| (1.0 - nu) / (2.0 * 80e9))
+            .iter()
+            .sum::<f64>();
+    let a = (0.75 * force * radius / modulus).cbrt();
+    let peak = found.pressure.iter().copied().fold(0.0, f64::max);
+    assert!(
+        (peak / (1.5 * force / (PI * a * a)) - 1.0).abs() < 0.01,
+        "{peak}"
+    );
+    assert!((found.approach / (a * a / radius) - 1.0).abs() < 0.005);
+    // the rough inverse of its middle is a good one
+    assert!(found.iterations < 20, "{}", found.iterations);
 }
 
 #[test]
