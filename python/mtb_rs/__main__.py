@@ -400,8 +400,8 @@ def _check_sweep_saveable(directory: Path) -> Path:
     for path in (table, directory / "sweep.nc"):
         if os.path.lexists(path) and not is_own:
             raise ValueError(
-                f"{path} is there, and no earlier sweep has written it: it would be lost; move it, or write "
-                "into another directory"
+                f"{path} is there already, and no earlier sweep has written it: it would be overwritten; "
+                "move it, or write into another directory"
             )
     return directory
 

@@ -193,7 +193,7 @@ def test_a_summary_of_another_program_is_not_replaced(
     out.mkdir()
     (out / "thesis.docx").write_text("years of work")
     (out / "summary.json").write_text(json.dumps(summary))
-    with pytest.raises(ValueError, match=r"summary\.json is there, and no earlier result of mtb_rs"):
+    with pytest.raises(ValueError, match=r"summary\.json is there already and was not written by mtb_rs"):
         result.save(out)
     (tmp_path / "case.toml").write_text(CASE)
     assert main(["run", str(tmp_path / "case.toml"), "-o", str(out)]) == 2
@@ -230,7 +230,7 @@ def test_only_names_of_results_are_removed_or_replaced(result: mtb.Result, tmp_p
 
 def test_a_file_that_no_result_lists_is_not_replaced(result: mtb.Result, tmp_path: Path) -> None:
     (tmp_path / "pressure.png").write_text("a picture of my own")
-    with pytest.raises(ValueError, match=r"pressure\.png is there, and no earlier result"):
+    with pytest.raises(ValueError, match=r"pressure\.png is there already and was not written"):
         result.save(tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["pressure.png"]
 

@@ -148,8 +148,8 @@ def test_friction_that_no_pair_of_bodies_has(given: Any) -> None:
         (lambda: mtb.scenes.block_on_plane(width=100.0, length=1.0, height=1.0), "width is 100 m"),
         (lambda: mtb.scenes.paraboloid_on_plane(force=3e10), "force is 3e"),
         (lambda: mtb.hertz(36e3, 0.46, upper=mtb.Material(210e3, 0.3)), "young_modulus of the upper body"),
-        (lambda: mtb.hertz(3e10, 0.46), "Hertz' contact is small"),
-        (lambda: mtb.hertz(36e3, 460e-6), "Hertz' contact is small"),
+        (lambda: mtb.hertz(3e10, 0.46), "Hertz' theory holds"),
+        (lambda: mtb.hertz(36e3, 460e-6), "Hertz' theory holds"),
     ],
 )
 def test_lengths_and_forces_in_other_units(make: Callable[[], Any], words: str) -> None:

@@ -25,7 +25,7 @@ def limit() -> None:
     """
     asked = os.environ.get(VARIABLE, "").strip()
     if asked and not asked.isdecimal():
-        warn(f"{VARIABLE} is {asked!r}: a whole number from 1 on is needed, it counts as not set")
+        warn(f"{VARIABLE} is {asked!r}: a whole number from 1 on is needed; it is ignored")
     elif asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):
         os.environ[VARIABLE] = str(most())
         warn(f"{VARIABLE} is {asked}: {most()} threads are started")

@@ -476,8 +476,9 @@ class ElasticBody:
         found = np.flatnonzero(inside[self.faces[:, :3]].all(axis=1))
         if found.size == 0:
             raise ValueError(
-                f"the contact face of {self.name} has no triangle on its boundary: contact is "
-                f"{_in_words(self.contact)}, with {chosen.size} nodes"
+                f"contact of {self.name}, {_in_words(self.contact)}, takes {chosen.size} nodes, but no "
+                "triangle of the surface has all its corners among them: a larger face or a finer mesh "
+                "is needed"
             )
         return found.astype(np.uintp)
 
@@ -542,8 +543,9 @@ class ElasticBody:
         place = "function" if callable(self.contact) else "box"
         if abs(taken - meant) > BORDER * meant:
             warn(
-                f"the contact face of {self.name} takes {taken:.4g} m2 of whole triangles, the {place} "
-                f"covers {meant:.4g} m2: its edges must be edges of the surface"
+                f"the {place} given as contact of {self.name} covers {meant:.4g} m2 of its surface, the "
+                f"triangles that lie in it {taken:.4g} m2, and only these may touch: split the triangles "
+                f"of the mesh along the edges of the {place}, or take a finer mesh"
             )
 
     def sample(self, points: SheetPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:

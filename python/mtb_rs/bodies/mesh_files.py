@@ -485,8 +485,8 @@ def _on_contact(vertices: Array, near: Near | None) -> NDArray[np.bool_] | None:
     is_contact = None if near is None else near(vertices, vertices)
     if is_contact is not None and not is_contact.any():
         raise ValueError(
-            "the contact face has no vertex of the surface on it: whole triangles of the surface are taken: "
-            "the edges of the contact must be edges of the surface (split its triangles along them)"
+            "no corner of a triangle of the surface lies in the place given as contact, and only whole "
+            "triangles may touch: split the triangles of the surface along the edges of that place"
         )
     return is_contact
 

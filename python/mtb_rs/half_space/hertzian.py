@@ -237,8 +237,9 @@ def _questions(bodies: tuple[Simple, Simple], radius: float, short: float, appro
     if short > WIDEST * radius:
         asked.append(
             f"the semi-axis of the contact is {short:.3g} m and the approach {approach:.3g} m, where the "
-            f"relative radius of curvature is {radius:.3g} m: Hertz' contact is small against the radius "
-            f"(below about {WIDEST:g} of it), and moduli are in pascals, lengths in metres"
+            f"relative radius of curvature is {radius:.3g} m: Hertz' theory holds for contacts that "
+            f"are small against that radius (below about {WIDEST:g} of it), and moduli are in pascals, "
+            "lengths in metres"
         )
     return asked
 

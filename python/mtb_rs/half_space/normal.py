@@ -466,7 +466,7 @@ def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, in
     size = f"{nx * spacing[0]:.4g} x {ny * spacing[1]:.4g} m"
     if min(ny, nx) < _CONTINUABLE:
         advice = (
-            f"{nx} x {ny} cells cannot be continued, which takes {_CONTINUABLE} a side: "
+            f"{nx} x {ny} cells are too few to tell how the gap goes on, which takes {_CONTINUABLE} a side: "
             "give the gap on a larger grid"
         )
     elif shape is None:

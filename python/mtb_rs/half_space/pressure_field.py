@@ -192,7 +192,10 @@ def pressure_field(normal: Any) -> PressureField:
         raise ValueError("the contact is periodic: tangential contact needs one that ends")
     for name in ("pressure", "points"):
         if not hasattr(normal, name):
-            raise ValueError(f"normal is a {type(normal).__name__}: it has no {name!r}")
+            raise ValueError(
+                f"normal is a {type(normal).__name__}: it has no {name!r}; a PressureField or a result of "
+                "a normal contact is needed"
+            )
     pressure = np.asarray(normal.pressure, dtype=float)
     points = np.asarray(normal.points, dtype=float)
     if pressure.ndim != 2:

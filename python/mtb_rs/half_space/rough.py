@@ -89,7 +89,10 @@ def roughness(
     k = np.hypot(kx, ky)
     allowed = (k > 0.0) & (k >= 2.0 * math.pi / longest) & (k <= 2.0 * math.pi / shortest)
     if not allowed.any():
-        raise ValueError("no wave between longest and shortest fits on the surface")
+        raise ValueError(
+            f"no wave from shortest = {shortest:g} m to longest = {longest:g} m long fits on a surface of "
+            f"{nx * dx:g} x {ny * dy:g} m: a larger surface, or a wider range of waves, is needed"
+        )
     # relative to the smallest wave number, so that powers neither overflow nor vanish
     knee = max(2.0 * math.pi / roll_off, float(k[allowed].min()))
     amplitude = np.where(allowed, (np.maximum(k, knee) / knee) ** (-1.0 - hurst), 0.0)

@@ -541,7 +541,10 @@ def _alternate(
         if not hasattr(normal, name):
             raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
     if any(normal.tilts):
-        raise ValueError("full coupling keeps the tilts locked; those of the normal contact are free")
+        raise ValueError(
+            "coupling='full' keeps the tilts of the bodies locked, and in the normal contact they were free: "
+            "solve_normal without moments_about_axes is needed"
+        )
     first = pressure_field(normal)
     field = first
     changes: list[float] = []

@@ -154,8 +154,8 @@ def check_saveable(directory: str | Path) -> Path:
     for name in present:
         if (_OWN.fullmatch(name) and name not in own) or (name == SUMMARY and summary_in(target) is None):
             raise ValueError(
-                f"{target / name} is there, and no earlier result of mtb_rs lists it: it would be lost; move "
-                "it, or save into another directory"
+                f"{target / name} is there already and was not written by mtb_rs as part of a result: "
+                "saving would overwrite it; move it, or save into another directory"
             )
     return target
 

@@ -244,8 +244,8 @@ def check_saveable(directory: str | Path, name: str = "chart") -> Path:
     present = [folder / f"{name}.{kind}" for kind in KINDS if os.path.lexists(folder / f"{name}.{kind}")]
     if present and not _is_of_chart(folder / f"{name}.csv"):
         raise ValueError(
-            f"{present[0]} is there, and {name}.csv is no table of an earlier chart: it would be lost; move "
-            "it, or save into another directory"
+            f"{present[0]} is there already, and {name}.csv is no table of an earlier chart: saving would "
+            "overwrite it; move it, or save into another directory"
         )
     return folder
 

@@ -177,10 +177,11 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
     reached, aimed = percent(errors.total(quantity)), percent(tolerance)
-    least = "at least (the true need is not known from cells so coarse) " if is_bound else ""
+    # from cells so coarse nobody can tell
+    more = " That may not be enough: these cells are too coarse to tell." if is_bound else ""
     return (
-        f"The estimated error of the {quantity} is {reached}, where {aimed} is aimed at: it needs {least}"
-        f"{' and '.join(remedies)}{hint}."
+        f"The estimated error of the {quantity} is {reached}, where {aimed} is asked for: it needs "
+        f"{' and '.join(remedies)}{hint}.{more}"
     )
 
 

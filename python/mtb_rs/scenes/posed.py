@@ -217,8 +217,8 @@ class PosedScene:
         least = float(points.gap.min())
         if least <= 0.0:
             return (
-                "the bodies never touch: they lie on each other, but what presses them does not reach the "
-                "contact (supports that lift, or hold it)"
+                "the bodies never touch: without load they lie on each other, but their supports lift "
+                "them apart or carry the whole load; leave z free, or move a support towards the contact"
             )
         hint = ""
         assert isinstance(self.geometry, BodyLayout)
