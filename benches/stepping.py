@@ -6,11 +6,12 @@ the same over a track that rolls and pitches the shoe; and jumps of load, pitch 
 step. Then a wheel on a rail, height given or found from its force, in a wheelset that runs through its
 sinusoidal path. Times are of the processor, so that other programs do not count; beside each ride stands what
 its steps cost the same contact without memory, and the general solver of the shoe. Writes
-docs/charts/stepping.csv and .png.
+docs/charts/stepping.csv and .png; `--draw` only draws the picture again.
 """
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -83,8 +84,8 @@ def general_solver(scene: mtb.Scene, contact: mtb.PreparedContact) -> Callable[.
     return solve
 
 
-def wheel_rides() -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
-    """Times [ms] of the steps of a left wheel, and the rows of the table."""
+def wheel_rides() -> list[dict[str, object]]:
+    """The rows of the table of a left wheel."""
     radius, speed = 0.46, 30.0
     contact = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=5e-4).prepare(
         friction=mtb.Coulomb(0.3)
@@ -93,7 +94,7 @@ def wheel_rides() -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
     wave = 2.0 * np.pi / 20.0  # per metre
     lateral, yaw = 4e-3 * np.sin(wave * way), 4e-3 * wave * np.cos(wave * way)
     rate = -4e-3 * wave**2 * speed * np.sin(wave * way)
-    histories, rows = {}, []
+    rows = []
     height = np.full(STEPS, np.nan)
     for name in ("wheel, force given", "wheel, height given"):
         own = contact.copy()
@@ -112,9 +113,8 @@ def wheel_rides() -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
                 clock = time.process_time()
                 anew.step(pose, velocity)
                 cold.append((times[-1], time.process_time() - clock))
-        histories[name] = 1e3 * np.array(times)
-        rows.append(row(name, int(np.median(cells)), histories[name], cold))
-    return histories, rows
+        rows.append(row(name, int(np.median(cells)), 1e3 * np.array(times), cold))
+    return rows
 
 
 def row(name: str, points: int, ms: np.ndarray, cold: list[tuple[float, float]]) -> dict[str, object]:
@@ -139,7 +139,7 @@ def main() -> None:
     assert isinstance(contact, mtb.PreparedContact)
     points = contact.area.size
     solve_generally = general_solver(scene, contact)
-    rows, histories = [], {}
+    rows = []
     for name, ride in rides().items():
         own = contact.copy()
         times, cold, general = [], [], []
@@ -158,33 +158,42 @@ def main() -> None:
             if k % (STEPS // 20) == 0:
                 general.append(solve_generally(pose, velocity, pull, out.force))
         ms = 1e3 * np.array(times)
-        histories[name] = ms
         rows.append(
             row(name, points, ms, cold)
             | {"general_median_ms": f"{1e3 * np.median(general):.3f}"}
             | {"factorisations": refactored, "products_a_step": f"{products / len(ms):.1f}"}
         )
         print(rows[-1])
-    wheel_histories, wheel_rows = wheel_rides()
-    histories |= wheel_histories
-    for line in wheel_rows:
+    for line in wheel_rides():
         print(line)
         rows.append(line)
     records.write(OUT / "stepping.csv", rows)
-    figure, axes = plt.subplots(figsize=(7.4, 4.2))
-    for (name, ms), line in zip(histories.items(), rows, strict=True):
-        share = 100.0 * (np.arange(ms.size) + 0.5) / ms.size
-        (curve,) = axes.plot(np.sort(ms), share, label=name)
-        axes.axvline(float(line["cold_median_ms"]), color=curve.get_color(), linestyle=":", linewidth=1)
-    axes.set(
-        xscale="log",
-        xlabel="time of a step [ms]; dotted: median without memory",
-        ylabel="steps done [%]",
-        title=f"Steps of a pole shoe ({points} contact points) and of a wheel",
-    )
+    draw(records.read(OUT / "stepping.csv"))
+
+
+def draw(rows: list[dict[str, str]]) -> None:
+    """The chart of a table: a line for each ride, from the median of its times to the longest."""
+    figure, axes = plt.subplots(figsize=(7.4, 3.2))
+    places = np.arange(len(rows))[::-1]
+    axes.hlines(places, *([float(row[key]) for row in rows] for key in ("p50_ms", "max_ms")), color="#BBBBBB")
+    marks = {
+        "p50_ms": ("median", "o"),
+        "p90_ms": ("90 % are shorter", "s"),
+        "p99_ms": ("99 % are shorter", "D"),
+        "max_ms": ("longest", "v"),
+        "cold_median_ms": ("median without memory", "x"),
+    }
+    for key, (label, marker) in marks.items():
+        axes.plot([float(row[key]) for row in rows], places, marker, ms=6, label=label)
+    axes.set_yticks(places, [row["ride"] for row in rows])
+    axes.set(xscale="log", title="time of a step [ms]")
+    axes.xaxis.set_major_formatter("{x:g}")
     figure.legend(loc="outside lower center", ncols=3)
     figure.savefig(OUT / "stepping.png")
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["--draw"]:
+        draw(records.read(OUT / "stepping.csv"))
+    else:
+        main()

@@ -34,6 +34,7 @@ for share in (0.3, 0.6, 0.9):
     (line,) = left.plot(x / a, roll.traction[0, 0] / peak, label=rf"$F = {share} \mu F_n$")
     left.plot(x / a, reference.carter_traction(x, a, peak, friction, share) / peak, ":", color="k", lw=1.5)
 left.set(xlabel="x / a, rolling to the right", title="traction / peak pressure; dotted: Carter")
+left.set_xticks([-1, -0.5, 0, 0.5, 1])
 left.legend()
 
 errors = {}
@@ -46,7 +47,8 @@ for share in (0.3, 0.6, 0.9):
         errors[share].append(abs(roll.creepage[0] / exact - 1.0))
     middle.loglog((25, 50, 100, 200, 400, 800), errors[share], "o-", label=rf"$F = {share} \mu F_n$")
 middle.loglog((25, 800), (0.02, 0.02 / 32), "k--", lw=1, label="first order")
-middle.xaxis.set_minor_formatter("")
+middle.set_xticks([25, 50, 100, 200, 400, 800], ["25", "50", "100", "200", "400", "800"])
+middle.minorticks_off()
 middle.set(xlabel="cells over the width", title="relative error of the creepage")
 middle.legend()
 

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 FOLDER = Path(__file__).parents[1] / "docs" / "maps"
 
@@ -64,7 +65,9 @@ def draw_verdicts(
     if texts is not None:
         for (j, i), text in np.ndenumerate(texts):
             ink = "white" if colours[int(codes[j, i])] == "#000000" else "black"
-            axes.text(i, j, text, ha="center", va="center", fontsize=8, color=ink)
+            shown = axes.text(i, j, text, ha="center", va="center", fontsize=8, color=ink)
+            # read where a line runs through it
+            shown.set_path_effects([withStroke(linewidth=2.5, foreground=colours[int(codes[j, i])])])
     axes.grid(visible=False)
     axes.set_xticks(range(len(x)), [f"{v:.3g}" for v in x])
     axes.set_yticks(range(len(y)), [f"{v:.3g}" for v in y])

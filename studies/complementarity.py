@@ -96,7 +96,7 @@ if __name__ == "__main__":
             rows += found
         draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
         places = np.interp(np.log(limits), np.log(frictions), np.arange(len(frictions)))
-        ax.plot(range(len(slenderness)), places, "-", color="#D55E00", lw=2.5, alpha=0.6)
+        ax.plot(range(len(slenderness)), places, "-", color="black", lw=2, alpha=0.55, zorder=1.5)
         ax.set(
             title=f"{rows[-1]['points']} contact points",
             xlabel="height / width",

@@ -60,7 +60,6 @@ from .results.chart import Chart, ChartPoint
 from .results.fields import Field
 from .results.report import Report
 from .results.result import Displacement, Result
-from .results.saved import load
 from .results.solid import Solid
 from .results.sweep_table import SweepTable
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
@@ -70,9 +69,18 @@ from .simulation.wheel_stepping import PreparedWheels
 from .studies.sweeps import sweep
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .case import Case, load_case
     from .pictures.moving import animate
     from .pictures.space import write_html
+
+    def load(
+        directory: str | Path,
+    ) -> Result | NormalResult | TangentialResult | FoundationResult | StepResult | WheelPatch:
+        """A saved result, of the kind that was saved; the room of results does not know them all."""
+else:
+    from .results.saved import load
 
 threads.limit()
 moved.keep()

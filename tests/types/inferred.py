@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 import mtb_rs as mtb
 from mtb_rs import scenes
 from mtb_rs.results.chart import Chart
+from mtb_rs.results.fields import Field as ResultField
 
 # ready scenes whose upper body slides, of half-spaces and of elastic bodies
 for sliding in (scenes.paraboloid_on_plane(), scenes.block_on_plane(), scenes.pole_shoe_on_rail()):
@@ -64,6 +65,17 @@ assert_type(rolling, mtb.TangentialResult)
 assert_type(rolling.plot("traction", x=0.0), Figure)
 assert_type(mtb.fastsim(normal, (1e-3, 0.0, 0.0), mtb.Coulomb(0.3), velocity=20.0), mtb.FoundationResult)
 assert_type(mtb.animate([rolling, rolling], "rolling.gif", "slip", captions=["a", "b"]), Path)
+
+# a saved result is of one of six kinds, to be told apart before what only some have is asked for
+loaded = mtb.load(Path("out"))
+assert_type(loaded.plot("pressure"), Figure)
+assert_type(loaded.fields(), dict[str, ResultField])
+if isinstance(loaded, mtb.Result):
+    assert_type(loaded, mtb.Result)
+    assert_type(loaded.normal_force, float)
+elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.FoundationResult, mtb.StepResult)):
+    assert_type(loaded, mtb.WheelPatch)
+print(loaded.reprot)  # type: ignore[union-attr]
 
 # sweeps
 table = mtb.sweep(wheel, {"lateral": [0.0, 1e-3]})

@@ -87,7 +87,7 @@ def draw(chart: Chart) -> Figure:
         )
     plain = FuncFormatter(lambda v, _: f"{v:g}")
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-        axis.set_major_locator(LogLocator(subs=(1.0,) if high > 50.0 * low else (1.0, 2.0, 5.0), numticks=40))
+        axis.set_major_locator(LogLocator(subs=(1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0), numticks=40))
         axis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=40))
         axis.set_major_formatter(plain)
         axis.set_minor_formatter(NullFormatter())
