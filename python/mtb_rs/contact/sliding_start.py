@@ -98,7 +98,7 @@ def start_of_sliding(
     Raises
     ------
     ConvergenceError
-        Naming the step.
+        Naming the step; with the steps before it as ``.result``.
     """
     p, a = np.asarray(pressure, dtype=float).ravel(), np.asarray(area, dtype=float).ravel()
     n = compliance.points
@@ -115,33 +115,41 @@ def start_of_sliding(
     contact = p > 0.0
     q = np.zeros(2 * n)
     before = np.zeros(2)
-    force, share, counts = [], [], []
+    force: list[list[float]] = []
+    share: list[float] = []
+    counts: list[int] = []
     status = np.zeros(n, dtype=np.int8)
+
+    def history() -> StartOfSliding:
+        done = len(force)
+        return StartOfSliding(
+            displacement=steps[:done],
+            force=np.array(force),
+            normal_force=np.full(done, float(p @ a)),
+            slip_share=np.array(share),
+            traction=q.reshape(2, n),
+            pressure=p,
+            status=status,
+            iterations=np.array(counts),
+        )
+
     for k, step in enumerate(steps):
         offset = -np.repeat(step - before, n) - matrix @ q
         found = _mtb_rs.solve_discs_dense(matrix, offset, mu * p, [], tolerance)
-        if not found["converged"]:
+        if not found.converged:
             raise ConvergenceError(
-                f"no state found for the displacement {step.tolist()} m, step {k + 1}", found
+                f"no state found for the displacement {step.tolist()} m, step {k + 1}",
+                history() if k else None,
             )
-        q, before = found["field"], step
+        q, before = found.field, step
         # a point of contact without friction has no disc: it slips, if anything moves it
-        moves = np.any(found["image"].reshape(2, n) != 0.0, axis=0)
-        status = np.where(contact & (found["status"] == 0), np.where(moves, 2, 1), found["status"])
+        moves = np.any(found.image.reshape(2, n) != 0.0, axis=0)
+        status = np.where(contact & (found.status == 0), np.where(moves, 2, 1), found.status)
         status = status.astype(np.int8)
         force.append([float(q[:n] @ a), float(q[n:] @ a)])
         share.append(float(a[status == 2].sum() / a[contact].sum()) if np.any(contact) else 0.0)
-        counts.append(found["iterations"])
-    return StartOfSliding(
-        displacement=steps,
-        force=np.array(force),
-        normal_force=np.full(len(steps), float(p @ a)),
-        slip_share=np.array(share),
-        traction=q.reshape(2, n),
-        pressure=p,
-        status=status,
-        iterations=np.array(counts),
-    )
+        counts.append(found.iterations)
+    return history()
 
 
 def pushes(displacements: ArrayLike) -> Array:

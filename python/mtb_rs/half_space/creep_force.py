@@ -180,12 +180,13 @@ def _fastsim(
             flexibilities == 1,
             order == 2,
         )
-        forces = found["forces"]
+        forces = found.forces
         whole["forces"] += forces
         whole["forces"][:, 2] += x * forces[:, 1] - y * forces[:, 0]
-        for name in ("traction", "slip", "slipping") if len(rows) else ():
-            # rectangles of separate contacts may overlap, their cells do not
-            whole[name][(..., *cut)] += found[name]
+        # rectangles of separate contacts may overlap, their cells do not
+        whole["traction"][(..., *cut)] += found.traction
+        whole["slip"][(..., *cut)] += found.slip
+        whole["slipping"][cut] |= found.slipping
     return field, whole
 
 

@@ -611,7 +611,7 @@ def _result(
     friction: Friction,
     layer: InterfaceLayer | None,
     cut: tuple[slice, slice],
-    found: dict[str, Any],
+    found: _mtb_rs.TangentialOutcome,
     times: tuple[float, float, float],
 ) -> TangentialResult:
     shape = field.pressure.shape
@@ -621,28 +621,28 @@ def _result(
         seen = tuple(slice(-c.start, n - c.start) for c, n in zip(cut, shape, strict=True))
         return window(part, seen, fill)
 
-    status = whole(found["status"])
-    slip = whole(found["slip"])
+    status = whole(found.status)
+    slip = whole(found.slip)
     slip[:, status != 2] = 0.0
     x, y = field.coordinates()
-    coefficient = whole(found["coefficient"], fill=friction.at_rest())
-    tangential = whole(found["traction"])
+    coefficient = whole(found.coefficient, fill=friction.at_rest())
+    tangential = whole(found.traction)
     traction = np.concatenate([tangential, np.zeros((1, *shape))])
-    force = np.array([*found["force"], -field.normal_force])
+    force = np.array([*found.force, -field.normal_force])
     spin = motion.creepage[2] if isinstance(motion, Rolling) else motion.spin
     area = field.spacing[0] * field.spacing[1]
     report = Report(
-        converged=found["converged"],
-        status="converged" if found["converged"] else "no convergence",
+        converged=found.converged,
+        status="converged" if found.converged else "no convergence",
         model="half-space" if layer is None else "half-space and layer",
         method="direct",
         solver="semismooth Newton on discs, GMRES, FFT, nested grids",
-        iterations=found["iterations"],
-        residual=found["history"][-1],
+        iterations=found.iterations,
+        residual=found.history[-1],
         contact_area=float(np.count_nonzero(status) * area),
         peak_pressure=float(field.pressure.max()),
-        convolutions=found["products"],
-        preconditionings=found["preconditionings"],
+        convolutions=found.products,
+        preconditionings=found.preconditionings,
         force_balance={
             "tangential": float(np.hypot(force[0], force[1])),
             "normal": field.normal_force,
@@ -650,7 +650,7 @@ def _result(
         },
         omitted=_left_out(field, traction, status),
         time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
-        history=tuple(found["history"]),
+        history=tuple(found.history),
     )
     state = TangentialState(tangential, field.pressure, coefficient, field.start, field.spacing)
     return TangentialResult(
@@ -661,10 +661,10 @@ def _result(
         slip=slip,
         status=status,
         friction_coefficient=coefficient,
-        dissipation=found["dissipation"],
+        dissipation=np.asarray(found.dissipation),
         force=force,
-        spin_moment=found["spin_moment"],
-        creepage=np.array([*found["drive"], spin]),
+        spin_moment=found.spin_moment,
+        creepage=np.array([*found.drive, spin]),
         motion=motion,
         state=state,
         report=report,
@@ -730,8 +730,8 @@ def creep_curve(
         found = operators.solve(
             pressure, origin, drive, phi, float(velocity), law, None, float(tolerance), start
         )
-        forces[k], converged[k] = (*found["force"], found["spin_moment"]), found["converged"]
-        last = [*last[-1:], found["traction"]] if converged[k] else []
+        forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
+        last = [*last[-1:], found.traction] if converged[k] else []
         if progress is not None:
             progress((k + 1) / len(rows))
     failed = np.flatnonzero(~converged)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
 
@@ -100,17 +101,26 @@ class PreparedWheels:
         start = None if state is None else _core_state(state)
         if dt is not None:
             positive("dt", dt, "s")
-        out = self._core.step(place.tolist(), motion, start)
-        if "failure" in out:
-            raise ConvergenceError(out["failure"])
-        warn_of_balance(out["balance_error"], out["vertical_force"])
-        patches = tuple(WheelPatch(**patch) for patch in out.pop("patches"))
+        try:
+            out = self._core.step(place.tolist(), motion, start)
+        except _mtb_rs.NotConverged as error:
+            raise ConvergenceError(str(error)) from None
+        carried = dict(out.vertical_force)
+        warn_of_balance(out.balance_error, carried)
+        names = [f.name for f in fields(WheelPatch)]
+        patches = tuple(WheelPatch(**{name: getattr(p, name) for name in names}) for p in out.patches)
         return WheelStep(
+            force=out.force,
+            moment=out.moment,
+            vertical_force=carried,
+            balance_error=out.balance_error,
+            reference_point=out.reference_point,
+            pose=out.pose,
             patches=patches,
-            friction_work=None if dt is None else out["friction_power"] * dt,
-            state=_state_of(out.pop("state")),
-            report=WheelReport(out.pop("normal_solves"), out.pop("iterations"), _in_words(patches)),
-            **out,
+            friction_power=out.friction_power,
+            friction_work=None if dt is None else out.friction_power * dt,
+            state=_state_of(out.state),
+            report=WheelReport(out.normal_solves, out.iterations, _in_words(patches)),
         )
 
     def copy(self) -> PreparedWheels:

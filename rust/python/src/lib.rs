@@ -56,19 +56,21 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tangential::{
-        PyFriction, PyPatchOperators, fastsim_curve, kalker_coefficients, polach_curve,
-        solve_discs_dense,
+        PyDiscOutcome, PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialOutcome,
+        fastsim_curve, kalker_coefficients, polach_curve, solve_discs_dense,
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
     #[pymodule_export]
-    use super::wheelset::PyPreparedWheels;
+    use super::wheelset::{PyPreparedWheels, PyWheelOutcome, PyWheelPatch};
     use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONDENSATION_DIGEST", mtb_elasticity::tetra::DIGEST)?;
+        let not_converged = module.py().get_type::<super::wheelset::NotConverged>();
+        module.add("NotConverged", not_converged)?;
         // what is exported is said once, in the stub
         module.delattr("__all__")
     }

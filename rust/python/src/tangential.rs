@@ -18,12 +18,11 @@ use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, Pair};
 use mtb_operator::Grid;
 use numpy::{
-    IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::error::{bad_input, enter};
 
@@ -166,7 +165,7 @@ impl PyPatchOperators {
         tolerance: f64,
         start: Option<PyReadonlyArray3<'py, f64>>,
         around: Option<([usize; 2], [isize; 2])>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<PyTangentialOutcome> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = match earlier {
             Some((traction, pressure, coefficient)) => Some(Earlier {
@@ -206,11 +205,11 @@ impl PyPatchOperators {
             });
             Ok::<_, Error>((solution, heat))
         })?;
-        let dict = tangential_dict(py, solution, shape)?;
-        if let Some(([nx, ny], heat)) = heat {
-            dict.set_item("dissipation", heat.into_pyarray(py).reshape([ny, nx])?)?;
-        }
-        Ok(dict)
+        let heat = match heat {
+            None => None,
+            Some(([nx, ny], heat)) => Some(heat.into_pyarray(py).reshape([ny, nx])?.unbind()),
+        };
+        PyTangentialOutcome::of(py, solution, shape, heat)
     }
 }
 
@@ -234,29 +233,68 @@ fn codes(states: &[DiscState]) -> Vec<i8> {
     states.iter().map(code).collect()
 }
 
-fn tangential_dict(
-    py: Python<'_>,
-    solution: TangentialSolution,
-    [ny, nx]: [usize; 2],
-) -> PyResult<Bound<'_, PyDict>> {
-    let dict = PyDict::new(py);
-    let vector = |v: Vec<f64>| v.into_pyarray(py).reshape([2, ny, nx]);
-    dict.set_item("traction", vector(solution.traction)?)?;
-    dict.set_item("slip", vector(solution.slip)?)?;
-    let status = codes(&solution.state).into_pyarray(py);
-    dict.set_item("status", status.reshape([ny, nx])?)?;
-    let coefficient = solution.coefficient.into_pyarray(py);
-    dict.set_item("coefficient", coefficient.reshape([ny, nx])?)?;
-    dict.set_item("drive", solution.drive)?;
-    dict.set_item("force", solution.force)?;
-    dict.set_item("spin_moment", solution.spin_moment)?;
-    dict.set_item("converged", solution.converged)?;
-    dict.set_item("iterations", solution.iterations)?;
-    dict.set_item("coarse_iterations", solution.coarse_iterations)?;
-    dict.set_item("products", solution.products)?;
-    dict.set_item("preconditionings", solution.preconditionings)?;
-    dict.set_item("history", solution.history)?;
-    Ok(dict)
+/// Where a shift or rolling ended; fields (ny, nx) and (2, ny, nx).
+#[pyclass(frozen, get_all, name = "TangentialOutcome", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyTangentialOutcome {
+    traction: Py<PyArray3<f64>>,
+    slip: Py<PyArray3<f64>>,
+    /// 0 open, 1 stick, 2 slip.
+    status: Py<PyArray2<i8>>,
+    coefficient: Py<PyArray2<f64>>,
+    /// On the grid around, if that was asked for.
+    dissipation: Option<Py<PyArray2<f64>>>,
+    drive: [f64; 2],
+    force: [f64; 2],
+    spin_moment: f64,
+    converged: bool,
+    iterations: usize,
+    coarse_iterations: usize,
+    products: f64,
+    preconditionings: f64,
+    history: Vec<f64>,
+}
+
+impl PyTangentialOutcome {
+    fn of(
+        py: Python<'_>,
+        solution: TangentialSolution,
+        [ny, nx]: [usize; 2],
+        dissipation: Option<Py<PyArray2<f64>>>,
+    ) -> PyResult<Self> {
+        let vector = |v: Vec<f64>| -> PyResult<Py<PyArray3<f64>>> {
+            Ok(v.into_pyarray(py).reshape([2, ny, nx])?.unbind())
+        };
+        let status = codes(&solution.state).into_pyarray(py);
+        let coefficient = solution.coefficient.into_pyarray(py);
+        Ok(Self {
+            traction: vector(solution.traction)?,
+            slip: vector(solution.slip)?,
+            status: status.reshape([ny, nx])?.unbind(),
+            coefficient: coefficient.reshape([ny, nx])?.unbind(),
+            dissipation,
+            drive: solution.drive,
+            force: solution.force,
+            spin_moment: solution.spin_moment,
+            converged: solution.converged,
+            iterations: solution.iterations,
+            coarse_iterations: solution.coarse_iterations,
+            products: solution.products,
+            preconditionings: solution.preconditionings,
+            history: solution.history,
+        })
+    }
+}
+
+/// Where a variational inequality on discs ended.
+#[pyclass(frozen, get_all, name = "DiscOutcome", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyDiscOutcome {
+    /// 0 excluded, 1 inside, 2 on the rim (n,).
+    status: Py<PyArray1<i8>>,
+    converged: bool,
+    iterations: usize,
+    /// Unknowns (2n,) and their image.
+    field: Py<PyArray1<f64>>,
+    image: Py<PyArray1<f64>>,
 }
 
 /// Solves the variational inequality on discs with a dense matrix (2n, 2n): offset (2n,), radius (n,),
@@ -269,7 +307,7 @@ pub(crate) fn solve_discs_dense<'py>(
     radius: PyReadonlyArray1<'py, f64>,
     resultants: Vec<(Vec<f64>, Vec<f64>, f64)>,
     tolerance: f64,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PyDiscOutcome> {
     let (matrix, offset, radius) = (matrix.as_slice()?, offset.as_slice()?, radius.as_slice()?);
     let resultants: Vec<Resultant> = resultants
         .into_iter()
@@ -293,17 +331,22 @@ pub(crate) fn solve_discs_dense<'py>(
         };
         solve_dense(&problem, None, options, monitor)
     })?;
-    let dict = PyDict::new(py);
-    dict.set_item("status", codes(&solution.state).into_pyarray(py))?;
-    dict.set_item("converged", solution.converged)?;
-    dict.set_item("iterations", solution.iterations)?;
-    dict.set_item("products", solution.products)?;
-    dict.set_item("preconditionings", solution.preconditionings)?;
-    dict.set_item("multipliers", solution.multipliers)?;
-    dict.set_item("history", solution.history)?;
-    dict.set_item("field", solution.field.into_pyarray(py))?;
-    dict.set_item("image", solution.image.into_pyarray(py))?;
-    Ok(dict)
+    Ok(PyDiscOutcome {
+        status: codes(&solution.state).into_pyarray(py).unbind(),
+        converged: solution.converged,
+        iterations: solution.iterations,
+        field: solution.field.into_pyarray(py).unbind(),
+        image: solution.image.into_pyarray(py).unbind(),
+    })
+}
+
+/// Forces (m, 3) over creepages, and the fields (2, ny, nx) and (ny, nx) of the last one.
+#[pyclass(frozen, get_all, name = "FoundationOutcome", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyFoundationOutcome {
+    forces: Py<PyArray2<f64>>,
+    traction: Py<PyArray3<f64>>,
+    slip: Py<PyArray3<f64>>,
+    slipping: Py<PyArray2<bool>>,
 }
 
 /// Kalker's C11, C22, C23, C33 for the ratio a / b and Poisson's ratio.
@@ -333,7 +376,7 @@ pub(crate) fn fastsim_curve<'py>(
     friction: &PyFriction,
     merged: bool,
     second_order: bool,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PyFoundationOutcome> {
     let rows = rows_of_three(&creepages, "creepages")?;
     let shape = [bound.shape()[0], bound.shape()[1]];
     let bound = bound.as_slice()?;
@@ -367,18 +410,27 @@ pub(crate) fn fastsim_curve<'py>(
         }
         Ok::<_, Error>((forces, last))
     })?;
-    let dict = PyDict::new(py);
-    let count = forces.len() / 3;
-    dict.set_item("forces", forces.into_pyarray(py).reshape([count, 3])?)?;
-    if let Some(last) = last {
-        let [ny, nx] = shape;
-        let vector = |v: Vec<f64>| v.into_pyarray(py).reshape([2, ny, nx]);
-        dict.set_item("traction", vector(last.traction)?)?;
-        dict.set_item("slip", vector(last.slip)?)?;
-        let slipping = last.is_slipping.into_pyarray(py);
-        dict.set_item("slipping", slipping.reshape([ny, nx])?)?;
-    }
-    Ok(dict)
+    let (count, [ny, nx]) = (forces.len() / 3, shape);
+    let (traction, slip, slipping) = last.map_or_else(
+        || {
+            (
+                vec![0.0; 2 * nx * ny],
+                vec![0.0; 2 * nx * ny],
+                vec![false; nx * ny],
+            )
+        },
+        |last| (last.traction, last.slip, last.is_slipping),
+    );
+    let vector = |v: Vec<f64>| -> PyResult<Py<PyArray3<f64>>> {
+        Ok(v.into_pyarray(py).reshape([2, ny, nx])?.unbind())
+    };
+    let slipping = slipping.into_pyarray(py);
+    Ok(PyFoundationOutcome {
+        forces: forces.into_pyarray(py).reshape([count, 3])?.unbind(),
+        traction: vector(traction)?,
+        slip: vector(slip)?,
+        slipping: slipping.reshape([ny, nx])?.unbind(),
+    })
 }
 
 /// Polach's forces (Fx, Fy) for creepages (m, 3), each at its coefficient of friction (m,).
@@ -393,7 +445,7 @@ pub(crate) fn polach_curve<'py>(
     creepages: PyReadonlyArray2<'py, f64>,
     friction: PyReadonlyArray1<'py, f64>,
     reduction: (f64, f64),
-) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let rows = rows_of_three(&creepages, "creepages")?;
     let friction = friction.as_slice()?;
     let (a, b) = ellipse;

@@ -6,19 +6,27 @@ use std::sync::{Mutex, PoisonError};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction, WheelPatch,
-    WheelState, WheelStep, Wheelset,
+    PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction, WheelState,
+    WheelStep, Wheelset,
 };
 use numpy::{
-    IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList};
+use pyo3::types::PyBytes;
 
 use crate::error::{bad_input, enter};
 use crate::geometry::PyProfile;
 use crate::tangential::{Elastic, PyFriction, material};
+
+pyo3::create_exception!(
+    _mtb_rs,
+    NotConverged,
+    pyo3::exceptions::PyException,
+    "No solution was found."
+);
 
 /// Prepared wheels with the memory of their last step.
 #[pyclass(frozen, name = "PreparedWheels", module = "mtb_rs._mtb_rs")]
@@ -210,8 +218,8 @@ impl PyPreparedWheels {
         wheels.resume(state).map_err(|error| bad_input(&error))
     }
 
-    /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory. Where no
-    /// solution was found the dictionary holds why, as its "failure", and nothing else.
+    /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory. `NotConverged`
+    /// where no solution was found.
     #[pyo3(signature = (pose, velocity, state=None))]
     fn step<'py>(
         &self,
@@ -219,7 +227,7 @@ impl PyPreparedWheels {
         pose: [f64; 6],
         velocity: PyReadonlyArray1<'py, f64>,
         state: Option<State<'py>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<PyWheelOutcome> {
         let velocity = match *velocity.as_slice()? {
             [speed] => Velocity::Rolling(speed),
             [vx, vy, vz, wx, wy, wz] => Velocity::Rigid([vx, vy, vz, wx, wy, wz]),
@@ -242,42 +250,122 @@ impl PyPreparedWheels {
             }
         })?;
         match solved {
-            Ok(step) => step_out(py, step, self.fresh.wheelset().sides),
-            Err(failure) => {
-                let out = PyDict::new(py);
-                out.set_item("failure", failure)?;
-                Ok(out)
-            }
+            Ok(step) => PyWheelOutcome::of(py, step, self.fresh.wheelset().sides),
+            Err(failure) => Err(NotConverged::new_err(failure)),
         }
     }
 }
 
-fn step_out(py: Python<'_>, step: WheelStep, sides: Sides) -> PyResult<Bound<'_, PyDict>> {
-    let out = PyDict::new(py);
-    out.set_item("force", step.force.to_vec().into_pyarray(py))?;
-    out.set_item("moment", step.moment.to_vec().into_pyarray(py))?;
-    let point = step.reference_point.to_vec();
-    out.set_item("reference_point", point.into_pyarray(py))?;
-    out.set_item("pose", step.pose.to_vec().into_pyarray(py))?;
-    let carried = PyDict::new(py);
-    for (side, force) in [Side::Left, Side::Right].iter().zip(step.vertical_force) {
-        if sides.each().contains(side) {
-            carried.set_item(side.to_string(), force)?;
-        }
+/// A step of the wheels.
+#[pyclass(frozen, get_all, name = "WheelOutcome", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyWheelOutcome {
+    force: Py<PyArray1<f64>>,
+    moment: Py<PyArray1<f64>>,
+    reference_point: Py<PyArray1<f64>>,
+    pose: Py<PyArray1<f64>>,
+    /// Side and force [N] of each wheel.
+    vertical_force: Vec<(String, f64)>,
+    balance_error: Option<f64>,
+    friction_power: f64,
+    normal_solves: usize,
+    iterations: usize,
+    /// As `step` takes it.
+    state: Py<PyAny>,
+    patches: Vec<Py<PyWheelPatch>>,
+}
+
+/// A contact patch of a step; fields (ny, nx) and (2, ny, nx) in its own frame.
+#[pyclass(frozen, get_all, name = "WheelPatch", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyWheelPatch {
+    side: String,
+    position: Py<PyArray1<f64>>,
+    rotation: Py<PyArray2<f64>>,
+    contact_angle: f64,
+    rail_position: f64,
+    wheel_position: f64,
+    x: Py<PyArray1<f64>>,
+    y: Py<PyArray1<f64>>,
+    pressure: Py<PyArray2<f64>>,
+    traction: Py<PyArray3<f64>>,
+    slip_velocity: Py<PyArray3<f64>>,
+    dissipation: Py<PyArray2<f64>>,
+    /// 0 open, 1 stick, 2 slip.
+    status: Py<PyArray2<i8>>,
+    approach: f64,
+    creepage: Py<PyArray1<f64>>,
+    rolling_speed: f64,
+    normal_force: f64,
+    neglected: f64,
+    friction_power: f64,
+}
+
+impl PyWheelOutcome {
+    fn of(py: Python<'_>, step: WheelStep, sides: Sides) -> PyResult<Self> {
+        let array = |values: &[f64]| values.to_vec().into_pyarray(py).unbind();
+        let carried = [Side::Left, Side::Right]
+            .into_iter()
+            .zip(step.vertical_force);
+        let patches = step.patches.into_iter();
+        Ok(Self {
+            force: array(&step.force),
+            moment: array(&step.moment),
+            reference_point: array(&step.reference_point),
+            pose: array(&step.pose),
+            vertical_force: carried
+                .filter(|(side, _)| sides.each().contains(side))
+                .map(|(side, force)| (side.to_string(), force))
+                .collect(),
+            balance_error: step.balance_error,
+            friction_power: step.friction_power,
+            normal_solves: step.normal_solves,
+            iterations: step.iterations,
+            state: state_out(py, step.state)?.unbind(),
+            patches: patches
+                .map(|patch| Py::new(py, PyWheelPatch::of(py, patch)?))
+                .collect::<PyResult<_>>()?,
+        })
     }
-    out.set_item("vertical_force", carried)?;
-    out.set_item("balance_error", step.balance_error)?;
-    out.set_item("friction_power", step.friction_power)?;
-    out.set_item("normal_solves", step.normal_solves)?;
-    out.set_item("iterations", step.iterations)?;
-    out.set_item("state", state_out(py, step.state)?)?;
-    let patches: PyResult<Vec<_>> = step
-        .patches
-        .into_iter()
-        .map(|patch| patch_out(py, patch))
-        .collect();
-    out.set_item("patches", PyList::new(py, patches?)?)?;
-    Ok(out)
+}
+
+impl PyWheelPatch {
+    fn of(py: Python<'_>, patch: mtb_wheelset::WheelPatch) -> PyResult<Self> {
+        let (nx, ny) = (patch.grid.nx, patch.grid.ny);
+        let line = |first: i64, count: usize, spacing: f64| -> Py<PyArray1<f64>> {
+            let at = |k: usize| spacing * (first + k as i64) as f64;
+            let lines: Vec<f64> = (0..count).map(at).collect();
+            lines.into_pyarray(py).unbind()
+        };
+        let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
+            Ok(values.into_pyarray(py).reshape([ny, nx])?.unbind())
+        };
+        let vector = |values: Vec<f64>| -> PyResult<Py<PyArray3<f64>>> {
+            Ok(values.into_pyarray(py).reshape([2, ny, nx])?.unbind())
+        };
+        let rotation = patch.rotation.concat().into_pyarray(py);
+        let status: Vec<i8> = patch.status.iter().map(|s| *s as i8).collect();
+        let status = status.into_pyarray(py);
+        Ok(Self {
+            side: patch.side.to_string(),
+            position: patch.position.to_vec().into_pyarray(py).unbind(),
+            rotation: rotation.reshape([3, 3])?.unbind(),
+            contact_angle: patch.contact_angle,
+            rail_position: patch.rail_position,
+            wheel_position: patch.wheel_position,
+            x: line(patch.first[0], nx, patch.grid.dx),
+            y: line(patch.first[1], ny, patch.grid.dy),
+            pressure: field(patch.pressure)?,
+            traction: vector(patch.traction)?,
+            slip_velocity: vector(patch.slip_velocity)?,
+            dissipation: field(patch.dissipation)?,
+            status: status.reshape([ny, nx])?.unbind(),
+            approach: patch.approach,
+            creepage: patch.creepage.to_vec().into_pyarray(py).unbind(),
+            rolling_speed: patch.rolling_speed,
+            normal_force: patch.normal_force,
+            neglected: patch.neglected,
+            friction_power: patch.friction_power,
+        })
+    }
 }
 
 fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
@@ -297,42 +385,4 @@ fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
     (state.depth, ratios?)
         .into_pyobject(py)
         .map(Bound::into_any)
-}
-
-fn patch_out(py: Python<'_>, patch: WheelPatch) -> PyResult<Bound<'_, PyDict>> {
-    let out = PyDict::new(py);
-    let (nx, ny) = (patch.grid.nx, patch.grid.ny);
-    let line = |first: i64, count: usize, spacing: f64| -> Vec<f64> {
-        (0..count)
-            .map(|k| spacing * (first + k as i64) as f64)
-            .collect()
-    };
-    let x = line(patch.first[0], nx, patch.grid.dx);
-    let y = line(patch.first[1], ny, patch.grid.dy);
-    out.set_item("side", patch.side.to_string())?;
-    out.set_item("position", patch.position.to_vec().into_pyarray(py))?;
-    let rotation = patch.rotation.concat().into_pyarray(py);
-    out.set_item("rotation", rotation.reshape([3, 3])?)?;
-    out.set_item("contact_angle", patch.contact_angle)?;
-    out.set_item("rail_position", patch.rail_position)?;
-    out.set_item("wheel_position", patch.wheel_position)?;
-    out.set_item("x", x.into_pyarray(py))?;
-    out.set_item("y", y.into_pyarray(py))?;
-    let pressure = patch.pressure.into_pyarray(py);
-    out.set_item("pressure", pressure.reshape([ny, nx])?)?;
-    let traction = patch.traction.into_pyarray(py);
-    out.set_item("traction", traction.reshape([2, ny, nx])?)?;
-    let slip = patch.slip_velocity.into_pyarray(py);
-    out.set_item("slip_velocity", slip.reshape([2, ny, nx])?)?;
-    let heat = patch.dissipation.into_pyarray(py);
-    out.set_item("dissipation", heat.reshape([ny, nx])?)?;
-    let status: Vec<i8> = patch.status.iter().map(|s| *s as i8).collect();
-    out.set_item("status", status.into_pyarray(py).reshape([ny, nx])?)?;
-    out.set_item("approach", patch.approach)?;
-    out.set_item("creepage", patch.creepage.to_vec().into_pyarray(py))?;
-    out.set_item("rolling_speed", patch.rolling_speed)?;
-    out.set_item("normal_force", patch.normal_force)?;
-    out.set_item("neglected", patch.neglected)?;
-    out.set_item("friction_power", patch.friction_power)?;
-    Ok(out)
 }
