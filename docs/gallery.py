@@ -73,7 +73,7 @@ def commands(text: str) -> Iterator[list[str]]:
 
 
 def run_command(words: list[str]) -> None:
-    from mtb_rs.__main__ import main
+    from mtb_rs.commands import main
 
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
 from mtb_rs.case import SCENES, case_from_words
+from mtb_rs.commands import main
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "pole_shoe_on_rail.toml"
 

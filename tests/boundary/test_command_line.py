@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
 from mtb_rs.base import threads
+from mtb_rs.commands import main
 
 SCENE = 'scene = "pole_shoe_on_rail"\nspacing = 6e-3\n'
 BIG = "9" * 400

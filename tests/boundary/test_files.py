@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
 from mtb_rs.base import cache, files
 from mtb_rs.base.files import DRAFT, check_folder, read_arrays, read_bytes, write_bytes
+from mtb_rs.commands import main
 
 resource = pytest.importorskip(
     "resource", reason="file sizes are limited and processes signalled as on POSIX"

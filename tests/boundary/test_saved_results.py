@@ -17,8 +17,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
 from mtb_rs.base.plain import same
+from mtb_rs.commands import main
 from mtb_rs.half_space import reference
 from mtb_rs.pictures import space
 from mtb_rs.pictures.quantities import drawable

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
+from mtb_rs.commands import main
 from mtb_rs.pictures.chart_page import page as chart_page
 from mtb_rs.pictures.chart_plot import draw
 from mtb_rs.results.chart import Chart, ChartPoint, Figure

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import main
 from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.commands import main
 
 
 def paraboloid(points: int = 16) -> mtb.Scene:

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.__main__ import BAD_INPUT, NO_SOLUTION, main
+from mtb_rs.commands import main
+from mtb_rs.commands.exits import BAD_INPUT, NO_SOLUTION
 
 rubber = mtb.Material(young_modulus=5e9, poisson_ratio=0.2)
 GRID = {"friction": [0.1, 0.3, 0.5], "force": [1e6, 5e6]}

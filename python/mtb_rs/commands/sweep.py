@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""``mtb-rs sweep``: solve a case for all combinations of some of its arguments."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.progress import MofNCompleteColumn, Progress
+
+from ..base.files import DATA, check_folder, read_text
+from ..studies.sweeps import sweep
+from .arguments import directory_of, processes, variation
+from .console import console_on
+from .exits import NO_SOLUTION
+
+if TYPE_CHECKING:
+    from ..case import Case
+
+
+def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """The command among the others."""
+    sweep = commands.add_parser(
+        "sweep",
+        help="solve a case for all combinations of some of its arguments",
+        description="Solves the scene of a case file for all combinations of the values of --vary and writes "
+        "sweep.csv and, where xarray is installed, sweep.nc. What is solved is kept in sweep.jsonl: the same "
+        "command goes on where it was stopped; other values need another DIR.",
+    )
+    sweep.add_argument("case", type=Path, metavar="CASE.toml")
+    sweep.add_argument(
+        "--vary",
+        action="append",
+        required=True,
+        type=variation,
+        metavar="KEY=VALUES",
+        help="an argument of the scene with its values as in a case file: 0.1,0.3,0.5, words, or "
+        "first:last:count; repeated for further arguments",
+    )
+    sweep.add_argument(
+        "-j", "--jobs", type=processes, default=None, metavar="N", help="processes (default: this one alone)"
+    )
+    sweep.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: a directory named as the case, here)",
+    )
+    sweep.set_defaults(command=_sweep)
+
+
+def _meant(case: Case, key: str, values: list[Any]) -> Any:
+    """The values of --vary as a case file means them, by their words."""
+    if key not in case.arguments() or len(set(values)) < len(values):
+        return values
+    return {value: case.argument(key, value) for value in values}
+
+
+def _check_sweep_saveable(directory: Path) -> Path:
+    """The directory, if what is replaced there is a sweep's, as its table or its checkpoint tells."""
+    check_folder(directory)
+    table = directory / "sweep.csv"
+    is_own = (directory / "sweep.jsonl").exists()
+    if not is_own and table.is_file():
+        is_own = "status" in read_text(table, "table", DATA).partition("\n")[0].strip().split(",")
+    for path in (table, directory / "sweep.nc"):
+        if os.path.lexists(path) and not is_own:
+            raise ValueError(
+                f"{path} is there already, and no earlier sweep has written it: it would be overwritten; "
+                "move it, or write into another directory"
+            )
+    return directory
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from ..case import load_case
+
+    console = console_on(sys.stdout)
+    directory = _check_sweep_saveable(directory_of(options))
+    varied = [key for key, _ in options.vary]
+    if len(set(varied)) < len(varied):
+        twice = next(key for key in varied if varied.count(key) > 1)
+        raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
+    case = load_case(options.case)
+    parameters = {key: _meant(case, key, values) for key, values in options.vary}
+    solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)
+    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
+        task = bar.add_task("solving", total=None)
+        table = sweep(
+            case.scene(),
+            parameters,
+            executor=options.jobs,
+            checkpoint=directory / "sweep.jsonl",
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            **dict(solving),
+        )
+    written = [directory / "sweep.csv"]
+    table.to_csv(written[0])
+    try:
+        table.to_netcdf(directory / "sweep.nc")
+        written.append(directory / "sweep.nc")
+    except ImportError as error:
+        console.print(f"notice: no netCDF: {error}", style="yellow", markup=False, soft_wrap=True)
+    for values, reason in table.failures:
+        where = ", ".join(f"{k} = {v}" for k, v in values.items())
+        console.print(f"{where}: {reason}", style="yellow", markup=False, soft_wrap=True)
+    solved = len(table) - len(table.failures)
+    console.print(f"{solved} of {len(table)} cases solved; {', '.join(map(str, written))}", markup=False)
+    return 0 if solved else NO_SOLUTION
