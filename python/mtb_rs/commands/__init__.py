@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from .. import __version__
 from ..base.errors import CaseError, ConvergenceError
-from . import chart, run, show, sweep
+from . import chart, run, show, start, sweep
 from .console import console_on, leave_standard_output, one_line, warnings_on
 from .exits import BAD_INPUT, NO_SOLUTION, STOPPED
 
@@ -49,6 +49,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mtb-rs {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (run, show, chart, sweep):
+    for module in (start, run, show, chart, sweep):
         module.add(commands)
     return parser
