@@ -3,7 +3,8 @@
 
 The keys of a case are the arguments of the scene it names, with the same defaults; they are read off
 the scene's signature, so that nothing is said twice. ``[upper]`` and ``[lower]`` are the materials,
-``[solve]`` holds the arguments of :meth:`mtb_rs.Scene.solve`.
+``[solve]`` holds the arguments of :meth:`mtb_rs.Scene.solve`, ``[rolling]`` or ``[shift]`` those of
+:class:`mtb_rs.Rolling` or :class:`mtb_rs.Shift`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import re
 import tomllib
 import typing
 from collections.abc import Collection, Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,6 +32,7 @@ from pydantic import (
     StrictStr,
     ValidationError,
     ValidationInfo,
+    WithJsonSchema,
     create_model,
     model_validator,
 )
@@ -40,12 +42,13 @@ from .base.check import choice, path_of, shortened
 from .base.errors import CaseError
 from .base.files import read_bytes
 from .base.questions import gathered
-from .base.words import Interpolation, Method, Unit, ZAxis
+from .base.words import Held, Interpolation, Method, Unit, ZAxis
 from .bodies.material import Material
 from .bodies.simple import Rigid
 from .friction.fields import GaussianPressure, VelocityTable, check_friction
-from .friction.laws import InterfaceLayer
+from .friction.laws import Coulomb, Friction, InterfaceLayer
 from .geometry.profiles import STANDARD_PROFILES, Profile
+from .half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
 from .results.result import Result
 from .scenes import ready as scenes
 from .scenes.methods import check_options, method_options
@@ -75,7 +78,7 @@ class Case(BaseModel):
 
     def arguments(self) -> list[str]:
         """Names of the scene's arguments."""
-        return [name for name in type(self).model_fields if name not in ("scene_name", "solve_options")]
+        return [name for name in type(self).model_fields if name not in _BESIDES]
 
     def argument(self, name: str, word: Any) -> Any:
         """What `word`, in place of the case's own, means as the argument `name` of the scene.
@@ -136,12 +139,25 @@ class Case(BaseModel):
             names = [name for name in names if name != blamed]
         return wrong
 
-    def solve(self) -> Result:
-        """Solves the scene with the options of ``[solve]``; errors as :meth:`mtb_rs.Scene.solve`."""
-        scene = self.scene()
+    @property
+    def motion(self) -> Rolling | Shift | None:
+        """What the upper body does once it is pressed down: ``[rolling]`` or ``[shift]``."""
+        given = (getattr(self, f"{name}_words") for name in _MOTIONS)
+        return next((motion for motion in given if motion is not None), None)
+
+    def solve(self) -> Result | TangentialResult:
+        """Solves the scene with the options of ``[solve]``, then its rolling or shift.
+
+        Errors as :meth:`mtb_rs.Scene.solve` and :func:`mtb_rs.solve_tangential`.
+        """
+        scene, motion = self.scene(), self.motion
         options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
         try:
-            return scene.solve(**dict(options))
+            if motion is None:
+                return scene.solve(**dict(options))
+            # pressed without sliding; the friction is that of the motion
+            pressed = scene.with_(sliding_direction=None).solve(**dict(options))
+            return solve_tangential(pressed, motion, _law(scene.friction), scene.layer)
         except ValueError as error:
             if isinstance(error, RuntimeError):
                 raise
@@ -150,6 +166,17 @@ class Case(BaseModel):
     def to_toml(self) -> str:
         """The case as TOML: what was given, in its own words."""
         return _toml(self._words)
+
+
+def _law(friction: Any) -> Any:
+    """The friction of a motion: a number is Coulomb's."""
+    if isinstance(friction, float):
+        return Coulomb(friction)
+    if isinstance(friction, typing.get_args(Friction)):
+        return friction
+    raise ValueError(
+        f"friction is a {type(friction).__name__}: a number is needed to roll or to shift; laws are for Python"
+    )
 
 
 def load_case(path: str | Path) -> Case:
@@ -201,6 +228,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         wrong = dict.fromkeys(_sentence(item, model) for item in error.errors())
     told = {line.partition(" = ")[0] for line in wrong}
     wrong.update((line, None) for key, line in _wrong_options(words.get("solve")) if key not in told)
+    if set(_MOTIONS) <= set(words):
+        wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
     if wrong:
         wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
         raise CaseError("\n".join(f"{source}: {line}" for line in wrong))
@@ -214,7 +243,7 @@ def _wrong_besides(
     words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
 ) -> list[str]:
     """Values that no scene takes, beside keys and values of which that is known."""
-    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve"}
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", *_MOTIONS}
     rest = {key: value for key, value in words.items() if key not in keys}
     if len(rest) == len(words):  # keys that hold signs of their own
         return []
@@ -362,6 +391,26 @@ def _layer(given: Any) -> InterfaceLayer:
     return InterfaceLayer(thickness=thickness, shear_modulus=modulus)
 
 
+def _motion(kind: type[Rolling] | type[Shift], given: Any) -> Rolling | Shift:
+    """A rolling or a shift: a table of its arguments; "free" is None, in a force."""
+    if isinstance(given, kind):
+        return given
+    known = list(inspect.signature(kind).parameters)
+    if not isinstance(given, Mapping) or not set(given) <= set(known):
+        raise ValueError(f"a table of {', '.join(known)} is needed")
+    words = {key: _whole_numbers_too(value) for key, value in given.items()}
+    if isinstance(force := words.get("force"), list):
+        words["force"] = tuple(None if part == "free" else part for part in force)
+    return kind(**words)
+
+
+def _whole_numbers_too(given: Any) -> Any:
+    """Numbers as floats: 1 is meant as 1.0."""
+    if isinstance(given, list):
+        return [_whole_numbers_too(part) for part in given]
+    return float(given) if isinstance(given, int) and not isinstance(given, bool) else given
+
+
 def _pair(given: Any) -> tuple[float, float]:
     numbers = _numbers("the pair", given)
     if len(numbers) != 2:
@@ -373,19 +422,69 @@ def _number_or_pair(given: Any) -> float | tuple[float, float]:
     return _pair(given) if isinstance(given, (list, tuple)) else _numbers("the number", [given])[0]
 
 
+#: What may follow the pressing, by the name of its table.
+_MOTIONS: dict[str, type[Rolling] | type[Shift]] = {"rolling": Rolling, "shift": Shift}
+#: Fields of a case that are no arguments of its scene.
+_BESIDES = ("scene_name", "solve_options", *(f"{name}_words" for name in _MOTIONS))
+
+# --- what the words look like, for editors -------------------------------------------------------------
+
+
+def _list_of(item: Any) -> dict[str, Any]:
+    return {"type": "array", "items": item}
+
+
+def _table(**properties: Any) -> dict[str, Any]:
+    return {"type": "object", "additionalProperties": False, "properties": properties}
+
+
+_NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
+_PAIR = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
+_TRIPLE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
+_OVER_VELOCITY = _table(velocity=_list_of(_NUMBER), value=_list_of({}), file=_TEXT)
+_HILL = _table(peak=_NUMBER, center=_PAIR, sigma=_PAIR, floor=_NUMBER)
+_PROFILE = _table(
+    file=_TEXT, **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()}
+)
+_FORCE = {"type": "array", "items": {"anyOf": [_NUMBER, {"const": "free"}]}, "minItems": 2, "maxItems": 2}
+_BODY = _table(poisson_ratio=_NUMBER, young_modulus=_NUMBER, shear_modulus=_NUMBER)
+#: JSON schemas of words that a Python function reads.
+_LOOKS: dict[str, dict[str, Any]] = {
+    "body": {"anyOf": [_BODY, {"const": "rigid"}]},
+    "field": {"anyOf": [_NUMBER, _list_of({}), {"anyOf": [_OVER_VELOCITY, _HILL]}]},
+    "pair": _PAIR,
+    "number or pair": {"anyOf": [_NUMBER, _PAIR]},
+    "layer": _table(thickness=_NUMBER, shear_modulus=_NUMBER),
+    "profile": {"anyOf": [{"enum": list(STANDARD_PROFILES)}, _TEXT, _PROFILE]},
+    "rolling": _table(
+        creepage=_TRIPLE,
+        force=_FORCE,
+        angle=_NUMBER,
+        velocity=_NUMBER,
+        transient={"type": "boolean"},
+        step=_NUMBER,
+    ),
+    "shift": _table(displacement=_PAIR, force=_FORCE, spin=_NUMBER, duration=_NUMBER),
+}
+
+
+def _read_by(function: Any, look: str) -> Any:
+    """Words that `function` reads and that look like `look`."""
+    return Annotated[Any, PlainValidator(function), WithJsonSchema(_LOOKS[look])]
+
+
 # --- models, read off the signatures -----------------------------------------------------------------
 
 _BY_NAME: dict[str, Any] = {
-    "upper": Annotated[Any, PlainValidator(lambda given: _body(given, MaterialWords.model_validate))],
-    "lower": Annotated[Any, PlainValidator(lambda given: _body(given, MaterialWords.model_validate))],
-    "friction": Annotated[Any, PlainValidator(_field)],
-    "magnetic_pressure": Annotated[Any, PlainValidator(_field)],
-    "sliding_direction": Annotated[Any, PlainValidator(_pair)],
-    "spacing": Annotated[Any, PlainValidator(_number_or_pair)],
-    "supports": StrictStr,
-    "layer": Annotated[Any, PlainValidator(_layer)],
-    "rail": Annotated[Any, PlainValidator(_profile)],
-    "wheel": Annotated[Any, PlainValidator(_profile)],
+    **dict.fromkeys(
+        ("upper", "lower"), _read_by(lambda given: _body(given, MaterialWords.model_validate), "body")
+    ),
+    **dict.fromkeys(("friction", "magnetic_pressure"), _read_by(_field, "field")),
+    "sliding_direction": _read_by(_pair, "pair"),
+    "spacing": _read_by(_number_or_pair, "number or pair"),
+    "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],
+    "layer": _read_by(_layer, "layer"),
+    **dict.fromkeys(("rail", "wheel"), _read_by(_profile, "profile")),
 }
 _BY_TYPE: dict[Any, Any] = {
     float: StrictFloat,
@@ -398,16 +497,53 @@ _BY_TYPE: dict[Any, Any] = {
 
 def _words_of(function: Any) -> dict[str, Any]:
     """Fields of a model from the arguments of `function`: their types, as TOML has them, and defaults."""
-    hints = typing.get_type_hints(function)
+    hints, said = typing.get_type_hints(function), described(function)
     fields: dict[str, Any] = {}
     for name, parameter in inspect.signature(function).parameters.items():
         if name == "self" or parameter.kind is inspect.Parameter.VAR_KEYWORD:
             continue
         # which words, the scene says
         is_word = typing.get_origin(hints[name]) is typing.Literal
-        kind = _BY_NAME.get(name) or (StrictStr if is_word else _BY_TYPE[hints[name]])
-        fields[name] = (kind, parameter.default)
+        kind = _BY_NAME.get(name)
+        if kind is None and is_word:
+            kind = Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(hints[name]))})]
+        fields[name] = (kind or _BY_TYPE[hints[name]], Field(parameter.default, description=said.get(name)))
     return fields
+
+
+def described(function: Any) -> dict[str, str]:
+    """What the docstring of `function` says of each parameter: its kind and unit, and its sentences."""
+    text = inspect.getdoc(function) or ""
+    _, found, text = text.partition("Parameters\n----------\n")
+    said: dict[str, str] = {}
+    # a line that begins at the margin names parameters, the indented ones below speak of them
+    for names, kind, more in re.findall(
+        r"^(\w[\w, ]*?)(?: : (.*))?\n((?: .*\n|\n(?= ))*)", text + "\n", re.M
+    ):
+        words = " ".join([(kind and f"{kind}.") or "", *more.split()]).replace(":meth:", "").strip()
+        said.update(dict.fromkeys(names.split(", "), words))
+    return said if found else {}
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema of case files, for editors: [JSON Schema 2020-12], one branch for each scene."""
+    branches, shared = [], {}
+    for name in SCENES:
+        branch = _case_model(name).model_json_schema()
+        shared.update(branch.pop("$defs", {}))
+        branch["properties"]["scene"] = {
+            "const": name,
+            "description": (inspect.getdoc(getattr(scenes, name)) or "").split("\n")[0],
+        }
+        branch["title"] = name
+        branches.append(branch)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "case file of mtb_rs",
+        "type": "object",
+        "oneOf": branches,
+        "$defs": shared,
+    }
 
 
 @cache
@@ -420,6 +556,9 @@ def _case_model(scene: str) -> type[Case]:
     )
     fields = _words_of(getattr(scenes, scene))
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
+    for name, motion in _MOTIONS.items():
+        words = _read_by(partial(_motion, motion), name)
+        fields[f"{name}_words"] = (words, Field(default=None, alias=name))
     return create_model(f"{scene}_case", __base__=Case, **fields)
 
 

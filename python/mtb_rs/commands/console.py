@@ -16,7 +16,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ..results.result import Result
+from ..results.result import Drawn, Result
 
 
 @contextlib.contextmanager
@@ -66,8 +66,20 @@ def leave_standard_output() -> None:
             os.close(nowhere)
 
 
-def print_report(result: Result, console: Console, elapsed: float | None = None) -> None:
+def print_report(result: Drawn, console: Console, elapsed: float | None = None) -> None:
     """A short report: what was solved, what carries what, how well, how long it took, if that is known."""
+    if isinstance(result, Result):
+        _print_scene(result, console, elapsed)
+        return
+    console.print(str(result), markup=False, soft_wrap=True)
+    for total in result.totals().values():
+        numbers = ", ".join(f"{value:.6g}" for value in np.atleast_1d(total.values))
+        console.print(f"{total.label}: {numbers} {total.unit}".rstrip(" -"), markup=False, soft_wrap=True)
+    if elapsed is not None:
+        console.print(f"time: {elapsed:.3g} s", markup=False)
+
+
+def _print_scene(result: Result, console: Console, elapsed: float | None) -> None:
     report = result.report
     # what is rounding beside the whole is 0 here
     force = np.where(np.abs(result.force) < 1e-12 * np.linalg.norm(result.force), 0.0, result.force)

@@ -7,7 +7,6 @@ import argparse
 import sys
 from pathlib import Path
 
-import numpy as np
 from rich.table import Table
 
 from ..base.files import check_folder
@@ -47,13 +46,7 @@ def _show(options: argparse.Namespace) -> int:
         from ..pictures.files import draw_into
 
         draw_into(options.output, result, options.quantity or "pressure", options.kind)
-    if "inputs" in result.facts():
-        print_report(result, console)
-    else:
-        console.print(str(result), markup=False, soft_wrap=True)
-        for total in result.totals().values():
-            numbers = ", ".join(f"{value:.6g}" for value in np.atleast_1d(total.values))
-            console.print(f"{total.label}: {numbers} {total.unit}".rstrip(" -"), markup=False, soft_wrap=True)
+    print_report(result, console)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for name in ("field", "unit"):
         table.add_column(name)

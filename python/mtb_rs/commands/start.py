@@ -18,7 +18,7 @@ from .console import console_on, print_report
 CASES = {
     "shoe": """
         # A pole shoe of a magnetic track brake slides over a rail.
-        # SI units: m, Pa, N, rad. What stands behind a # at the start of a line is the default, or an example.
+        # SI units: m, Pa, N, rad. A # before a key: this is its default.
 
         scene = "pole_shoe_on_rail"
         magnetic_pressure = 3e6        # [Pa] of the nominal area; [3e6, 2e6] for the left and the right pole
@@ -58,7 +58,7 @@ CASES = {
         """,
     "wheel": """
         # A wheel is pressed on a rail.
-        # SI units: m, Pa, N, rad. What stands behind a # at the start of a line is the default.
+        # SI units: m, Pa, N, rad. A # before a key: this is its default.
 
         scene = "wheel_on_rail"
         force = 60e3                   # [N] vertical
@@ -84,7 +84,7 @@ CASES = {
         """,
     "rolling": """
         # A wheel rolls over a rail with creepage and spin: steady rolling, with stick and slip.
-        # SI units: m, Pa, N, rad. What stands behind a # at the start of a line is the default.
+        # SI units: m, Pa, N, rad. A # before a key: this is its default.
 
         scene = "wheel_on_rail"
         force = 60e3                   # [N] vertical
@@ -94,7 +94,7 @@ CASES = {
 
         [rolling]
         creepage = [1e-3, 0.0, 0.1]    # longitudinal and lateral [-], spin [1/m]
-        # force = [5e3, nan]           # [N] found instead of a creepage; nan where that is given
+        # force = [5e3, "free"]        # [N] to be reached along x and y; "free": the creepage is as given
         # velocity = 10.0              # [m/s]; matters for friction that depends on the slip velocity
         """,
     "braking": """
