@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""``mtb-rs demo`` and ``mtb-rs init``: a first result, and a case file to start from."""
+"""``mtb-rs demo``, ``init``, ``schema``: a first result, a case file to start from, help for editors."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 import textwrap
@@ -14,6 +15,8 @@ from pathlib import Path
 from ..base.files import check_folder
 from .console import console_on, print_report
 
+#: The schema of case files, beside a case file: editors that know TOML complete and check its words by it.
+SCHEMA = "case.schema.json"
 #: The case files that ``mtb-rs init`` writes, by their words on the command line.
 CASES = {
     "shoe": """
@@ -139,7 +142,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     init = commands.add_parser(
         "init",
         help="write a commented case file to start from",
-        description="Writes a case file with comments to the standard output, or with -o into a file.",
+        description="Writes a case file with comments to the standard output, or with -o into a file, and "
+        f"beside it {SCHEMA}, by which editors complete and check its words.",
     )
     init.add_argument(
         "kind",
@@ -149,11 +153,30 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     )
     init.add_argument("-o", "--output", type=Path, metavar="CASE.toml", help="a file that is not there yet")
     init.set_defaults(command=_init)
+    schema = commands.add_parser(
+        "schema",
+        help="write the JSON schema of case files, for editors",
+        description="Writes the JSON schema of case files to the standard output. Editors that know TOML "
+        f"complete and check the words of a case file that begins with `#:schema ./{SCHEMA}`.",
+    )
+    schema.set_defaults(command=_schema)
 
 
 def case_file(kind: str) -> str:
     """The commented case file of a kind."""
-    return textwrap.dedent(CASES[kind]).lstrip()
+    return f"#:schema ./{SCHEMA}\n{textwrap.dedent(CASES[kind]).lstrip()}"
+
+
+def schema_text() -> str:
+    """The JSON schema of case files."""
+    from ..case.schema import schema
+
+    return json.dumps(schema(), indent=1) + "\n"
+
+
+def _schema(options: argparse.Namespace) -> int:
+    sys.stdout.write(schema_text())
+    return 0
 
 
 def _init(options: argparse.Namespace) -> int:
@@ -168,6 +191,9 @@ def _init(options: argparse.Namespace) -> int:
             file.write(text)
     except FileExistsError:
         raise ValueError(f"{path} is there already, and is left as it is: name another file") from None
+    beside = path.parent / SCHEMA
+    if not os.path.lexists(beside):
+        beside.write_text(schema_text(), encoding="utf-8")
     console = console_on(sys.stdout)
     console.print(f"{path} is written; next: mtb-rs run {path}", markup=False, soft_wrap=True)
     return 0

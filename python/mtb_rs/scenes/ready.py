@@ -84,12 +84,18 @@ def paraboloid_on_plane(
     radius : float [m]
         Radius of curvature at the tip.
     force : float [N]
-    friction : float [-]
+        Presses the paraboloid down.
+    friction : float, array, callable [-]
+        Coefficient of the sliding.
     points : int or None
         Points along each side of the grid; None: :meth:`Scene.solve` chooses them by the tolerance.
     width : float [m]
         Distance between the outermost points; by default 3.12 contact radii, for the default
         arguments the thesis' 1 m.
+    sliding_direction : (x, y) or None
+        Of the upper body over the lower one; None: it does not slide.
+    upper, lower : Material, HalfSpace or Rigid
+        The bodies above and below.
     """
     radius, force = positive("radius", radius, "m"), positive("force", force, "N")
     whole = isinstance(points, (int, np.integer)) and not isinstance(points, bool)
@@ -133,12 +139,22 @@ def block_on_plane(
     ----------
     width, height, length : float [m]
         Along x, along z, and along y (by default the width).
-    magnetic_pressure : float [Pa]
+    friction : float, array, callable, table [-]
+        Coefficient of the sliding.
+    magnetic_pressure : float, array, callable, table [Pa]
         Pulls the foot of the block down.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
     supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
         How the top of an elastic block is held; a half-space has no top.
+    attraction : "upper" or "both"
+        Whether the plane is pulled up as well.
+    velocity : float [m/s]
+        For tables over the velocity.
+    sliding_direction : (x, y) or None
+        Of the upper body over the lower one; None: it does not slide.
+    upper, lower : Material, HalfSpace or Rigid
+        The bodies above and below.
     """
     width, height = positive("width", width, "m"), positive("height", height, "m")
     length = width if length is None else positive("length", length, "m")
@@ -199,6 +215,7 @@ def pole_shoe_on_rail(
     poles : int
         1 (left, y > 0) or 2. Poles are not joined: each has its own approach and tilts.
     friction : float, array, callable, table [-]
+        Coefficient of the sliding.
     magnetic_pressure : float [Pa], (left, right), array, callable, table
         Acts on the conforming strip, along the local normal.
     velocity : float [m/s]
@@ -219,6 +236,10 @@ def pole_shoe_on_rail(
         About the middle of the shoe, at least as long as the contact.
     layer : InterfaceLayer
         Third body between shoe and rail: without influence in gross sliding, softens its start.
+    sliding_direction : (x, y) or None
+        Of the upper body over the lower one; None: it does not slide.
+    upper, lower : Material, HalfSpace or Rigid
+        The bodies above and below.
     """
     rail_length = positive("rail_length", rail_length, "m")
     shoe = PoleShoe(
@@ -296,6 +317,8 @@ def wheel_on_rail(
     friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
         What :meth:`Scene.prepare` rolls with; a number is that of Coulomb. :meth:`Scene.solve` presses the
         wheel down without rolling, and without friction.
+    upper, lower : Material, HalfSpace or Rigid
+        Wheel and rail.
 
     Lengths that no railway has are warned of, not refused.
     """

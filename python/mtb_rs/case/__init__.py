@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Case files: TOML with the words of the ready scenes' arguments, checked at the door.
+
+The keys of a case are the arguments of the scene it names, with the same defaults; they are read off
+the scene's signature, so that nothing is said twice. ``[upper]`` and ``[lower]`` are the materials,
+``[solve]`` holds the arguments of :meth:`mtb_rs.Scene.solve`, ``[rolling]`` or ``[shift]`` those of
+:class:`mtb_rs.Rolling` or :class:`mtb_rs.Shift`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import tomllib
+import typing
+from collections.abc import Collection, Iterator, Mapping
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StrictStr, ValidationError, create_model
+from pydantic_core import ErrorDetails
+
+from ..base.check import shortened
+from ..base.errors import CaseError
+from ..base.files import read_bytes
+from ..base.questions import gathered
+from ..base.words import Method
+from ..friction.fields import check_friction
+from ..friction.laws import Coulomb, Friction
+from ..half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
+from ..results.result import Result
+from ..scenes import ready as scenes
+from ..scenes.methods import check_options, method_options
+from ..scenes.scene import Scene
+from .values import MOTIONS, MaterialWords, motion_of, read_by, words_of
+
+#: Fields of a case that are no arguments of its scene.
+_BESIDES = ("scene_name", "solve_options", *(f"{name}_words" for name in MOTIONS))
+SCENES: tuple[str, ...] = tuple(scenes.__all__)
+#: Most bytes of a case file; a long table goes into a file of its own.
+MOST_BYTES = 1_000_000
+#: Most levels of tables and lists in a case file.
+MOST_DEEP = 16
+#: Most dots between two signs that end a key, before the file is parsed.
+MOST_DOTS = 200
+
+
+class Case(BaseModel):
+    """A scene with its arguments and how to solve it, as a case file states them. Never changes.
+
+    The arguments of the scene are attributes under their own names.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+
+    scene_name: StrictStr = Field(alias="scene")
+    _words: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _source: str = PrivateAttr(default="case")
+    _directory: Path | None = PrivateAttr(default=None)
+
+    def arguments(self) -> list[str]:
+        """Names of the scene's arguments."""
+        return [name for name in type(self).model_fields if name not in _BESIDES]
+
+    def argument(self, name: str, word: Any) -> Any:
+        """What `word`, in place of the case's own, means as the argument `name` of the scene.
+
+        Raises
+        ------
+        CaseError
+            If the word cannot be meant.
+        """
+        words = self._words | {name: word}
+        return getattr(case_from_words(words, source=self._source, directory=self._directory), name)
+
+    def scene(self) -> Scene:
+        """The scene.
+
+        Raises
+        ------
+        CaseError
+            If the arguments do not make one: names all that are wrong.
+        """
+        wrong = self._wrong_arguments()
+        if wrong:
+            raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
+        return self._built(self.arguments())
+
+    def _built(self, names: Collection[str]) -> Scene:
+        """The scene with the arguments of these names, and defaults for the others."""
+        scene: Scene = getattr(scenes, self.scene_name)(**{name: getattr(self, name) for name in names})
+        check_friction(scene.friction)
+        return scene
+
+    def _why_not(self, names: Collection[str]) -> str | None:
+        """What is wrong with the arguments of these names."""
+        with gathered():
+            try:
+                self._built(names)
+            except ValueError as error:
+                return str(error)
+        return None
+
+    def _wrong_arguments(self) -> list[str]:
+        """What is wrong with the arguments, one after another put back to its default.
+
+        After the first one only what is wrong by itself counts: it might not suit a default.
+        """
+        names = self.arguments()
+        given = [name for name in names if name in self._words]
+        wrong: list[str] = []
+        while (reason := self._why_not(names)) is not None:
+            blamed = next(
+                (k for k in given if k in names and self._why_not([n for n in names if n != k]) != reason),
+                None,
+            )
+            if not wrong or (blamed is not None and self._why_not([blamed]) == reason):
+                wrong.append(reason)
+            if blamed is None:
+                break
+            names = [name for name in names if name != blamed]
+        return wrong
+
+    @property
+    def motion(self) -> Rolling | Shift | None:
+        """What the upper body does once it is pressed down: ``[rolling]`` or ``[shift]``."""
+        given = (getattr(self, f"{name}_words") for name in MOTIONS)
+        return next((motion for motion in given if motion is not None), None)
+
+    def solve(self) -> Result | TangentialResult:
+        """Solves the scene with the options of ``[solve]``, then its rolling or shift.
+
+        Errors as :meth:`mtb_rs.Scene.solve` and :func:`mtb_rs.solve_tangential`.
+        """
+        scene, motion = self.scene(), self.motion
+        options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
+        try:
+            if motion is None:
+                return scene.solve(**dict(options))
+            # pressed without sliding; the friction is that of the motion
+            pressed = scene.with_(sliding_direction=None).solve(**dict(options))
+            return solve_tangential(pressed, motion, _law(scene.friction), scene.layer)
+        except ValueError as error:
+            if isinstance(error, RuntimeError):
+                raise
+            raise CaseError(f"{self._source}: {error}") from error
+
+    def to_toml(self) -> str:
+        """The case as TOML: what was given, in its own words."""
+        return _toml(self._words)
+
+
+def _law(friction: Any) -> Any:
+    """The friction of a motion: a number is Coulomb's."""
+    if isinstance(friction, float):
+        return Coulomb(friction)
+    if isinstance(friction, typing.get_args(Friction)):
+        return friction
+    raise ValueError(
+        f"friction is a {type(friction).__name__}: a number is needed to roll or to shift (laws: in Python)"
+    )
+
+
+def load_case(path: str | Path) -> Case:
+    """Reads a case file.
+
+    Raises
+    ------
+    CaseError
+        Names the file, and every wrong key with its value and what would be accepted.
+    """
+    path = Path(path)
+    try:
+        content = read_bytes(path, "", MOST_BYTES)
+    except ValueError as error:
+        raise CaseError(str(error)) from error
+    try:
+        text = content.decode("utf-8")
+        # a dotted key takes time and memory by the square of its parts
+        if any(part.count(".") > MOST_DOTS for part in re.split(r"[=,{\n]", text)):
+            raise RecursionError
+        words = tomllib.loads(text)
+    except UnicodeDecodeError as error:
+        raise CaseError(f"{path}: is not UTF-8 text: byte {error.start} is no character") from error
+    except RecursionError:
+        raise CaseError(f"{path}: is nested too deeply: at most {MOST_DEEP} levels are read") from None
+    except ValueError as error:  # TOMLDecodeError is one; whole numbers of thousands of digits raise another
+        raise CaseError(f"{path}: is not TOML: {error}") from error
+    return case_from_words(words, source=str(path), directory=path.parent)
+
+
+def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory: Path | None = None) -> Case:
+    """A case from the mapping that a case file holds; files it names are sought in `directory`.
+
+    Raises
+    ------
+    CaseError
+        As :func:`load_case`.
+    """
+    _check_words(source, words)
+    name = words.get("scene")
+    if name not in SCENES:
+        given = "is missing" if name is None else f"is {shortened(name)}"
+        raise CaseError(f"{source}: scene {given}: one of {', '.join(map(repr, SCENES))} is needed")
+    model = case_model(str(name))
+    wrong: dict[str, None] = {}
+    try:
+        case = model.model_validate(words, context={"directory": directory or Path()})
+    except ValidationError as error:
+        wrong = dict.fromkeys(_sentence(item, model) for item in error.errors())
+    told = {line.partition(" = ")[0] for line in wrong}
+    wrong.update((line, None) for key, line in _wrong_options(words.get("solve")) if key not in told)
+    if set(MOTIONS) <= set(words):
+        wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
+    if wrong:
+        wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
+        raise CaseError("\n".join(f"{source}: {line}" for line in wrong))
+    case._words = dict(words)
+    case._source = source
+    case._directory = directory
+    return case
+
+
+def _wrong_besides(
+    words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
+) -> list[str]:
+    """Values that no scene takes, beside keys and values of which that is known."""
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", *MOTIONS}
+    rest = {key: value for key, value in words.items() if key not in keys}
+    if len(rest) == len(words):  # keys that hold signs of their own
+        return []
+    try:
+        return case_from_words(rest, source=source, directory=directory)._wrong_arguments()
+    except CaseError:
+        return []
+
+
+def _check_words(source: str, words: Mapping[str, Any]) -> None:
+    """What no scene can take, before anything is called with it: deep tables, numbers beyond 64 bits."""
+    waiting: list[tuple[tuple[str, ...], Any]] = [((), words)]
+    while waiting:
+        place, value = waiting.pop()
+        key = ".".join(place[:4])
+        if len(place) > MOST_DEEP:
+            raise CaseError(f"{source}: {key}...: is nested too deeply: at most {MOST_DEEP} levels are read")
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise CaseError(
+                f"{source}: {key}: is a whole number of {value.bit_length()} bits: at most 64 are read"
+            )
+        if isinstance(value, Mapping):
+            waiting += [((*place, str(name)), part) for name, part in value.items()]
+        elif isinstance(value, (list, tuple)):
+            waiting += [((*place, str(k)), part) for k, part in enumerate(value)]
+
+
+@cache
+def case_model(scene: str) -> type[Case]:
+    solve = create_model(
+        "SolveWords",
+        # options of the methods are passed on as they are
+        __config__=ConfigDict(extra="allow", frozen=True, allow_inf_nan=False, protected_namespaces=()),
+        **words_of(Scene.solve),
+    )
+    fields = words_of(getattr(scenes, scene))
+    fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
+    for name, motion in MOTIONS.items():
+        words = read_by(partial(motion_of, motion), name)
+        fields[f"{name}_words"] = (words, Field(default=None, alias=name))
+    return create_model(f"{scene}_case", __base__=Case, **fields)
+
+
+# --- what is wrong, in one line ----------------------------------------------------------------------
+
+
+def _sentence(item: ErrorDetails, model: type[Case]) -> str:
+    place = [str(part) for part in item["loc"]]
+    key = ".".join(place)
+    given = item["input"]
+    if item["type"] == "missing":
+        return f"{key}: is missing"
+    if item["type"] == "extra_forbidden":
+        inner = MaterialWords if len(place) > 1 else model
+        known = [field.alias or name for name, field in inner.model_fields.items()]
+        near = difflib.get_close_matches(place[-1], known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+        return f"{key} = {_short(given)}: unknown key; {hint}"
+    message = item["msg"].removeprefix("Value error, ")
+    message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
+    return f"{key} = {_short(given)}: {message}"
+
+
+def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
+    """What of ``[solve]`` no scene takes: the keys with their sentences."""
+    if not isinstance(given, Mapping):
+        return
+    basic = [name for name in words_of(Scene.solve)]
+    for name in basic:
+        if name in given:
+            try:
+                check_options(**{name: given[name]})
+            except ValueError as error:
+                yield f"solve.{name}", f"solve: {error}"
+    method = given.get("method", "direct")
+    if method not in typing.get_args(Method):
+        return
+    known = [*basic, *method_options(method)]
+    for name, value in given.items():
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            key = f"solve.{name}"
+            yield key, f"{key} = {_short(value)}: unknown option of the {method} method; {hint}"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+# --- back to TOML --------------------------------------------------------------------------------------
+
+
+def _toml(words: Mapping[str, Any], table: str = "") -> str:
+    lines = []
+    for key, value in words.items():
+        if not isinstance(value, Mapping):
+            lines.append(f"{key} = {_toml_value(value)}")
+    for key, value in words.items():
+        if isinstance(value, Mapping):
+            name = f"{table}.{key}" if table else key
+            lines += ["", f"[{name}]", _toml(value, name).rstrip("\n")]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(part) for part in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml_value(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, str):
+        return json.dumps(value)
+    return repr(value)
