@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from .. import _mtb_rs
 from ..base.plain import plain
@@ -35,6 +35,17 @@ class HalfSpace:
 
     material: Material
     surface: Any = None
+    is_half_space: ClassVar[bool] = True
+
+    @property
+    def normal_compliance(self) -> float:
+        """(1 - nu) / G [1/Pa]."""
+        return (1.0 - self.material.poisson_ratio) / self.material.shear_modulus
+
+    @property
+    def mixed_compliance(self) -> float:
+        """(1 - 2 nu) / G [1/Pa]: twice what couples normal and tangential."""
+        return (1.0 - 2.0 * self.material.poisson_ratio) / self.material.shear_modulus
 
     def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
         """Compliance on the cells of flat grids; without `interact` each lies on a half-space of its own."""
@@ -76,6 +87,9 @@ class Rigid:
     """
 
     surface: Any = None
+    is_half_space: ClassVar[bool] = False
+    normal_compliance: ClassVar[float] = 0.0
+    mixed_compliance: ClassVar[float] = 0.0
 
     def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> None:
         """It does not give way."""

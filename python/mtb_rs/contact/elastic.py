@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,12 +19,12 @@ from ..base.plain import plain
 from ..base.words import Side as WheelSide
 from ..bodies.elastic_body import Condensed, ElasticBody
 from ..bodies.material import Material
-from ..bodies.mesh import block_mesh, check_unknowns, rail_mesh, shoe_mesh
+from ..bodies.mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe_mesh
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.supports import Guide, Support
 from ..geometry.contact_points import ContactSheet, Patch, SheetPoints
-from ..geometry.geometries import BlockLayout, Layout, ShoeLayout, cells_along
+from ..geometry.geometries import Layout, cells_along
 from ..geometry.pole_shoe import PoleShoe
 from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
@@ -266,14 +266,14 @@ def rail(
     then enough.
     """
     points, patches = sheet.nodes, sheet.node_patches
-    assert isinstance(layout, ShoeLayout)
+    profile, length = layout.rail()
     clock = time.perf_counter()
     lines = [_grid_lines(sheet, patch) for patch in patches]
     x, rows = _thinned(_shared_lines([x for x, _ in lines])), [np.sort(np.abs(y)) for _, y in lines]
-    if image is not None and not layout.shoe.profile.is_symmetric:
+    if image is not None and not profile.is_symmetric:
         image = None
     half = image is not None
-    mesh = rail_mesh(layout.shoe.profile, x, rows[0], layout.rail_length, right=rows[-1], half=half)
+    mesh = rail_mesh(profile, x, rows[0], length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
         supports.append(Support("symmetry", y=0))  # "2 symmetry" in the balance
@@ -287,6 +287,19 @@ def rail(
     part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
     flexible = condensed_part(part, time_s)
     return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
+
+
+@dataclass(frozen=True)
+class Meshed:
+    """Meshes of tetrahedra, with the options of the meshes in :mod:`mtb_rs.bodies.mesh`."""
+
+    options: Mapping[str, Any]
+
+    def block(self, x: Array, y: Array, height: float) -> TetraMesh:
+        return block_mesh(x, y, height, **self.options)
+
+    def pole(self, shoe: PoleShoe, x: Array, y: Array, side: WheelSide) -> TetraMesh:
+        return shoe_mesh(shoe, x, y, side=side, **self.options)
 
 
 def _upper_body(
@@ -316,51 +329,21 @@ def _upper_body(
         "clamped": not isinstance(supports, str) or supports == "clamped-top",
         "thinner": held.thinner,
     }
-    if isinstance(layout, BlockLayout):
+    if element_size is not None:
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
-        mesh, name = block_mesh(x, y, layout.height, **built), "block"
-        ways = _supports(supports, np.zeros(3), (layout.width, layout.length), layout.height, np.eye(3))
-    else:
-        assert isinstance(layout, ShoeLayout)
-        shoe = layout.shoe
-        side: WheelSide = "left" if patch.name == "left" else "right"
-        toward = 1.0 if side == "left" else -1.0
-        # the strip in the shoe's own frame: evenly spaced along the arc of its sole
-        first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])
-        own_y = np.abs(shoe.profile.position(np.linspace(first, last, ny)))
-        own_y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
-        own_x = np.linspace(-0.5, 0.5, nx) * shoe.length
-        mesh = shoe_mesh(shoe, own_x, own_y, side=side, **built)
-        middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
-        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        aside = np.array([0.0, shoe.lateral, 0.0])
-        aside[2] = _lift(shoe, sheet, patch, turn, aside)
-        mesh = mesh.moved(turn, aside)
-        size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
-        ways = _supports(supports, turn @ middle + aside, size, shoe.height, turn)
-        name = f"{side} pole"
+    part = layout.upper_body(Meshed(built), sheet, patch, (x, y))
+    ways = _supports(supports, part.middle, part.size, part.height, part.turn)
     try:
-        body = ElasticBody(mesh, material, "contact", ways, name)
+        body = ElasticBody(part.mesh, material, "contact", ways, part.name)
     except ValueError as error:
-        height = layout.height if isinstance(layout, BlockLayout) else layout.shoe.height
         if "tetrahedron" not in str(error):
             raise
         raise ValueError(
-            f"height is {height:g} m: the {name} cannot be filled with elements {np.diff(x).min():.3g} m "
-            f"wide at the contact ({error})"
+            f"height is {part.height:g} m: the {part.name} cannot be filled with elements "
+            f"{part.element:.3g} m wide at the contact ({error})"
         ) from None
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
     return body
-
-
-def _lift(shoe: PoleShoe, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:
-    """How far a pole off its place was raised [m] until it just touches, as the gaps of the sheet have it."""
-    if shoe.lateral == 0.0 and shoe.yaw == 0.0:
-        return 0.0
-    nodes = sheet.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
-    own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
-    return float(np.mean(own[2] - shoe.sole(own[1])))
 
 
 def _supports(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..base import memory
 from ..base.owning import owning
 from ..base.plain import plain
-from ..base.words import Model
+from ..base.words import Model, Side
 from .contact_points import ContactSheet, Patch, SheetPoints
 from .pole_shoe import PoleShoe
 from .profiles import Profile, as_profile
@@ -27,6 +27,44 @@ Spacing = tuple[float, float]
 
 #: Cells along the side of a grid that is some three times as wide as the contact, to start with.
 START_CELLS = 16
+
+
+class Meshers(Protocol):
+    """Makes meshes of the bodies that geometries have."""
+
+    def block(self, x: Array, y: Array, height: float) -> Any:
+        """Of a block on the plane z = 0, with elements between the lines x and y [m] at its foot."""
+
+    def pole(self, shoe: PoleShoe, x: Array, y: Array, side: Side) -> Any:
+        """Of one pole of a shoe in its own frame, with elements between lines x and |y| [m] on its sole."""
+
+
+class UpperBody(NamedTuple):
+    """An upper body as its geometry has it.
+
+    Attributes
+    ----------
+    mesh
+        In place; as the meshers made it.
+    name : str
+    middle : (3,) [m]
+        Below the middle of its top.
+    size : (x, y) [m]
+        Of its top.
+    height : float [m]
+    turn : (3, 3)
+        Rotation from its own frame.
+    element : float [m]
+        Least width of the elements at the contact.
+    """
+
+    mesh: Any
+    name: str
+    middle: Array
+    size: tuple[float, float]
+    height: float
+    turn: Array
+    element: float
 
 
 class Layout(Protocol):
@@ -62,6 +100,21 @@ class Layout(Protocol):
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """The potential contact at `spacing` (dx, dy) [m]."""
 
+    @property
+    def can_be_refined(self) -> bool:
+        """Whether it has finer grids than its own."""
+
+    def is_coarser_than(self, spacing: Spacing) -> bool:
+        """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""
+
+    def upper_body(
+        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+    ) -> UpperBody:
+        """The elastic upper body on a grid of nodes, with elements about as `lines` (x, y) [m] lie."""
+
+    def rail(self) -> tuple[Profile, float]:
+        """Profile and length [m] of the elastic rail."""
+
     def surfaces(self) -> tuple[Surface, ...]:
         """The undeformed bodies, for pictures."""
 
@@ -71,6 +124,21 @@ class Placed:
 
     models: ClassVar[tuple[Model, ...]] = ("half-space",)
     is_metric: ClassVar[bool] = True
+    can_be_refined: ClassVar[bool] = True
+
+    def is_coarser_than(self, spacing: Spacing) -> bool:
+        """No mesh was given."""
+        return False
+
+    def upper_body(
+        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+    ) -> UpperBody:
+        """There is none."""
+        raise ValueError("this geometry has no elastic upper body")
+
+    def rail(self) -> tuple[Profile, float]:
+        """There is none."""
+        raise ValueError("this geometry has no rail")
 
     def check_elastic(self, spacing: Spacing) -> None:
         """What is laid for any model is checked where it is laid."""
@@ -168,6 +236,8 @@ class FieldLayout(Placed):
     gap: Array
     step: Spacing
     is_metric: ClassVar[bool] = False
+    #: A given field can be thinned, not refined.
+    can_be_refined: ClassVar[bool] = False
     is_body_edge: bool = False
     is_grid: bool = True
     start: None = None
@@ -263,6 +333,15 @@ class BlockLayout(Placed):
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
         return flat_sheet(cells, nodes, nx, ny, (dx, dy))
 
+    def upper_body(
+        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+    ) -> UpperBody:
+        """The block."""
+        x, y = (np.linspace(along[0], along[-1], along.size) for along in lines)
+        mesh = meshers.block(x, y, self.height)
+        size, element = (self.width, self.length), float(np.diff(x).min())
+        return UpperBody(mesh, "block", np.zeros(3), size, self.height, np.eye(3), element)
+
     def surfaces(self) -> tuple[Surface, ...]:
         """The plane around the block, and the block."""
         x = np.linspace(-self.width, self.width, 11)
@@ -309,6 +388,41 @@ class ShoeLayout(Placed):
             grids.append(cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing))
         check_room(grids, spacing, dense=1.0)
         return self.shoe.sheet(spacing)
+
+    def upper_body(
+        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+    ) -> UpperBody:
+        """The pole above one of the grids."""
+        shoe = self.shoe
+        side: Side = "left" if patch.name == "left" else "right"
+        toward = 1.0 if side == "left" else -1.0
+        # the strip in the shoe's own frame: evenly spaced along the arc of its sole
+        first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])
+        y = np.abs(shoe.profile.position(np.linspace(first, last, lines[1].size)))
+        y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
+        mesh = meshers.pole(shoe, np.linspace(-0.5, 0.5, lines[0].size) * shoe.length, y, side)
+        middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
+        cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        aside = np.array([0.0, shoe.lateral, 0.0])
+        aside[2] = self._lift(sheet, patch, turn, aside)
+        size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
+        element = float(np.diff(lines[0]).min())
+        place = turn @ middle + aside
+        return UpperBody(mesh.moved(turn, aside), f"{side} pole", place, size, shoe.height, turn, element)
+
+    def _lift(self, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:
+        """How far a pole off its place was raised [m] until it just touches, by the gaps of the sheet."""
+        shoe = self.shoe
+        if shoe.lateral == 0.0 and shoe.yaw == 0.0:
+            return 0.0
+        nodes = sheet.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
+        own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
+        return float(np.mean(own[2] - shoe.sole(own[1])))
+
+    def rail(self) -> tuple[Profile, float]:
+        """The profile that the shoe stands on."""
+        return self.shoe.profile, self.rail_length
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The head of the rail and the poles."""

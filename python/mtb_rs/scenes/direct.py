@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..base import memory
 from ..base.words import Model
 from ..bodies.recovery import left_out
-from ..bodies.simple import HalfSpace, Rigid
 from ..contact.estimate import NARROW, coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
@@ -221,7 +220,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     clock = time.perf_counter()
     models: list[Model] = ["half-space"]
     if scene.magnetic_pressure is not None:
-        models = rungs(scene.geometry, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+        models = rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
     spacing = scene.known_spacing
     sheet = scene.geometry.sheet(spacing)
     large = len(models) == 1 and sheet.area.size > DENSE_POINTS
@@ -252,7 +251,7 @@ def given(scene: PosedScene, model: Model) -> Choice:
         return Choice(scene.own_model)
     if scene.magnetic_pressure is None:
         return Choice(model)
-    models = rungs(scene.geometry, *(isinstance(body, HalfSpace) for body in (scene.upper, scene.lower)))
+    models = rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
     omitted = {EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]}
     return Choice(model, omitted, {}) if omitted else Choice(model)
 
@@ -283,12 +282,11 @@ def level_at(
     clock = time.perf_counter()
     problem = scene.problem(model, spacing, thinner=thinner)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
-    opens = coupled and is_coupled(scene, problem)
     if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(scene, problem):
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
-        by = _in_turn if opens else _by_convolution
+        by = _in_turn if coupled and is_coupled(scene, problem) else _by_convolution
         return Level(problem, by(scene, problem, tolerance), spacing)
     if not coupled:
         smooth = replace(problem, direction=np.zeros_like(problem.direction))
@@ -354,18 +352,8 @@ def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
         isinstance(problem.friction, np.ndarray) and not problem.friction.any()
     ):
         return False
-    mixed = _mixed(scene)
+    mixed = [body.mixed_compliance for body in scene.simple]
     return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
-
-
-def _mixed(scene: PosedScene) -> list[float]:
-    """(1 - 2 nu) / G [1/Pa] of the upper and of the lower body: twice what couples normal and tangential."""
-    return [
-        (1.0 - 2.0 * body.material.poisson_ratio) / body.material.shear_modulus
-        if isinstance(body, HalfSpace)
-        else 0.0
-        for body in (scene.upper, scene.lower)
-    ]
 
 
 def _is_plain(scene: PosedScene, problem: ContactProblem) -> bool:
@@ -382,9 +370,8 @@ def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None
     `1 / (1 + (mu beta)^2)` of each change leaves `mu beta / sqrt(1 + (mu beta)^2)` of the error, whatever
     the friction.
     """
-    mixed = _mixed(scene)
-    bodies = [body for body in (scene.upper, scene.lower) if isinstance(body, HalfSpace)]
-    plain = sum((1.0 - body.material.poisson_ratio) / body.material.shear_modulus for body in bodies)
+    mixed = [body.mixed_compliance for body in scene.simple]
+    plain = sum(body.normal_compliance for body in scene.simple)
     beta = abs(mixed[0] - mixed[1]) / (2.0 * plain)
     aim = ROUGH_ROUND if tolerance is None else tolerance
     opening = np.zeros(problem.n)
@@ -440,8 +427,7 @@ def _by_convolution(
 ) -> Solution:
     """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
     clock = time.perf_counter()
-    assert isinstance(scene.lower, (HalfSpace, Rigid))
-    assert isinstance(scene.upper, (HalfSpace, Rigid))
+    upper, lower = scene.simple
     grid, x, y = problem.axes()[0]
     # the approach is the solver's own; what is pulled up is nearer from the start
     gap = problem.points.gap + (problem.loading.gap - problem.gap)
@@ -457,8 +443,8 @@ def _by_convolution(
     normal = solve_normal(
         gap.reshape(grid.ny, grid.nx),
         (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
-        lower=scene.lower,
-        upper=scene.upper,
+        lower=lower,
+        upper=upper,
         force=force,
         approach=scene.approach,
         moments_about_axes=(about_x, about_y),

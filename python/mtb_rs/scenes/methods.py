@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import choice, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
-from ..bodies.simple import HalfSpace, Rigid
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
@@ -118,8 +117,7 @@ def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Resu
         raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
     refuse_beyond(scene, "the staggered loop")
     problem = scene.problem(model)
-    body = scene.upper
-    assert isinstance(body, (HalfSpace, Rigid))
+    body, _ = scene.simple
     twin = hats_of(body, problem.points, problem.patches, upper=True).side(np.zeros(problem.n), np.zeros(6))
     solution, _ = staggered(problem, twin, **options)
     try:

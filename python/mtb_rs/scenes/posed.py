@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
 from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction
-from ..contact.solids import BodyLayout, body_contact, check_faces
+from ..contact.solids import Bodies, BodyLayout, body_contact, check_faces
 from ..contact.solve import finish, magnetic_field
 from ..contact.standing import Contact
 from ..contact.symmetry import folded
@@ -168,6 +168,11 @@ class PosedScene:
         return self.layout
 
     @property
+    def simple(self) -> tuple[Simple, Simple]:
+        """Upper and lower body of a scene without an ElasticBody."""
+        return cast(tuple[Simple, Simple], (self.upper, self.lower))
+
+    @property
     def known_spacing(self) -> tuple[float, float]:
         """The spacing, where it must be known."""
         if self.spacing is None:
@@ -221,8 +226,7 @@ class PosedScene:
                 "them apart or carry the whole load; leave z free, or move a support towards the contact"
             )
         hint = ""
-        assert isinstance(self.geometry, BodyLayout)
-        if self.geometry.gap is None and np.ptp(points.gap) > 0.0:
+        if self.gap is None and np.ptp(points.gap) > 0.0:
             hint = f"; a contact narrower than the cells of {self.known_spacing} m needs finer ones"
         return (
             "the bodies never touch: nothing brings them together over their least gap of "
@@ -282,8 +286,9 @@ class PosedScene:
             )
         if model not in self.geometry.models:
             raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
-        for name in ("upper", "lower")[: 2 if model == "elastic-both" else 1]:
-            if isinstance(getattr(self, name), Rigid):
+        bodies = list(zip(("upper", "lower"), self.simple, strict=True))
+        for name, body in bodies[: 2 if model == "elastic-both" else 1]:
+            if not body.is_half_space:
                 raise ValueError(f"model is {model!r}: {name} is Rigid")
         if self.magnetic_pressure is None:
             raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
@@ -309,16 +314,19 @@ class PosedScene:
     ) -> Contact:
         """The bodies of a model where they stand."""
         layout = self.geometry
-        if isinstance(layout, BodyLayout):
-            return body_contact(layout, (self.upper, self.lower), spacing, time_s)  # type: ignore[arg-type]
-        upper, lower = _simple(self.upper), _simple(self.lower)
+        if self.own_model is not None:
+            return body_contact(
+                cast(BodyLayout, layout), cast(Bodies, (self.upper, self.lower)), spacing, time_s
+            )
+        upper, lower = self.simple
         if model == "half-space":
             return half_spaces(layout, upper, lower, spacing)
-        assert isinstance(upper, HalfSpace)
+        # that these are half-spaces is checked with the model
+        upper = cast(HalfSpace, upper)
         held = Held(self.supports, self.element_size, thinner)
         if model == "elastic-upper":
             return on_foundation(layout, (upper, lower), spacing, held, time_s)
-        assert isinstance(lower, HalfSpace)
+        lower = cast(HalfSpace, lower)
         above = on_rigid(layout, upper, spacing, held, time_s)
         fold = folded(self._under_load(above, model, {}))
         image = None if fold is None else fold.image
@@ -458,10 +466,10 @@ class PosedScene:
     def check_reach(self, problem: ContactProblem, result: Result) -> None:
         """Contact must exist, and must not be cut off by the edge of the grid."""
         contact = result.report.contact_area > 0.0
-        if isinstance(self.geometry, BodyLayout):
+        if self.own_model is not None:
             if not contact:
                 raise ValueError(self._why_apart(problem.points, problem.loads))
-            check_faces((self.upper, self.lower), problem, result)  # type: ignore[arg-type]
+            check_faces(cast(Bodies, (self.upper, self.lower)), problem, result)
         if not contact:
             raise ValueError(
                 f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
@@ -559,11 +567,6 @@ def tilts(arm: Array) -> Array:
     """Displacement (2, 3, n) by unit rotations about x and y, of points at `arm` (3, n) from the axes."""
     zero = np.zeros(arm.shape[1])
     return np.array([[zero, -arm[2], arm[1]], [arm[2], zero, -arm[0]]])
-
-
-def _simple(body: Any) -> HalfSpace | Rigid:
-    assert isinstance(body, (HalfSpace, Rigid))
-    return body
 
 
 def _cut(patch: Patch) -> slice:

@@ -21,9 +21,8 @@ from ..base.words import Model, Quantity
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace, as_body
 from ..contact.estimate import GridField, difference, extrapolated
-from ..contact.solids import BodyLayout
 from ..geometry.contact_points import Patch, spacing_pair
-from ..geometry.geometries import FieldLayout, ParaboloidLayout, centred
+from ..geometry.geometries import ParaboloidLayout, centred
 from ..results.chart import Chart, ChartPoint
 from ..results.report import Report
 from ..results.result import Result
@@ -220,11 +219,11 @@ def _models(scene: PosedScene) -> list[Model]:
 def _admits(scene: PosedScene, model: Model) -> bool:
     if model == "half-space":
         return True
-    elastic = (scene.upper,) if model == "elastic-upper" else (scene.upper, scene.lower)
+    elastic = scene.simple[: 1 if model == "elastic-upper" else 2]
     return (
         model in scene.geometry.models
         and scene.magnetic_pressure is not None
-        and all(isinstance(body, HalfSpace) for body in elastic)
+        and all(body.is_half_space for body in elastic)
     )
 
 
@@ -233,8 +232,7 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
     own = scene.geometry.start if scene.spacing is None else spacing_pair(scene.spacing)
     assert own is not None
     wanted: list[Spacing]
-    if isinstance(scene.geometry, FieldLayout):
-        # a given field can be thinned, not refined
+    if not scene.geometry.can_be_refined:
         wanted = [(own[0] * k, own[1] * k) for k in (16, 12, 8, 6, 4, 3, 2, 1)]
     else:
         wanted = list(islice(halvings(own), 17))
@@ -249,7 +247,7 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
         except ValueError:
             continue
         patches = sheet.patches
-        if isinstance(scene.geometry, BodyLayout) and scene.geometry.is_coarser_than(sheet.spacing):
+        if scene.geometry.is_coarser_than(sheet.spacing):
             break
         sizes = tuple(n for p in patches for n in (p.nx, p.ny))
         count = sum(p.nx * p.ny for p in patches)
@@ -480,12 +478,11 @@ def _rubs(scene: PosedScene) -> bool:
 
 def _uncoupled(scene: PosedScene) -> bool:
     """Whether friction leaves the pressure of two half-spaces as it is: none, or like materials."""
-    bodies = (scene.lower, scene.upper)
     if not _rubs(scene):
         return True
-    if not all(isinstance(body, HalfSpace) for body in bodies):
+    if scene.own_model is not None or not all(body.is_half_space for body in scene.simple):
         return False
-    sides = [(1 - 2 * b.material.poisson_ratio) / b.material.shear_modulus for b in bodies]  # type: ignore[union-attr]
+    sides = [body.mixed_compliance for body in scene.simple]
     return bool(np.isclose(sides[0], sides[1], rtol=1e-12, atol=0.0))
 
 
