@@ -284,8 +284,9 @@ class ParaboloidLayout(Placed):
     def sheet(self, spacing: Spacing) -> ContactSheet:
         """Points `spacing` apart; each is the centre of a cell."""
         count = [cells_along(self.width, step) + 1 for step in spacing]
-        # that is what is given, not the spacing
-        _check_room([(count[0], count[1])], f"points is {max(count)}")
+        # either may have been given
+        sizes = " x ".join(f"{step:g}" for step in dict.fromkeys(spacing))
+        _check_room([(count[0], count[1])], f"spacing is {sizes} m, points is {max(count)} a side")
         dx, dy = (self.width / (n - 1) for n in count)
         fields = []
         for extra in (0, 1):
