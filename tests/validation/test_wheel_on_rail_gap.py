@@ -149,7 +149,7 @@ def test_larger_scale_extends_the_same_field() -> None:
         ({"wheel_radius": -0.46}, "wheel_radius is -0.46"),
         ({"gauge": float("inf")}, "gauge is inf"),
         ({"force": 0.0}, "force is 0"),
-        ({"approach": -1e-5}, "approach is -0.00001"),
+        ({"approach": -1e-5}, "approach is -1e-05"),
         ({"lateral": 0.5}, "never touch"),
         ({"rail_inclination": 3.0}, "rail_inclination is 3"),
         ({"gauge_depth": 0.05}, "gauge_depth is 0.05"),

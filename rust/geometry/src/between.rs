@@ -83,7 +83,7 @@ impl SurfacePair<'_> {
         {
             finite(names[0], range[0])?;
             if finite(names[1], range[1])? <= range[0] {
-                let accepted = format!("it must lie above {}", range[0]);
+                let accepted = format!("it must lie above {}", crate::Short(range[0]));
                 return Err(out_of_range(names[1], range[1], accepted));
             }
             counts[i] = cell_count(range[1] - range[0], positive(names[2], spacing[i])?);

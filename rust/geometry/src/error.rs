@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use crate::short::Short;
+
 /// What can be wrong with a geometry.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A scalar is NaN or infinite.
-    #[error("{name} is {value}: a finite number is needed")]
+    #[error("{name} is {}: a finite number is needed", Short(*.value))]
     NotFinite {
         /// Argument.
         name: &'static str,
@@ -12,7 +14,7 @@ pub enum Error {
         value: f64,
     },
     /// A scalar is finite but outside what makes sense.
-    #[error("{name} is {value}: {accepted}")]
+    #[error("{name} is {}: {accepted}", Short(*.value))]
     OutOfRange {
         /// Argument.
         name: &'static str,
@@ -42,7 +44,7 @@ pub enum Error {
         accepted: String,
     },
     /// A station lies outside a profile.
-    #[error("{name}[{index}] is {value} m: the profile reaches from {start} m to {end} m")]
+    #[error("{name}[{index}] is {} m: the profile reaches from {} m to {} m", Short(*.value), Short(*.start), Short(*.end))]
     OutsideProfile {
         /// Argument.
         name: &'static str,
@@ -57,7 +59,8 @@ pub enum Error {
     },
     /// The lateral positions of a profile table are not strictly monotonic.
     #[error(
-        "row {row} of the profile: y = {y} m after {previous} m; y must rise (or fall) strictly from row to row (where a flank is undercut, cut the profile off at the point where y turns back)"
+        "row {row} of the profile: y = {} m after {} m; y must rise (or fall) strictly from row to row (where a flank is undercut, cut the profile off at the point where y turns back)",
+        Short(*.y), Short(*.previous)
     )]
     NotMonotonic {
         /// Row, counted from 1.
@@ -78,7 +81,7 @@ pub enum Error {
         count: usize,
     },
     /// A triangle without area.
-    #[error("triangle {triangle} is degenerate: its area is {area} m2")]
+    #[error("triangle {triangle} is degenerate: its area is {} m2", Short(*.area))]
     DegenerateTriangle {
         /// Triangle, counted from 0.
         triangle: usize,
@@ -102,14 +105,15 @@ pub enum Error {
         open: usize,
     },
     /// Triangles that point inwards.
-    #[error("the triangles point inwards (volume {volume} m3): reverse their order")]
+    #[error("the triangles point inwards (volume {} m3): reverse their order", Short(*.volume))]
     InsideOut {
         /// Signed volume [m3].
         volume: f64,
     },
     /// A body so small or so large that its unit must be wrong.
     #[error(
-        "the largest extent of the mesh is {size} m: state the unit of its coordinates (10 um to 20 m are accepted)"
+        "the largest extent of the mesh is {} m: state the unit of its coordinates (10 um to 20 m are accepted)",
+        Short(*.size)
     )]
     ImplausibleSize {
         /// Largest extent [m].
@@ -123,7 +127,8 @@ pub enum Error {
     },
     /// Facets too coarse for the contact.
     #[error(
-        "the facets leave an error of {error} m in the gap near ({x}, {y}) m, not small against the approach of {approach} m: refine the mesh there or use an analytic surface"
+        "the facets leave an error of {} m in the gap near ({}, {}) m, not small against the approach of {} m: refine the mesh there or use an analytic surface",
+        Short(*.error), Short(*.x), Short(*.y), Short(*.approach)
     )]
     FacetsTooCoarse {
         /// Estimated error [m].
@@ -136,7 +141,7 @@ pub enum Error {
         y: f64,
     },
     /// The lower body is missing under a point of the sheet.
-    #[error("the lower body has no surface at ({x}, {y}) m, inside the sheet that was asked for")]
+    #[error("the lower body has no surface at ({}, {}) m, inside the sheet that was asked for", Short(*.x), Short(*.y))]
     NoSurface {
         /// Place [m].
         x: f64,
@@ -151,7 +156,8 @@ pub enum Error {
     },
     /// The contact would reach the end of a profile.
     #[error(
-        "the contact reaches the end of the {profile} profile at y = {end} m: a longer profile or a smaller load is needed"
+        "the contact reaches the end of the {profile} profile at y = {} m: a longer profile or a smaller load is needed",
+        Short(*.end)
     )]
     ProfileEnds {
         /// "rail" or "wheel".
@@ -166,7 +172,7 @@ pub enum Error {
         name: &'static str,
     },
     /// Nodes that do not span the conforming strip of a pole.
-    #[error("y runs from {start} to {end} m: the conforming strip is {inner} to {outer} m")]
+    #[error("y runs from {} to {} m: the conforming strip is {} to {} m", Short(*.start), Short(*.end), Short(*.inner), Short(*.outer))]
     OffStrip {
         /// First coordinate |y| [m].
         start: f64,
@@ -178,7 +184,7 @@ pub enum Error {
         outer: f64,
     },
     /// A contact that does not fit on its rail.
-    #[error("length is {length} m: the contact from {start} to {end} m is longer")]
+    #[error("length is {} m: the contact from {} to {} m is longer", Short(*.length), Short(*.start), Short(*.end))]
     ShortRail {
         /// Length of the rail [m].
         length: f64,
@@ -213,7 +219,8 @@ pub enum Error {
     Interrupted,
     /// A contact too large for its spacing.
     #[error(
-        "the contact takes {nx} x {ny} points at a spacing of {dx} x {dy} m: at most {most} are accepted, so a larger spacing is needed, or a smaller contact"
+        "the contact takes {nx} x {ny} points at a spacing of {} x {} m: at most {most} are accepted, so a larger spacing is needed, or a smaller contact",
+        Short(*.dx), Short(*.dy)
     )]
     TooManyPoints {
         /// Points along the rail.

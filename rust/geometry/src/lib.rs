@@ -27,6 +27,7 @@ mod profile;
 mod root;
 mod sheet;
 mod shoe;
+mod short;
 pub mod solid;
 mod surface;
 mod wheel;
@@ -38,6 +39,7 @@ pub use mesh::{Closure, SurfaceMesh};
 pub use profile::{Interpolation, Profile, Station, Vertical};
 pub use sheet::{ContactSheet, SheetGrid, SheetPoints};
 pub use shoe::PoleShoe;
+pub use short::Short;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{GapField, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad};
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pole shoe of a magnetic track brake, worn to the shape of its rail.
 
+use crate::Short;
 use crate::error::{finite, out_of_range, positive};
 use crate::sheet::{SheetPoint, cell_count};
 use crate::{ContactSheet, Error, Profile, SheetGrid, SheetPoints};
@@ -226,13 +227,16 @@ impl PoleShoe {
             return Err(out_of_range("inner_edge", self.inner_edge, accepted));
         }
         if self.conforming_to <= self.inner_edge {
-            let accepted = format!("it must lie beyond inner_edge = {} m", self.inner_edge);
+            let accepted = format!(
+                "it must lie beyond inner_edge = {} m",
+                Short(self.inner_edge)
+            );
             return Err(out_of_range("conforming_to", self.conforming_to, accepted));
         }
         if self.outer_edge < self.conforming_to {
             let accepted = format!(
                 "it must not lie inside conforming_to = {} m",
-                self.conforming_to
+                Short(self.conforming_to)
             );
             return Err(out_of_range("outer_edge", self.outer_edge, accepted));
         }
@@ -251,7 +255,7 @@ impl PoleShoe {
                 ("outer_edge", self.outer_edge),
             ] {
                 if value > half_width {
-                    let accepted = format!("the head of the rail ends at {half_width} m");
+                    let accepted = format!("the head of the rail ends at {} m", Short(half_width));
                     return Err(out_of_range(name, value, accepted));
                 }
             }
@@ -265,8 +269,9 @@ impl PoleShoe {
             let end_slope = end.map_or(0.0, |s| pole * s.slope);
             if self.relief_slope <= end_slope {
                 let accepted = format!(
-                    "it must exceed the rail's own slope {end_slope} at conforming_to, \
-                     or the sole would cut into the rail"
+                    "it must exceed the rail's own slope {} at conforming_to, \
+                     or the sole would cut into the rail",
+                    Short(end_slope)
                 );
                 return Err(out_of_range("relief_slope", self.relief_slope, accepted));
             }
@@ -284,6 +289,10 @@ fn beyond(rail: &Profile, y: f64) -> Error {
     out_of_range(
         "lateral",
         y,
-        format!("the sole would reach this y [m], beyond the head of the rail {start} .. {end} m"),
+        format!(
+            "the sole would reach this y [m], beyond the head of the rail {} .. {} m",
+            Short(start),
+            Short(end)
+        ),
     )
 }

@@ -2,6 +2,7 @@
 //! Wheel and rail in the vertical plane through the axle: placement and overlap.
 
 use super::{WheelOnRail, WheelRailContact};
+use crate::Short;
 use crate::error::out_of_range;
 use crate::root;
 use crate::{Error, Profile};
@@ -58,7 +59,8 @@ impl Placement {
         let Some(first) = inner.iter().rposition(|p| p[1] < level) else {
             let depth = top - inner[0][1];
             let accepted = format!(
-                "the rail profile ends {depth} m below its top on the gauge side; the gauge is measured there"
+                "the rail profile ends {} m below its top on the gauge side; the gauge is measured there",
+                Short(depth)
             );
             return Err(out_of_range("gauge_depth", pair.gauge_depth, accepted));
         };
@@ -159,7 +161,8 @@ impl<'a> Section<'a> {
         let Some(lowest) = lowest else {
             return Err(Error::NeverTouch {
                 reason: format!(
-                    "the wheel, tape circle at y = {tape} m from the middle of the track, is nowhere above the head of the rail"
+                    "the wheel, tape circle at y = {} m from the middle of the track, is nowhere above the head of the rail",
+                    Short(tape)
                 ),
             });
         };
