@@ -11,6 +11,7 @@ from .. import _mtb_rs
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.profiles import Profile
+from .faces import Hats
 from .material import Material
 from .surfaces import BodySurface, as_surface
 
@@ -38,6 +39,11 @@ class HalfSpace:
     is_half_space: ClassVar[bool] = True
 
     @property
+    def elastic(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson's ratio, as the core takes them."""
+        return self.material.shear_modulus, self.material.poisson_ratio
+
+    @property
     def normal_compliance(self) -> float:
         """(1 - nu) / G [1/Pa]."""
         return (1.0 - self.material.poisson_ratio) / self.material.shear_modulus
@@ -50,19 +56,17 @@ class HalfSpace:
     def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
         """Compliance on the cells of flat grids; without `interact` each lies on a half-space of its own."""
         places, spacings = zip(*grids, strict=True)
-        material = self.material
-        return _mtb_rs.half_space(
-            material.shear_modulus, material.poisson_ratio, list(places), list(spacings), interact
-        )
+        return _mtb_rs.half_space(*self.elastic, list(places), list(spacings), interact)
 
     def on_hats(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
         """The same on the nodes of the grids: their hats."""
         places, spacings = zip(*grids, strict=True)
-        material = self.material
-        compliance, _ = _mtb_rs.half_space_hats(
-            material.shear_modulus, material.poisson_ratio, list(places), list(spacings), interact
-        )
+        compliance, _ = _mtb_rs.half_space_hats(*self.elastic, list(places), list(spacings), interact)
         return compliance
+
+    def on_cut_hats(self, hats: Hats, carrier: _mtb_rs.Sampling, grid: Grid) -> _mtb_rs.Compliance | None:
+        """The same on hats of one grid that end where the body of `carrier` ends."""
+        return hats.half_space(carrier, *self.elastic, *grid)
 
     def kept(self) -> HalfSpace:
         """What a saved result keeps of it: the material."""
@@ -88,6 +92,7 @@ class Rigid:
 
     surface: Any = None
     is_half_space: ClassVar[bool] = False
+    elastic: ClassVar[None] = None
     normal_compliance: ClassVar[float] = 0.0
     mixed_compliance: ClassVar[float] = 0.0
 
@@ -95,6 +100,9 @@ class Rigid:
         """It does not give way."""
 
     on_hats = on_cells
+
+    def on_cut_hats(self, hats: Hats, carrier: _mtb_rs.Sampling, grid: Grid) -> None:
+        """It does not give way."""
 
     def kept(self) -> Rigid:
         """What a saved result keeps of it."""

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from ..base.plain import plain
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.faces import hats, joined, owners, parts, profile_parts, thinned
 from ..bodies.sides import ElasticPart
-from ..bodies.simple import HalfSpace, Rigid
+from ..bodies.simple import Simple
 from ..bodies.surfaces import BodySurface, height_of
 from ..geometry.contact_points import ContactSheet, SheetPoints
 from ..geometry.geometries import Placed, cells_over, check_room, flat_points, flat_sheet
@@ -33,7 +33,7 @@ Spacing = tuple[float, float]
 
 
 Array = NDArray[np.float64]
-Body = ElasticBody | HalfSpace | Rigid
+Body = ElasticBody | Simple
 #: Upper and lower one.
 Bodies = tuple[Body, Body]
 
@@ -155,10 +155,17 @@ class BodyLayout(Placed):
         ]
         return float(np.mean(np.all(covered, axis=0)))
 
+    @property
+    def solids(self) -> dict[bool, ElasticBody]:
+        """The elastic bodies, by whether each is the upper one, which comes first."""
+        found = {self.upper: self.body}
+        if self.opponent is not None:
+            found[not self.upper] = self.opponent
+        return dict(sorted(found.items(), reverse=True))
+
     def is_coarser_than(self, spacing: Spacing) -> bool:
         """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""
-        bodies = [self.body] if self.opponent is None else [self.body, self.opponent]
-        return any(body.size is None and _coarse(body, spacing) for body in bodies)
+        return any(body.size is None and _coarse(body, spacing) for body in self.solids.values())
 
     def level(self) -> float:
         """Height of the sheet [m]: the end of the face."""
@@ -233,8 +240,9 @@ def body_contact(
         "gap": sheet.nodes.gap if isinstance(layout.gap, np.ndarray) else fingerprint(layout.gap),
         "carries the grid": "upper" if layout.upper else "lower",
     }
-    for name, body in zip(("upper", "lower"), bodies, strict=True):
-        parts[name] = (body.name, body.content) if isinstance(body, ElasticBody) else fingerprint(body)
+    for upper, name, body in zip((True, False), ("upper", "lower"), bodies, strict=True):
+        solid = layout.solids.get(upper)
+        parts[name] = fingerprint(body) if solid is None else (solid.name, solid.content)
     return cache.recalled(cache.content_key(parts), lambda: _condensed_contact(layout, bodies, sheet, time_s))
 
 
@@ -242,22 +250,19 @@ def _condensed_contact(
     layout: BodyLayout, bodies: Bodies, sheet: ContactSheet, time_s: dict[str, float]
 ) -> Contact:
     nodes, patches = sheet.nodes, sheet.node_patches
-    whole = {
-        upper: body.sample(nodes, patches, upper=upper)
-        for body, upper in zip(bodies, (True, False), strict=True)
-        if isinstance(body, ElasticBody)
-    }
-    covered, apart = _apart(layout, bodies, whole)
+    solids = layout.solids
+    whole = {upper: body.sample(nodes, patches, upper=upper) for upper, body in solids.items()}
+    covered, apart = _apart(layout, whole)
     whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
     common = whole[layout.upper]
     if not common.weights.any():
         raise ValueError("the contact faces of the bodies have no area in common")
     shape = (patches[0].ny, patches[0].nx)
     least = LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1]
-    basis = hats(common, _parts(layout, bodies, whole), apart, shape, least)
+    basis = hats(common, _parts(layout, whole), apart, shape, least)
     kept = basis.kept
     own = basis.of(common)
-    doubts = [_coarse(body, sheet.spacing) for body in bodies if isinstance(body, ElasticBody)]
+    doubts = [_coarse(body, sheet.spacing) for body in solids.values()]
     if isinstance(layout.gap, np.ndarray):
         rise = np.zeros(kept.size)
     else:
@@ -277,9 +282,9 @@ def _condensed_contact(
     standing: list[Standing] = []
     carriers: dict[bool, ElasticPart] = {}
     for body, upper in zip(bodies, (True, False), strict=True):
-        if isinstance(body, ElasticBody):
+        if upper in solids:
             part = ElasticPart(
-                body,
+                solids[upper],
                 tuple(patches),
                 nodes,
                 0,
@@ -292,14 +297,11 @@ def _condensed_contact(
             flexible = condensed_part(part, time_s)
             standing.append(ElasticBodies((part,), (flexible,), (flexible.compliance,), points))
             carriers[upper] = part
-        elif isinstance(body, HalfSpace):
+        else:
             first = nodes.points[:, patches[0].start]
             grid = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
-            shear, ratio = body.material.shear_modulus, body.material.poisson_ratio
-            cut = basis.half_space(common, shear, ratio, grid, patches[0].spacing)
+            cut = cast(Simple, body).on_cut_hats(basis, common, (grid, patches[0].spacing))
             standing.append(Foundation(cut, points, upper))
-        else:
-            standing.append(Foundation(None, points, upper))
     return Contact(
         points=points,
         area=own.weights,
@@ -314,7 +316,7 @@ def _condensed_contact(
 
 
 def _apart(
-    layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]
+    layout: BodyLayout, whole: Mapping[bool, _mtb_rs.Sampling]
 ) -> tuple[dict[bool, NDArray[np.bool_]], Array]:
     """Which quadrature points of each sampling the other body has as well, and the gap (q,) [m] at these."""
     found = {
@@ -331,13 +333,13 @@ def _apart(
     if layout.gap is not None:
         apart = function_values("gap", layout.gap, x, y)
     else:
-        for body, upper in zip(bodies, (True, False), strict=True):
-            if isinstance(body, ElasticBody):
-                height = body.heights(thinned(whole[upper], found[upper]))
-            elif body.surface is not None:
-                height = height_of(body.surface, x, y, upper=upper)
+        for upper in (True, False):
+            if upper in layout.solids:
+                height = layout.solids[upper].heights(thinned(whole[upper], found[upper]))
+            elif layout.beside is not None:
+                height = height_of(layout.beside, x, y, upper=upper)
                 if not np.isfinite(height).any():
-                    _check_outlook(body.surface, x, y, upper=upper)
+                    _check_outlook(layout.beside, x, y, upper=upper)
             else:
                 height = np.full(x.size, layout.level())
             apart = apart + height if upper else apart - height
@@ -391,16 +393,17 @@ def _places(layout: BodyLayout, sampling: _mtb_rs.Sampling) -> tuple[Array, Arra
     return x, y
 
 
-def _parts(layout: BodyLayout, bodies: Bodies, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
+def _parts(layout: BodyLayout, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
     """Part (q,) of the faces at each common quadrature point: kinks of both bodies divide them."""
     labels = []
-    for body, upper in zip(bodies, (True, False), strict=True):
-        if isinstance(body, ElasticBody):
+    for upper in (True, False):
+        if upper in layout.solids:
+            body = layout.solids[upper]
             number = np.zeros(len(body.faces), dtype=np.int64)
             number[body.contact_faces.astype(np.int64)] = parts(body)
             labels.append(number[whole[upper].arrays()["face"].astype(np.int64)])
-        elif isinstance(body.surface, Profile):
-            labels.append(profile_parts(body.surface, _places(layout, whole[layout.upper])[1]))
+        elif isinstance(layout.beside, Profile):
+            labels.append(profile_parts(layout.beside, _places(layout, whole[layout.upper])[1]))
     return joined(labels)
 
 
@@ -433,7 +436,7 @@ def _coarse(body: ElasticBody, spacing: tuple[float, float]) -> str:
     )
 
 
-def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None:
+def check_faces(bodies: Iterable[ElasticBody], problem: ContactProblem, result: Result) -> None:
     """Warns where faces are steep as they touch, part within a cell, or have facets that are not small."""
     assert problem.kept is not None
     touching = result.status.ravel()[problem.kept.numbers] > 0
@@ -442,8 +445,6 @@ def check_faces(bodies: Bodies, problem: ContactProblem, result: Result) -> None
         _check_width(problem, problem.kept, touching)
     closed = float(np.ptp(problem.points.gap[touching]))
     for body in bodies:
-        if not isinstance(body, ElasticBody):
-            continue
         faces = body.faces[body.contact_faces].astype(np.int64)
         middles = body.mesh.nodes[faces[:, :3]].mean(axis=1)
         near = _beside(middles, problem, problem.kept, touching, 2.0)

@@ -82,18 +82,18 @@ class PosedScene:
         for side in ("upper", "lower"):
             body = getattr(self, side)
             put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
-        if isinstance(self.upper, ElasticBody) and isinstance(self.lower, ElasticBody):
-            name = self.upper.name
-            if name == self.lower.name:
-                put(self, "upper", self.upper.named(f"upper {name}"))
-                put(self, "lower", self.lower.named(f"lower {name}"))
+        names = [body.name for body in self.solids.values()]
+        if len(names) == 2 and names[0] == names[1]:
+            for upper, body in self.solids.items():
+                side = "upper" if upper else "lower"
+                put(self, side, body.named(f"{side} {body.name}"))
         if self.spacing is not None:
             put(self, "spacing", spacing_pair(self.spacing))
         elif self.layout is None or self.layout.start is None:
             raise ValueError("spacing is None: a gap on a grid and elastic bodies need their spacing [m]")
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
-        solid = self._solid()
+        solid = next(iter(self.solids.values()), None)
         gap: Any = self.gap
         gap = gap if gap is None or callable(gap) else gap_field(gap)
         layout = self.layout
@@ -105,7 +105,7 @@ class PosedScene:
         elif solid is not None:
             # of these bodies and this gap, which may be others than those of a scene this is a copy of
             lower = self.lower
-            opponent = lower if isinstance(lower, ElasticBody) and solid is not lower else None
+            opponent = self.solids.get(False) if solid is not lower else None
             step = self.known_spacing
             before = layout.gap if isinstance(layout, BodyLayout) else None
             if isinstance(layout, BodyLayout) and before is not None and gap is not None:
@@ -199,17 +199,21 @@ class PosedScene:
             found = body.surface
         return found
 
-    def _solid(self) -> ElasticBody | None:
-        """The elastic body whose contact face carries the grid."""
-        return next((b for b in (self.upper, self.lower) if isinstance(b, ElasticBody)), None)
+    @property
+    def solids(self) -> dict[bool, ElasticBody]:
+        """The elastic bodies of one's own, by whether each is the upper one, which comes first."""
+        sides = ((True, self.upper), (False, self.lower))
+        return {upper: body for upper, body in sides if isinstance(body, ElasticBody)}
 
     @property
     def own_model(self) -> Model | None:
         """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
-        upper, lower = (isinstance(body, ElasticBody) for body in (self.upper, self.lower))
-        if upper:
-            return "elastic-both" if lower else "elastic-upper"
-        return "elastic-lower" if lower else None
+        own: dict[tuple[bool, ...], Model] = {
+            (True, False): "elastic-both",
+            (True,): "elastic-upper",
+            (False,): "elastic-lower",
+        }
+        return own.get(tuple(self.solids))
 
     def _why_apart(self, points: SheetPoints, loads: Mapping[str, Any]) -> str:
         """Why bodies of any geometry do not touch, in words."""
@@ -469,7 +473,7 @@ class PosedScene:
         if self.own_model is not None:
             if not contact:
                 raise ValueError(self._why_apart(problem.points, problem.loads))
-            check_faces(cast(Bodies, (self.upper, self.lower)), problem, result)
+            check_faces(self.solids.values(), problem, result)
         if not contact:
             raise ValueError(
                 f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "

@@ -17,7 +17,6 @@ from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
 from ..base.words import Wheels
-from ..bodies.simple import HalfSpace
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import WheelLayout
@@ -186,10 +185,7 @@ def prepare_wheels(
         warn(layout.on_flange)
     law = _native_law(friction)
     place = layout.placement
-    materials = [
-        body.material if isinstance(body, HalfSpace) else None for body in (scene.lower, scene.upper)
-    ]
-    lower, upper = [None if m is None else (m.shear_modulus, m.poisson_ratio) for m in materials]
+    upper, lower = scene.simple
     cos = float(np.cos(place.contact_angle))
     lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")
     return PreparedWheels(
@@ -203,8 +199,8 @@ def prepare_wheels(
             force=scene.force * cos,
             approach=place.approach / cos,
             spacing=place.spacing if scene.spacing is None else spacing_pair(scene.spacing),
-            lower=lower,
-            upper=upper,
+            lower=lower.elastic,
+            upper=upper.elastic,
             friction=law,
             layer=0.0 if layer is None else layer.flexibility,
             reference_point=point,

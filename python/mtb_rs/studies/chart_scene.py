@@ -162,8 +162,7 @@ class _Copies:
     @property
     def own(self) -> dict[str, ElasticBody]:
         """Bodies of finite elements by side."""
-        sides = {side: getattr(self.scene, side) for side in ("upper", "lower")}
-        return {side: body for side, body in sides.items() if isinstance(body, ElasticBody)}
+        return {"upper" if upper else "lower": body for upper, body in self.scene.solids.items()}
 
     def at(self, spacing: Spacing) -> dict[str, ElasticBody]:
         """Those that can be meshed again, with elements wider or finer as cells of `spacing` are.
