@@ -41,7 +41,7 @@ def test_edges_between_crates() -> None:
 
 
 def test_pages_tell_the_edges_as_they_are() -> None:
-    for page in ("README.md", "docs/crates.md"):
+    for page in ("docs/house.md", "docs/crates.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         told = {
             name: set(re.findall(r"`(\w+)`", words))
@@ -59,15 +59,15 @@ def test_pages_tell_the_edges_as_they_are() -> None:
 
 def test_maps_name_every_crate_once() -> None:
     crates = sorted(path.parent.name for path in ROOT.glob("rust/*/Cargo.toml"))
-    house = (ROOT / "README.md").read_text(encoding="utf-8").split("## The house")[1].split("## ")[0]
+    house = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^rust/(\w+) ", house, re.MULTILINE)) == crates
     page = (ROOT / "docs" / "crates.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^\| (?:\[)?`(?:mtb-)?(\w+)`", page, re.MULTILINE)) == crates
 
 
 def test_every_reference_resolves() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    listed = re.findall(r"^- \[([^\]]+)\]", readme.split("## References")[1], flags=re.MULTILINE)
+    page = (ROOT / "docs" / "references.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^- \[([^\]]+)\]", page, flags=re.MULTILINE)
     assert listed == sorted(listed, key=str.casefold)
     unknown = {}
     for path in sources():
@@ -78,3 +78,19 @@ def test_every_reference_resolves() -> None:
                 if key not in listed:
                     unknown[key] = str(path.relative_to(ROOT))
     assert unknown == {}
+
+
+def test_links_of_the_readme_lead_to_files() -> None:
+    """They are absolute, so that the README reads alike on the index; what they name is here."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    assert links
+    for link in links:
+        at = re.fullmatch(
+            r"https://(?:github\.com/mtb-rs/mtb-rs/blob|raw\.githubusercontent\.com/mtb-rs/mtb-rs)/main/(.+)",
+            link,
+        )
+        assert at is not None or link.startswith("https://"), link
+        assert at is None or (ROOT / at[1]).is_file(), link
+    # pictures are shown, not linked to
+    assert all("raw.githubusercontent" in link for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text))
