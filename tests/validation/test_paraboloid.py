@@ -74,6 +74,7 @@ def test_direct_method_is_symmetric_and_balanced() -> None:
     assert np.abs(closed[contact]).max() < 2e-5 * float(result.approach)
 
 
+@pytest.mark.coarse
 def test_incremental_method_agrees_but_leans() -> None:
     for n in (10, 18, 34):
         direct, incremental = solved(n), solved(n, "incremental")

@@ -49,6 +49,11 @@ class HalfSpace:
         return (1.0 - self.material.poisson_ratio) / self.material.shear_modulus
 
     @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu^2) / E [1/Pa]."""
+        return 1.0 / self.material.plane_strain_modulus
+
+    @property
     def mixed_compliance(self) -> float:
         """(1 - 2 nu) / G [1/Pa]: twice what couples normal and tangential."""
         return (1.0 - 2.0 * self.material.poisson_ratio) / self.material.shear_modulus
@@ -94,6 +99,7 @@ class Rigid:
     is_half_space: ClassVar[bool] = False
     elastic: ClassVar[None] = None
     normal_compliance: ClassVar[float] = 0.0
+    plane_strain_compliance: ClassVar[float] = 0.0
     mixed_compliance: ClassVar[float] = 0.0
 
     def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> None:

@@ -101,6 +101,10 @@ class Layout(Protocol):
         """The potential contact at `spacing` (dx, dy) [m]."""
 
     @property
+    def paraboloid(self) -> tuple[float, float] | None:
+        """Radius and width of the grid [m] of a paraboloid on a plane, for which there is a closed form."""
+
+    @property
     def can_be_refined(self) -> bool:
         """Whether it has finer grids than its own."""
 
@@ -125,6 +129,11 @@ class Placed:
     models: ClassVar[tuple[Model, ...]] = ("half-space",)
     is_metric: ClassVar[bool] = True
     can_be_refined: ClassVar[bool] = True
+
+    @property
+    def paraboloid(self) -> tuple[float, float] | None:
+        """It is none."""
+        return None
 
     def is_coarser_than(self, spacing: Spacing) -> bool:
         """No mesh was given."""
@@ -275,6 +284,11 @@ class ParaboloidLayout(Placed):
     width: float
     is_body_edge: bool = False
     is_grid: bool = True
+
+    @property
+    def paraboloid(self) -> tuple[float, float]:
+        """Its radius, and the width of its grid [m]."""
+        return self.radius, self.width
 
     @property
     def start(self) -> Spacing:

@@ -14,7 +14,7 @@ from ..base.owning import solved
 from ..base.plain import plain
 from ..base.questions import ask
 from ..bodies.material import Material, of_material, steel
-from ..bodies.simple import Rigid, Simple, as_body
+from ..bodies.simple import Simple, as_body
 from ..results.report import Report
 from .normal import NormalResult, centres
 
@@ -157,9 +157,7 @@ class Hertz:
 
 def modulus(lower: Simple, upper: Simple) -> float:
     """Contact modulus E* [Pa] of two bodies: 1 / E* is the sum of (1 - nu^2) / E."""
-    compliance = sum(
-        1.0 / body.material.plane_strain_modulus for body in (lower, upper) if not isinstance(body, Rigid)
-    )
+    compliance = lower.plane_strain_compliance + upper.plane_strain_compliance
     if compliance == 0.0:
         raise ValueError("both bodies are rigid: one of them must be elastic")
     return 1.0 / compliance

@@ -20,7 +20,7 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material
-from ..bodies.simple import Rigid, Simple, as_body
+from ..bodies.simple import Simple, as_body
 from ..geometry.contact_points import spacing_pair
 from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
@@ -217,11 +217,7 @@ def solve_normal(
     heights = _gap(gap)
     sides = spacing_pair(spacing)
     bodies = as_body("lower", lower), as_body("upper", upper)
-    elastic = [
-        (body.material.shear_modulus, body.material.poisson_ratio)
-        for body in bodies
-        if not isinstance(body, Rigid)
-    ]
+    elastic = [body.elastic for body in bodies if body.elastic is not None]
     if not elastic:
         raise ValueError("both bodies are rigid: one of them must be elastic")
     if (force is None) == (approach is None):

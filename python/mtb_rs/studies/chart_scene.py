@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace, as_body
 from ..contact.estimate import GridField, difference, extrapolated
 from ..geometry.contact_points import Patch, spacing_pair
-from ..geometry.geometries import ParaboloidLayout, centred
+from ..geometry.geometries import centred
 from ..results.chart import Chart, ChartPoint
 from ..results.report import Report
 from ..results.result import Result
@@ -284,21 +284,22 @@ def closed_form(scene: PosedScene) -> Fields | None:
     """Hertz' pressure under the ready paraboloid, where friction does not change it."""
     from ..half_space.reference import SlidingParaboloid
 
-    layout = scene.geometry
-    if not isinstance(layout, ParaboloidLayout) or not _uncoupled(scene):
+    known = scene.geometry.paraboloid
+    if known is None or not _uncoupled(scene):
         return None
     if scene.force is None or beyond(scene, "Hertz' closed form"):
         return None
-    lower, upper = scene.lower, scene.upper
-    if not (isinstance(lower, HalfSpace) and isinstance(upper, HalfSpace)):
+    if not all(body.is_half_space for body in scene.simple):
         return None
+    upper, lower = cast(tuple[HalfSpace, HalfSpace], scene.simple)
     mu = scene.friction if isinstance(scene.friction, (int, float)) else None
     if mu is None or scene.sliding_direction not in (None, (1.0, 0.0)):
         return None
     mu = 0.0 if scene.sliding_direction is None else float(mu)
-    exact = SlidingParaboloid(layout.radius, scene.force, mu, lower.material, upper.material)
+    radius, width = known
+    exact = SlidingParaboloid(radius, scene.force, mu, lower.material, upper.material)
     n = CLOSED_FORM_CELLS
-    step = 1.06 * layout.width / n
+    step = 1.06 * width / n
     x = centred(n, step)
     axes = [(Patch("contact", 0, n, n, (step, step)), x, x)]
     grid_x, grid_y = np.meshgrid(x, x)
