@@ -81,11 +81,6 @@ impl Influence {
         [self.along[0].as_deref(), self.along[1].as_deref()]
     }
 
-    /// Whether friction opens or closes the gap at all.
-    pub fn is_coupled(&self) -> bool {
-        self.along.iter().any(Option::is_some)
-    }
-
     /// Column `j` of `C_nn + C_nx drag_x + C_ny drag_y`, rows `rows`.
     pub(super) fn column<'a>(
         &'a self,
