@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Iterator
 from typing import Any, TextIO
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -68,47 +67,13 @@ def leave_standard_output() -> None:
 
 def print_report(result: Drawn, console: Console, elapsed: float | None = None) -> None:
     """A short report: what was solved, what carries what, how well, how long it took, if that is known."""
-    if isinstance(result, Result):
-        _print_scene(result, console, elapsed)
-        return
-    console.print(str(result), markup=False, soft_wrap=True)
-    for total in result.totals().values():
-        numbers = ", ".join(f"{value:.6g}" for value in np.atleast_1d(total.values))
-        console.print(f"{total.label}: {numbers} {total.unit}".rstrip(" -"), markup=False, soft_wrap=True)
-    if elapsed is not None:
-        console.print(f"time: {elapsed:.3g} s", markup=False)
-
-
-def _print_scene(result: Result, console: Console, elapsed: float | None) -> None:
-    report = result.report
-    # what is rounding beside the whole is 0 here
-    force = np.where(np.abs(result.force) < 1e-12 * np.linalg.norm(result.force), 0.0, result.force)
-    fx, fy, fz = (f"{value:.6g}" for value in force)
-    approach = ", ".join(_length(value) for value in np.atleast_1d(result.approach))
-    rows: list[tuple[str, str]] = [
-        ("model", f"{report.model}, {report.method} ({report.solver})"),
-        ("outcome", "converged" if report.converged else f"NOT converged: {report.status}"),
-        ("normal force", f"{result.normal_force:.6g} N"),
-        ("force on the lower body", f"x {fx}, y {fy}, z {fz} N"),
-    ]
-    for name, value in report.force_balance.items():
-        if isinstance(value, float):
-            rows.append(("force balance, relative" if name == "relative_error" else name, _plain(value)))
-        elif name != "contact":
-            rows.append((name, ", ".join(f"{c} {v:.6g}" for c, v in zip("xyz", value, strict=False)) + " N"))
-    closed = int(np.count_nonzero(result.status))
-    rows += [
-        ("approach", approach),
-        ("contact area", f"{report.contact_area * 1e6:.6g} mm2, {closed} of {result.status.size} points"),
-        ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
-        ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
-    ]
-    rows += [("left out", words) for words in result.left_out()]
-    if report.error_estimates:
-        rows.append(("estimated error", result.errors_in_words()))
-    if report.missed:
-        rows.append(("tolerance", report.missed))
-    stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in report.time_s.items())
+    report = getattr(result, "report", None)
+    if not isinstance(result, Result):
+        console.print(repr(result), markup=False, soft_wrap=True)
+    rows = result.told()
+    stages = ", ".join(
+        f"{name} {1e3 * value:.3g} ms" for name, value in (report.time_s if report else {}).items()
+    )
     if elapsed is not None:
         rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
     elif stages:
@@ -119,11 +84,3 @@ def _print_scene(result: Result, console: Console, elapsed: float | None) -> Non
     for row in rows:
         table.add_row(*row)
     console.print(table, markup=False)
-
-
-def _length(value: float) -> str:
-    return f"{value * 1e6:.5g} µm" if abs(value) < 1e-3 else f"{value * 1e3:.5g} mm"
-
-
-def _plain(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -16,9 +16,11 @@ import numpy as np
 from ..base.files import check_folder, drafted, read_bytes
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.told import Row, Told
 from ..base.words import Quantity
 from .doors import pictures
 from .report import QUANTITIES
+from .result import percent, png
 
 #: Errors below this are none.
 ROUNDING = 1e-12
@@ -97,7 +99,7 @@ class Figure:
 @owning
 @dataclass(frozen=True)
 @plain
-class Chart:
+class Chart(Told):
     """Points of time against error, and what the error is measured against.
 
     Attributes
@@ -123,6 +125,20 @@ class Chart:
     quantity: Quantity = "pressure"
     figures: tuple[Figure, ...] = ()
     remark: str = ""
+
+    def told(self) -> list[Row]:
+        """The efficient points in words: what a notebook shows beside the picture."""
+        own = f", its own error about {percent(self.reference_error)}" if self.reference_error else ""
+        rows = [("against", f"{self.reference}{own}")]
+        for point in self.efficient():
+            error = percent(point.errors[self.quantity])
+            rows.append((point.series, f"{point.unknowns} points: {point.time:.3g} s, {error}"))
+        return rows
+
+    def _repr_png_(self) -> bytes | None:
+        """Its picture, for notebooks; none where no point has an error to show."""
+        with pictures().own_figures():
+            return png(pictures().drawing_of_chart(self)) if self.drawn() else None
 
     def check_drawable(self) -> None:
         """ValueError if no point has an error to show."""

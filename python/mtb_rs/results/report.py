@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, get_args
 
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import stored
+from ..base.told import Row, Told, stated
 from ..base.words import Quantity
 
 
@@ -17,7 +18,7 @@ from ..base.words import Quantity
 @solved
 @dataclass(frozen=True)
 @plain
-class Report:
+class Report(Told):
     """How a solve went, in counts, residuals and seconds.
 
     Attributes
@@ -103,6 +104,13 @@ class Report:
     tipping_margin: float | None = None
     time_s: Mapping[str, float] = field(default_factory=dict, compare=False)
     history: tuple[float, ...] = ()
+
+    def told(self) -> list[Row]:
+        """Its figures in words: what a notebook shows."""
+        default = {f.name: f.default for f in fields(self)}
+        said = {name: value for name, value in self.as_dict().items() if name not in ("time_s", "history")}
+        shown = {name: v for name, v in said.items() if v not in (None, "", {}) and v != default[name]}
+        return stated(shown, {"contact_area": "m2", "peak_pressure": "Pa"})
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain Python data, ready for JSON."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import plain_data, stored
+from ..base.told import Row, Told, along, in_words, length
 from ..base.words import Field, Flat, FlatOptions, Model, Space, SpaceOptions, Stress, StressOptions
 from ..bodies.elastic_body import BodyState
 from ..bodies.sides import ElasticPart
@@ -47,7 +48,7 @@ class Displacement(NamedTuple):
     lower: Array
 
 
-class Drawn:
+class Drawn(Told):
     """What draws and saves itself, as the result that :meth:`_picture` returns."""
 
     def _picture(self) -> Pictured:
@@ -68,6 +69,10 @@ class Drawn:
     def totals(self) -> dict[str, ResultField]:
         """Its forces, moments and motions, by name: values with unit and label."""
         return self._picture().totals()
+
+    def told(self) -> list[Row]:
+        """Its forces, moments and motions in words: what a notebook and the command line show."""
+        return [(total.label, in_words(total.values, total.unit)) for total in self.totals().values()]
 
     def _repr_png_(self) -> bytes | None:
         """The pressure map, for notebooks."""
@@ -423,6 +428,38 @@ class Result(Pictured):
             aimed = f" ({percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
             words.append(f"{percent(errors[name])} of the {name}{aimed}")
         return ", ".join(words)
+
+    def told(self) -> list[Row]:
+        """What was solved, what carries what, how well: what a notebook and the command line show."""
+        report = self.report
+        closed = int(np.count_nonzero(self.status))
+        rows = [
+            ("model", f"{report.model}, {report.method} ({report.solver})"),
+            ("outcome", "converged" if report.converged else f"NOT converged: {report.status}"),
+            ("normal force", in_words(self.normal_force, "N")),
+            ("force on the lower body", along(self.force, "N")),
+        ]
+        size = float(np.linalg.norm(self.force))
+        for name, value in report.force_balance.items():
+            if isinstance(value, float):
+                name = "force balance, relative" if name == "relative_error" else name
+                rows.append((name, f"{value:.3g}"))
+            elif name != "contact":
+                # a component that is rounding beside the whole is zero
+                cleaned = np.where(np.abs(value) < 1e-12 * size, 0.0, value)
+                rows.append((name, along(cleaned, "N")))
+        rows += [
+            ("approach", ", ".join(length(value) for value in np.atleast_1d(self.approach))),
+            ("contact area", f"{report.contact_area * 1e6:.6g} mm2, {closed} of {self.status.size} points"),
+            ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
+            ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
+        ]
+        rows += [("left out", words) for words in self.left_out()]
+        if report.error_estimates:
+            rows.append(("estimated error", self.errors_in_words()))
+        if report.missed:
+            rows.append(("tolerance", report.missed))
+        return rows
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.status))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.files import write_bytes
 from ..base.owning import owning
+from ..base.told import Row, Told, table_of
 from .doors import pictures
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def check_column(name: Any) -> str:
 
 @owning
 @dataclass(frozen=True)
-class SweepTable:
+class SweepTable(Told):
     """Quantities over the grid of the parameters of a sweep.
 
     ``table["force_x"]`` is an array with one axis for each parameter, in their order; NaN where a case has
@@ -151,6 +152,19 @@ class SweepTable:
         writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
         writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
         write_bytes(path, stream.getvalue().encode())
+
+    def told(self) -> list[Row]:
+        """Its parameters and columns in words."""
+        rows = [(name, f"{len(values)} values") for name, values in self.parameters.items()]
+        return [*rows, ("solved", f"{len(self) - len(self.failures)} of {len(self)} cases")]
+
+    def _repr_html_(self) -> str:
+        """Its rows, for notebooks."""
+        rows = self.rows()
+        units = {**UNITS, **self.units}
+        heading = [f"{name} [{units[name]}]" if name in units else name for name in rows[0]]
+        cells = [[f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
+        return f"<div>{table_of(cells, heading)}</div>"
 
     def plot(self, quantity: str = "peak_pressure", *, ax: Axes | None = None) -> Figure:
         """Draws one quantity over the first parameter, a line for each value of the others.

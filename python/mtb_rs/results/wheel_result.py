@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..base.owning import owning, solved
 from ..base.plain import plain
 from ..base.stored import stored
+from ..base.told import Row, Told, along, in_words
 from ..base.words import Field, Flat, FlatOptions, Side
 from ..geometry.geometries import FLANGE
 from .doors import pictures
@@ -206,7 +207,7 @@ class WheelReport:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelStep:
+class WheelStep(Told):
     """Contact load of a step.
 
     Attributes
@@ -263,6 +264,20 @@ class WheelStep:
         drawn = [p._picture() for p in self.patches]
         figure: Figure = pictures().plot_side_by_side(drawn, names, quantity, kind, **options)
         return figure
+
+    def told(self) -> list[Row]:
+        """Forces and patches in words: what a notebook shows."""
+        rows = [("force on the rail", along(self.force, "N"))]
+        for patch in self.patches:
+            where = f"{patch.side} wheel{', flange' if patch.on_flange else ''}"
+            rows.append(
+                (
+                    where,
+                    f"{patch.normal_force / 1e3:.4g} kN, peak {patch.pressure.max() / 1e6:.4g} MPa, creepage "
+                    f"{in_words(patch.creepage)}, plane at {np.degrees(patch.contact_angle):.1f} degrees",
+                )
+            )
+        return rows
 
     def _repr_png_(self) -> bytes | None:
         """The pressure maps, for notebooks; none of lifted wheels."""

@@ -15,6 +15,7 @@ from ..base.check import LARGEST, choice, number, pair, positive, reals, warn
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
+from ..base.told import Row, Told, stated
 from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
@@ -42,6 +43,7 @@ from ..geometry.contact_points import Patch, SheetPoints, spacing_pair
 from ..geometry.geometries import FieldLayout, Layout
 from ..geometry.profiles import Profile
 from ..results.result import Result
+from ..results.sweep_table import ARGUMENT_UNITS
 
 if TYPE_CHECKING:
     pass
@@ -51,7 +53,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 @plain
-class PosedScene:
+class PosedScene(Told):
     """What :class:`mtb_rs.Scene` states, and the contact problem it poses."""
 
     upper: Material | Simple | ElasticBody
@@ -488,6 +490,10 @@ class PosedScene:
                     f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, where the "
                     f"bodies go on: about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
                 )
+
+    def told(self) -> list[Row]:
+        """What it states, in words: what a notebook shows."""
+        return stated(self._summary(), ARGUMENT_UNITS)
 
     def _summary(self) -> dict[str, Any]:
         """What is stated: the arguments of a ready scene, and what was changed besides but for arrays."""
