@@ -63,7 +63,8 @@ def test_scenes_and_reports_say_their_numbers_with_units() -> None:
     assert told["force"] == "10000 N"
     assert told["radius"] == "0.4 m"
     assert told["friction"] == "0.3"
-    assert dict(SPHERE.with_(spacing=(1e-4, 2e-4)).told())["spacing"] == "0.0001, 0.0002 m"
+    block = mtb.scenes.block_on_plane(spacing=(5e-3, 2.5e-3))
+    assert dict(block.told())["spacing"] == "0.005, 0.0025 m"
     assert "0.4 m" in cells(SPHERE._repr_html_())
     report = SPHERE.solve().report
     assert dict(report.told())["peak pressure"] == f"{report.peak_pressure:.6g} Pa"
