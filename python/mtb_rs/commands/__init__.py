@@ -4,19 +4,25 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 
 from .. import __version__
 from ..base.errors import CaseError, ConvergenceError
-from . import chart, run, show, start, sweep
+from . import chart, completion, run, show, start, sweep
 from .console import console_on, leave_standard_output, one_line, warnings_on
 from .exits import BAD_INPUT, NO_SOLUTION, STOPPED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    options = parser.parse_args(arguments)
     errors = console_on(sys.stderr, markup=False, soft_wrap=True)
     try:
         with warnings_on(errors):
@@ -49,6 +55,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mtb-rs {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (start, run, show, chart, sweep):
+    for module in (start, run, show, chart, sweep, completion):
         module.add(commands)
     return parser
