@@ -207,3 +207,43 @@ def test_estimates_grow_as_the_matrices_do():
     with pytest.raises(ValueError, match='method is "guess"'):
         memory.of_normal_contact(100, "guess")
     assert mtb.__version__
+
+
+@linux
+@pytest.mark.parametrize("gigabytes", [2, 3, 4])
+def test_a_limit_of_the_address_space_never_ends_the_process(gigabytes):
+    """Products of matrices take a large buffer in every thread, and abort where they do not get it."""
+    body = f"""
+resource.setrlimit(resource.RLIMIT_AS, (int({gigabytes}e9),) * 2)
+warnings.simplefilter("ignore")
+scenes = mtb.scenes
+for work in [
+    lambda: contact(200).approach,
+    lambda: scenes.block_on_plane(spacing=5e-3, friction=0.3).solve("half-space").normal_force,
+    lambda: scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.3).solve("elastic-upper").normal_force,
+]:
+    try:
+        assert work() > 0.0
+    except (ValueError, MemoryError) as error:
+        assert re.search("memory|GB", str(error)), error
+print("whole")
+"""
+    assert child("import re\n" + body) == "whole"
+
+
+@linux
+@pytest.mark.parametrize(("megabytes", "ends"), [(600, [2]), (2000, [0, 2])])
+def test_a_command_under_a_limit_of_the_address_space_ends_with_a_sentence(tmp_path, megabytes, ends):
+    case = tmp_path / "case.toml"
+    case.write_text('scene = "pole_shoe_on_rail"\nspacing = 6e-3\n[solve]\nmodel = "elastic-upper"\n')
+    code = (
+        f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({megabytes} << 20,) * 2);"
+        "from mtb_rs.__main__ import main;"
+        f"raise SystemExit(main(['run', {str(case)!r}, '-o', {str(tmp_path / 'out')!r}]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode in ends, (done.returncode, done.stderr)
+    assert done.returncode == 0 or re.search("memory|GB", done.stderr), done.stderr
+    assert "Traceback" not in done.stderr

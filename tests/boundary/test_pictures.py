@@ -426,7 +426,7 @@ def test_saving_again_leaves_nothing_of_the_old_result(pole_shoe_result: Result,
 
 def ask_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Probes again in this test only: later tests keep the answer and do not depend on another probe."""
-    monkeypatch.setattr(view, "missing_for_view", functools.cache(view.missing_for_view.__wrapped__))
+    monkeypatch.setattr(view, "_missing_driver", functools.cache(view._missing_driver.__wrapped__))
 
 
 def test_without_pyvista_the_rest_is_written(

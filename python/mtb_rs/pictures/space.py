@@ -20,9 +20,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _mtb_rs
 from ..base.check import number
 from ..base.errors import ViewError
 from ..base.files import check_target, write_bytes
+from ..base.memory import amount
 from ..base.words import Body, Limits
 from ..base.words import Field as Word
 from ..geometry.triangles import Surface
@@ -50,9 +52,24 @@ _PROBE = (
 _BODY_COLOUR, _EDGE_COLOUR, _INK = "#CDD2DA", "#4A5560", "#333333"
 
 
-@cache
+#: Address space [bytes] that a 3-D picture may take: VTK and its driver end the process where they get less.
+_ROOM = 1.5e9
+
+
 def missing_for_view() -> str | None:
-    """Why no 3-D picture can be made here, with what to install; None when one can.
+    """Why no 3-D picture can be made here and now, with what would help; None when one can."""
+    left = _mtb_rs.available_address_space()
+    if left is not None and left < _ROOM:
+        return (
+            f"the 3-D view takes up to {amount(_ROOM)} of the address space, and its limit leaves "
+            f"{amount(left)}: raise the limit (ulimit -v)"
+        )
+    return _missing_driver()
+
+
+@cache
+def _missing_driver() -> str | None:
+    """Why no 3-D picture can be made on this machine, with what to install; None when one can.
 
     Renders an empty picture in another process the first time, and remembers the answer. Without a
     display, the kind of window that worked is left in the environment for VTK to find.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::Interrupted;
+use mtb_operator::{Error as Operator, Interrupted};
 use thiserror::Error;
 
 /// Why a problem could not be taken or its solution was broken off.
@@ -26,6 +26,9 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// No memory for dense factors.
+    #[error(transparent)]
+    Operator(Operator),
     /// The monitor asked to stop.
     #[error("interrupted")]
     Interrupted,
@@ -34,6 +37,15 @@ pub enum Error {
 impl From<Interrupted> for Error {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
+    }
+}
+
+impl From<Operator> for Error {
+    fn from(error: Operator) -> Self {
+        match error {
+            Operator::Interrupted => Self::Interrupted,
+            refused => Self::Operator(refused),
+        }
     }
 }
 

@@ -129,7 +129,7 @@ pub enum Error {
     Complementarity(Complementarity),
     /// An operator could not be built.
     #[error(transparent)]
-    Operator(#[from] Operator),
+    Operator(Operator),
     /// The monitor asked to stop.
     #[error("interrupted")]
     Interrupted,
@@ -141,10 +141,20 @@ impl From<Interrupted> for Error {
     }
 }
 
+impl From<Operator> for Error {
+    fn from(error: Operator) -> Self {
+        match error {
+            Operator::Interrupted => Self::Interrupted,
+            refused => Self::Operator(refused),
+        }
+    }
+}
+
 impl From<Complementarity> for Error {
     fn from(error: Complementarity) -> Self {
         match error {
             Complementarity::Interrupted => Self::Interrupted,
+            Complementarity::Operator(refused) => Self::Operator(refused),
             refused => Self::Complementarity(refused),
         }
     }

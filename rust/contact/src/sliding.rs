@@ -4,7 +4,7 @@
 use mtb_complementarity::linear::{
     Border, Options, Problem, Solution, Status, definiteness_limit, solve,
 };
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
+use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check};
 
@@ -87,7 +87,7 @@ impl SlidingMatrix {
             .filter(|part| frictional && part.iter().any(|d| *d != 0.0))
             .count();
         let of_bodies = blocks as f64 * compliance.influence_memory();
-        check_memory(n, memory(n, frictional) + of_bodies, MEMORY_LIMIT)?;
+        check_factors(n, memory(n, frictional) + of_bodies)?;
         let mut normal = vec![0.0; n * n];
         compliance.add_influence(Component::Normal, Component::Normal, 1.0, &mut normal);
         report(monitor, 0, f64::NAN)?;

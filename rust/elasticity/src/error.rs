@@ -19,9 +19,9 @@ pub enum Error {
     /// A contact of rigid bodies only.
     #[error("both bodies are rigid: one of them must be elastic")]
     NoBody,
-    /// A contact patch that is no grid.
+    /// A contact patch that is no grid, or more than the memory holds.
     #[error(transparent)]
-    Grid(#[from] mtb_operator::Error),
+    Operator(mtb_operator::Error),
     /// Patches on one sheet whose spacings differ by more than a third.
     #[error(
         "patch {patch} has spacing {dx:e} x {dy:e} m, the first one {first_dx:e} x {first_dy:e} m: the spacings of the patches of a body may differ by a third"
@@ -215,6 +215,15 @@ pub enum Error {
     /// The monitor asked to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+impl From<mtb_operator::Error> for Error {
+    fn from(error: mtb_operator::Error) -> Self {
+        match error {
+            mtb_operator::Error::Interrupted => Self::Interrupted,
+            refused => Self::Operator(refused),
+        }
+    }
 }
 
 impl From<mtb_operator::Interrupted> for Error {

@@ -16,6 +16,7 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 use crate::monitor::{Interrupted, Monitor, report};
+use crate::{Error, ready_products};
 
 /// Operations after which the monitor is asked: at most half a second on a slow core.
 pub const WORK_UNWATCHED: f64 = 1e9;
@@ -80,8 +81,9 @@ impl Lu {
     /// Factorises `matrix` in its own memory, on the threads of `par`.
     ///
     /// # Errors
-    /// [`Interrupted`].
-    pub fn new(mut matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
+    /// [`Error::Interrupted`], [`Error::Buffer`].
+    pub fn new(mut matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Error> {
+        ready_products()?;
         let n = matrix.nrows();
         let mut watch = Watch::new(monitor);
         let width = panel(n);
@@ -163,13 +165,14 @@ impl Lu {
     /// The solution for the columns of `rhs`.
     ///
     /// # Errors
-    /// [`Interrupted`].
+    /// [`Error::Interrupted`], [`Error::Buffer`].
     pub fn solve(
         &self,
         rhs: MatRef<'_, f64>,
         par: Par,
         monitor: Monitor<'_>,
-    ) -> Result<Mat<f64>, Interrupted> {
+    ) -> Result<Mat<f64>, Error> {
+        ready_products()?;
         let mut x = self.ordered(rhs);
         in_pieces(x.as_mut(), monitor, |part| self.substitute(part, par))?;
         Ok(x)
@@ -296,16 +299,17 @@ impl Cholesky {
     /// Factorises the lower triangle of `matrix` in its own memory; `None` where it is not positive definite.
     ///
     /// # Errors
-    /// [`Interrupted`].
+    /// [`Error::Interrupted`], [`Error::Buffer`].
     pub fn new(
         mut matrix: Mat<f64>,
         par: Par,
         monitor: Monitor<'_>,
-    ) -> Result<Option<Self>, Interrupted> {
+    ) -> Result<Option<Self>, Error> {
+        ready_products()?;
         match cholesky_columns(matrix.as_mut(), par, &mut Watch::new(monitor)) {
             Ok(()) => Ok(Some(Self(matrix))),
             Err(Unfactored::Pivot(_)) => Ok(None),
-            Err(Unfactored::Interrupted) => Err(Interrupted),
+            Err(Unfactored::Interrupted) => Err(Error::Interrupted),
         }
     }
 
@@ -317,13 +321,14 @@ impl Cholesky {
     /// The solution for the columns of `rhs`.
     ///
     /// # Errors
-    /// [`Interrupted`].
+    /// [`Error::Interrupted`], [`Error::Buffer`].
     pub fn solve(
         &self,
         rhs: MatRef<'_, f64>,
         par: Par,
         monitor: Monitor<'_>,
-    ) -> Result<Mat<f64>, Interrupted> {
+    ) -> Result<Mat<f64>, Error> {
+        ready_products()?;
         let mut x = rhs.to_owned();
         in_pieces(x.as_mut(), monitor, |mut part| {
             solve_lower_triangular_in_place(self.lower(), part.rb_mut(), par);
@@ -438,7 +443,7 @@ mod tests {
         let stop = |_: Progress| ControlFlow::Break(());
         assert_eq!(
             Lu::new(random(n, n), Par::Seq, &stop).err(),
-            Some(Interrupted)
+            Some(Error::Interrupted)
         );
     }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use thiserror::Error;
 
+use crate::Interrupted;
 use crate::memory::amount;
 
-/// What the constructors of this crate refuse.
+/// What this crate refuses, or why its work was broken off.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
@@ -36,6 +37,17 @@ pub enum Error {
         /// Memory [GB] that the machine has free.
         available: f64,
     },
+    /// No memory for the products of matrices.
+    #[error(
+        "the memory does not suffice: products of matrices take a buffer of {}, and {} are free: raise the limit of the address space (ulimit -v)",
+        amount(*.gigabytes), amount(*.available)
+    )]
+    Buffer {
+        /// Memory [GB] that one thread needs.
+        gigabytes: f64,
+        /// Memory [GB] that is free.
+        available: f64,
+    },
     /// Two bodies that do not meet in the same points.
     #[error("the lower body has {lower} contact points, the upper one {upper}")]
     Points {
@@ -47,4 +59,13 @@ pub enum Error {
     /// Two bodies of which none gives way.
     #[error("both bodies are rigid: at least one that gives way is needed")]
     Rigid,
+    /// The monitor asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl From<Interrupted> for Error {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
 }

@@ -37,12 +37,15 @@ pub use folded::{Folded, Unfolded};
 pub use fourier::{Kernel, Transform};
 pub use grid::Grid;
 pub use linear::LinearOperator;
-pub use memory::{MEMORY_LIMIT, amount, available_memory, check_dense, check_memory};
+pub use memory::{
+    MEMORY_LIMIT, amount, available_address_space, available_memory, check_dense, check_factors,
+    check_memory,
+};
 pub use monitor::{Interrupted, Monitor, Progress, report, unmonitored};
 pub use relative::Relative;
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
-pub use workers::{ready_workers, reset_workers};
+pub use workers::{ready_products, ready_workers, reset_workers};
 
 /// The examples of the README.
 #[cfg(doctest)]

@@ -3,7 +3,7 @@
 
 use std::fs::read_to_string;
 
-use crate::Error;
+use crate::{Error, ready_products};
 
 /// Memory [bytes] that dense matrices and factors may take where the machine has as much.
 pub const MEMORY_LIMIT: f64 = 8e9;
@@ -11,7 +11,7 @@ pub const MEMORY_LIMIT: f64 = 8e9;
 /// Memory [bytes] that this process can still have: what the machine has free, less where a group of processes
 /// or the shell limits it. `None` where the system does not tell.
 pub fn available_memory() -> Option<f64> {
-    let bounds = [machine(), group(), address_space()];
+    let bounds = [machine(), group(), available_address_space()];
     bounds.into_iter().flatten().reduce(f64::min)
 }
 
@@ -54,7 +54,8 @@ fn group() -> Option<f64> {
     Some(number("memory.max")? - number("memory.current")? + cache.unwrap_or(0.0))
 }
 
-fn address_space() -> Option<f64> {
+/// What a limit of the address space (`ulimit -v`) leaves [bytes]; `None` where there is none.
+pub fn available_address_space() -> Option<f64> {
     let limits = read_to_string("/proc/self/limits").ok()?;
     let limit = entry(&limits, "Max address space")?;
     let used = entry(&read_to_string("/proc/self/status").ok()?, "VmSize:")?;
@@ -78,13 +79,23 @@ pub fn check_memory(points: usize, bytes: f64, limit: f64) -> Result<(), Error> 
     })
 }
 
-/// [`check_memory`] for dense square matrices over `points`, against [`MEMORY_LIMIT`].
+/// [`check_memory`] for matrices that are to be factorised, against [`MEMORY_LIMIT`], beside what their
+/// products take.
 ///
 /// # Errors
-/// [`Error::Memory`].
-pub fn check_dense(points: usize, matrices: usize) -> Result<(), Error> {
-    let bytes = 8.0 * matrices as f64 * (points as f64).powi(2);
+/// [`Error::Memory`], [`Error::Buffer`].
+pub fn check_factors(points: usize, bytes: f64) -> Result<(), Error> {
+    check_memory(points, bytes, MEMORY_LIMIT)?;
+    ready_products()?;
     check_memory(points, bytes, MEMORY_LIMIT)
+}
+
+/// [`check_factors`] for dense square matrices over `points`.
+///
+/// # Errors
+/// [`Error::Memory`], [`Error::Buffer`].
+pub fn check_dense(points: usize, matrices: usize) -> Result<(), Error> {
+    check_factors(points, 8.0 * matrices as f64 * (points as f64).powi(2))
 }
 
 #[cfg(test)]

@@ -41,14 +41,9 @@ failures!(
     mtb_complementarity::Error,
     mtb_elasticity::Error,
     mtb_contact::Error,
+    mtb_operator::Error,
     mtb_wheelset::Error
 );
-
-impl From<mtb_operator::Error> for Failure {
-    fn from(error: mtb_operator::Error) -> Self {
-        Self::Refused(error.to_string())
-    }
-}
 
 impl From<mtb_geometry::Error> for Failure {
     fn from(error: mtb_geometry::Error) -> Self {

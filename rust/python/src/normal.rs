@@ -124,6 +124,12 @@ pub(crate) fn available_memory() -> Option<f64> {
     mtb_operator::available_memory()
 }
 
+/// What a limit of the address space leaves [bytes]; None where there is none.
+#[pyfunction]
+pub(crate) fn available_address_space() -> Option<f64> {
+    mtb_operator::available_address_space()
+}
+
 /// Memory [bytes] that `solve_normal` takes at most.
 #[pyfunction]
 pub(crate) fn normal_memory(cells: usize, method: &str) -> PyResult<f64> {

@@ -160,7 +160,7 @@ pub enum Error {
     Elasticity(mtb_elasticity::Error),
     /// A grid that makes no sense.
     #[error(transparent)]
-    Grid(#[from] mtb_operator::Error),
+    Grid(mtb_operator::Error),
     /// A contact problem was refused or broken off.
     #[error(transparent)]
     Contact(mtb_contact::Error),
@@ -184,6 +184,15 @@ impl From<mtb_contact::Error> for Error {
         match error {
             mtb_contact::Error::Interrupted => Self::Interrupted,
             refused => Self::Contact(refused),
+        }
+    }
+}
+
+impl From<mtb_operator::Error> for Error {
+    fn from(error: mtb_operator::Error) -> Self {
+        match error {
+            mtb_operator::Error::Interrupted => Self::Interrupted,
+            refused => Self::Grid(refused),
         }
     }
 }

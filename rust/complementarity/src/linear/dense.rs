@@ -3,7 +3,7 @@
 
 use faer::{Mat, MatRef};
 use mtb_operator::dense::{Cholesky, Lu, Watch};
-use mtb_operator::{Interrupted, Monitor};
+use mtb_operator::{Error, Interrupted, Monitor};
 
 /// A factorised square matrix that solves and knows the sign of its determinant.
 pub(super) enum Factor {
@@ -20,7 +20,7 @@ impl Factor {
         set: &[usize],
         symmetric: bool,
         monitor: Monitor<'_>,
-    ) -> Result<Self, Interrupted> {
+    ) -> Result<Self, Error> {
         let par = faer::get_global_parallelism();
         if symmetric {
             // rows read as columns: they are the same, and lie in the order of the memory
@@ -46,7 +46,7 @@ impl Factor {
         &self,
         rhs: MatRef<'_, f64>,
         monitor: Monitor<'_>,
-    ) -> Result<Mat<f64>, Interrupted> {
+    ) -> Result<Mat<f64>, Error> {
         let par = faer::get_global_parallelism();
         match self {
             Self::Symmetric(cholesky) => cholesky.solve(rhs, par, monitor),

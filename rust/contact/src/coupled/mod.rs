@@ -29,7 +29,7 @@ mod newton;
 mod tests;
 
 use faer::Mat;
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
+use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check, check_positive};
 use crate::sliding::RigidMotion;
@@ -129,7 +129,7 @@ impl CoupledContact {
         contact.check(n)?;
         check_positive("tolerance", tolerance)?;
         let of_bodies = contact.compliance.influence_memory();
-        check_memory(n, memory(n) + of_bodies, MEMORY_LIMIT)?;
+        check_factors(n, memory(n) + of_bodies)?;
         let mut compliance = Mat::zeros(3 * n, 3 * n);
         let mut block = vec![0.0; n * n];
         for (i, observed) in AXES.into_iter().enumerate() {

@@ -10,7 +10,7 @@ mod side;
 mod surface;
 
 use mtb_complementarity::linear::{Options, Problem, Status, solve};
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
+use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check, check_positive};
 use side::Side;
@@ -129,7 +129,7 @@ pub fn incremental(
     monitor: Monitor<'_>,
 ) -> Result<IncrementalSolution, Error> {
     let n = contact.check(options)?;
-    check_memory(n, memory(contact, n), MEMORY_LIMIT)?;
+    check_factors(n, memory(contact, n))?;
     let mut run = Run::new(contact, options, n);
     let mut step = run.first_step();
     run.reach = options.distance_tolerance.unwrap_or(2.0 * step);

@@ -12,7 +12,7 @@ mod nested;
 mod product;
 
 use mtb_complementarity::bounded::Status;
-use mtb_operator::{Compliance, Grid, MEMORY_LIMIT, Monitor, check_memory};
+use mtb_operator::{Compliance, Grid, Monitor, check_factors};
 
 use crate::error::{Error, check, check_number};
 
@@ -183,7 +183,7 @@ pub fn solve_normal(
                 "the dense method takes at most 10000",
             )?;
             let needed = memory(points, Method::Dense) + of_bodies;
-            check_memory(points, needed, MEMORY_LIMIT)?;
+            check_factors(points, needed)?;
             dense::solve(contact, monitor)
         }
         Method::Auto if !is_periodic && points <= DENSE_UP_TO => dense::solve(contact, monitor),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::Mat;
 use mtb_operator::dense::Watch;
-use mtb_operator::{Interrupted, Monitor};
+use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
 use super::influence::Influence;
@@ -57,7 +57,7 @@ impl Bordered {
         drag: &[f64],
         set: &[usize],
         monitor: Monitor<'_>,
-    ) -> Result<Self, Interrupted> {
+    ) -> Result<Self, Error> {
         let n = influence.points();
         let mut matrix = Mat::zeros(set.len(), set.len());
         for (j, &point) in set.iter().enumerate() {
@@ -132,7 +132,7 @@ impl Bordered {
         contact: &SlidingContact<'_>,
         points: &[usize],
         monitor: Monitor<'_>,
-    ) -> Result<usize, Interrupted> {
+    ) -> Result<usize, Error> {
         let mut watch = Watch::new(monitor);
         let each = 4.0 * (self.factorised.len() as f64).powi(2);
         let mut solves = self.keep_motions(contact);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
-use mtb_operator::{Interrupted, Monitor, dense};
+use mtb_operator::{Error, Monitor, dense};
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
 pub(super) struct Lu(dense::Lu);
 
 impl Lu {
-    pub(super) fn of(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
+    pub(super) fn of(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Error> {
         Ok(Self(dense::Lu::new(matrix, Par::Seq, monitor)?))
     }
 
@@ -58,7 +58,7 @@ pub(super) struct Small {
 }
 
 impl Small {
-    pub(super) fn of(mut matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Interrupted> {
+    pub(super) fn of(mut matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Error> {
         let m = matrix.nrows();
         let size = |v: f64| if v > 0.0 { v } else { 1.0 };
         let columns: Vec<f64> = (0..m).map(|j| size(matrix.col(j).norm_max())).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Compliance, Component, MEMORY_LIMIT, Monitor, check_memory, report};
+use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check};
 
@@ -24,7 +24,7 @@ impl Influence {
         let n = compliance.points();
         // three blocks, the one being turned, and the factors
         let needed = 48.0 * (n as f64).powi(2) + 3.0 * compliance.influence_memory();
-        check_memory(n, needed, MEMORY_LIMIT)?;
+        check_factors(n, needed)?;
         let block = |component| -> Result<Vec<f64>, Error> {
             let mut rows = vec![0.0; n * n];
             compliance.add_influence(Component::Normal, component, 1.0, &mut rows);

@@ -45,7 +45,7 @@ impl HalfSpace {
     /// A half-space with one grid of cells.
     ///
     /// # Errors
-    /// [`Error::Material`], [`Error::Grid`].
+    /// [`Error::Material`], [`Error::Operator`].
     pub fn new(material: Material, grid: Grid) -> Result<Self, Error> {
         let patch = Patch {
             x0: 0.0,
@@ -63,7 +63,7 @@ impl HalfSpace {
     /// patches' widths beside its place.
     ///
     /// # Errors
-    /// [`Error::Material`], [`Error::Grid`], [`Error::NoPatch`], and [`Error::PatchSpacing`] where
+    /// [`Error::Material`], [`Error::Operator`], [`Error::NoPatch`], and [`Error::PatchSpacing`] where
     /// the spacings differ by more than a third.
     pub fn with_patches(
         material: Material,
@@ -483,7 +483,7 @@ mod tests {
         ));
         assert!(matches!(
             HalfSpace::new(STEEL, Grid { nx: 0, ..grid }),
-            Err(Error::Grid(_))
+            Err(Error::Operator(_))
         ));
         let none = HalfSpace::with_patches(STEEL, vec![], Neighbours::Interact);
         assert!(matches!(none, Err(Error::NoPatch)));

@@ -3,7 +3,7 @@ use std::time::Instant;
 
 use faer::Mat;
 use mtb_operator::dense::WORK_UNWATCHED;
-use mtb_operator::{Monitor, check_memory};
+use mtb_operator::{Monitor, check_memory, ready_products};
 use rayon::prelude::*;
 
 use super::balance::{ReactionRows, WRENCH, lever};
@@ -167,6 +167,7 @@ impl TetraBody {
         // the blocks, and their copy in the compliance that is made of them
         let kept = 2.0 * Flexibility::memory(n);
         check_memory(n, kept, limits.bytes)?;
+        ready_products()?;
         let factored = self.factored(limits, monitor)?;
         let mut cost = factored.cost;
 

@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
-use mtb_operator::{Monitor, Progress, available_memory};
+use mtb_operator::{Monitor, Progress, available_memory, ready_products};
 
 use super::assembly::assemble;
 use super::body::TetraBody;
@@ -143,6 +143,7 @@ impl TetraBody {
         let symbolic = Symbolic::new(&system.stiffness, monitor).map_err(describe)?;
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
+        ready_products()?;
         let bytes = 8.0 * entries as f64;
         let available = available_memory().unwrap_or(f64::INFINITY);
         if bytes > limits.bytes.min(available) || flops > limits.flops {

@@ -43,7 +43,7 @@ impl HatHalfSpace {
     /// Half-space with patches of nodes; `Patch::x0`, `y0` are the first node, the grid counts nodes.
     ///
     /// # Errors
-    /// [`Error::Material`], [`Error::Grid`], [`Error::NoPatch`], [`Error::PatchSpacing`],
+    /// [`Error::Material`], [`Error::Operator`], [`Error::NoPatch`], [`Error::PatchSpacing`],
     /// [`Error::NoCell`].
     pub fn new(
         material: Material,
