@@ -28,8 +28,8 @@ def body(mesh: mtb.TetraMesh, ratio: float, held: tuple[str, ...] = ("top",)) ->
 def compliance(solid: mtb.ElasticBody, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Normal compliance (n, n) and weights on a contact grid of `cells` a side."""
     scene = mtb.scenes.block_on_plane(spacing=SIDE / cells)
-    sheet = scene.layout.sheet((SIDE / cells,) * 2)
-    sampling = solid.sample(sheet.nodes, sheet.node_patches, upper=True)
+    grid = scene.geometry.grid((SIDE / cells,) * 2)
+    sampling = solid.sample(grid.nodes, grid.node_patches, upper=True)
     condensed = solid.condense(sampling, keep=False)
     return condensed.compliance.influence("n", "n"), condensed.weights
 

@@ -31,7 +31,7 @@ def gap_error(cells: int, approach: float) -> float:
     half = min(0.7 * reach, 1.5 * float(np.sqrt(2.0 * RADIUS * approach)))
     span = (-half, half)
     found = mtb.surface_gap(mtb.BodySurface.plane(), upper, span, span, half / 20.0, approach=approach)
-    points = found.sheet.cells
+    points = found.grid.cells
     px, py = points.points[:2]
     exact = RADIUS - np.sqrt(RADIUS**2 - px**2 - py**2)
     near = exact < approach

@@ -227,8 +227,7 @@ SHOE = {
 
 def solved_if_small(scene: mtb.Scene) -> Any:
     """The half-space solution, where it takes milliseconds."""
-    assert scene.layout is not None
-    if scene.layout.sheet(scene.spacing or scene.layout.start).area.size > SOLVED_POINTS:
+    if scene.geometry.grid(scene.spacing or scene.geometry.start).area.size > SOLVED_POINTS:
         return None
     return scene.solve(model="half-space")
 
@@ -589,7 +588,7 @@ def surfaces(drawn: tuple[Any, ...]) -> Any:
     faces = spoiled(SIDES, index)[: len(SIDES) - left_out if left_out < 3 else None]
     surface = mtb.BodySurface.mesh(spoiled(CORNERS, put).T, faces, closed=closed)
     gap = mtb.surface_gap(mtb.BodySurface.plane(), surface, (-0.01, 0.01), (-0.005, 0.005), 5e-3, reach=1e-2)
-    if np.isnan(gap.sheet.gap).any():
+    if np.isnan(gap.grid.gap).any():
         raise Finding("a gap that is NaN")
 
 

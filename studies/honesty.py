@@ -253,10 +253,9 @@ FAMILY: tuple[Member, ...] = (
 
 def models_of(scene: mtb.Scene) -> list[str]:
     """The models a scene has, cheapest first."""
-    assert scene.layout is not None
     if scene.magnetic_pressure is None:
         return ["half-space"]
-    return rungs(scene.layout, isinstance(scene.upper, HalfSpace), isinstance(scene.lower, HalfSpace))
+    return rungs(scene.geometry, isinstance(scene.upper, HalfSpace), isinstance(scene.lower, HalfSpace))
 
 
 def examine(member: Member) -> Finding:
@@ -268,7 +267,7 @@ def examine(member: Member) -> Finding:
 
     def error(result: mtb.Result) -> float:
         own = fields_of(scene, result, spacing_pair(scene.spacing))
-        return own.errors(exact, scene.layout.is_body_edge)["pressure"]
+        return own.errors(exact, scene.geometry.is_body_edge)["pressure"]
 
     def cost(result: mtb.Result) -> float:
         return result.report.operations["condensation"] + result.report.operations["solution"]

@@ -49,7 +49,7 @@ def rail_height(y: np.ndarray) -> np.ndarray:
     return RAIL.height(np.clip(y, -35.9e-3, 35.9e-3))
 
 
-def sheet(name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Surface:
+def surface_over(name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Surface:
     """A height field (ny, nx) as a triangulated surface."""
     ny, nx = x.shape
     index = np.arange(ny * nx).reshape(ny, nx)
@@ -61,8 +61,8 @@ def sheet(name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Surface:
 def box(name: str, x: tuple[float, float], y: tuple[float, float], top: float) -> Surface:
     """A pole: its sole follows the rail, its top is flat."""
     gx, gy = np.meshgrid(np.linspace(*x, 33), np.linspace(*y, 11))
-    sole = sheet(name, gx, gy, rail_height(gy))
-    lid = sheet(name, gx, gy, np.full(gx.shape, top))
+    sole = surface_over(name, gx, gy, rail_height(gy))
+    lid = surface_over(name, gx, gy, np.full(gx.shape, top))
     count = gx.size
     ring = np.concatenate(
         [np.arange(33), np.arange(1, 11) * 33 + 32, 10 * 33 + np.arange(31, -1, -1), np.arange(9, 0, -1) * 33]
@@ -142,7 +142,7 @@ def pole_shoe_result() -> Result:
             Patch("right pole", nx * ny, nx, ny, (3e-3, 3e-3)),
         ),
         surfaces=(
-            sheet("rail", rx, ry, rail_height(ry)),
+            surface_over("rail", rx, ry, rail_height(ry)),
             box("left pole", (-48e-3, 48e-3), (6e-3, 36e-3), 28.2e-3),
             box("right pole", (-48e-3, 48e-3), (-36e-3, -6e-3), 28.2e-3),
         ),

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Modules that have another place by now: their old names keep working, with a warning that tells the new."""
+"""Modules that have another place and classes that have another name by now.
+
+Their old names keep working, with a warning that tells the new."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -30,6 +32,19 @@ PLACES = {
     "surfaces": ("bodies.surfaces",),
     "view": ("pictures.space",),
 }
+#: Old names of classes that objects were pickled with, and their new ones, by their modules.
+CLASSES = {
+    "contact.solids": {"BodyLayout": "OwnBodies"},
+    "geometry.contact_points": {"ContactSheet": "ContactGrid", "SheetPoints": "ContactPoints"},
+    "geometry.geometries": {
+        "BlockLayout": "BlockOnPlane",
+        "FieldLayout": "GapField",
+        "Layout": "Geometry",
+        "ParaboloidLayout": "ParaboloidOnPlane",
+        "ShoeLayout": "ShoeOnRail",
+        "WheelLayout": "WheelOnRail",
+    },
+}
 _PACKAGE = __name__.partition(".")[0]
 
 
@@ -40,6 +55,8 @@ class _Moved(ModuleType):
         old = self.__name__.removeprefix(f"{_PACKAGE}.")
         modules = [import_module(f"{_PACKAGE}.{place}") for place in PLACES[old]]
         for module in () if name.startswith("__") else modules:
+            place = module.__name__.removeprefix(f"{_PACKAGE}.")
+            name = CLASSES.get(place, {}).get(name, name)
             found = vars(module).get(name)
             # not where it is only used
             if found is not None and getattr(found, "__module__", module.__name__) == module.__name__:
@@ -68,6 +85,21 @@ class _Finder(MetaPathFinder, Loader):
         """There is nothing in it."""
 
 
+def _old_classes(module: ModuleType, new_names: Mapping[str, str]) -> Callable[[str], Any]:
+    """What looks up the names that a module does not have."""
+
+    def look_up(name: str) -> Any:
+        if name not in new_names:
+            raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
+        warn(f"{name} of {module.__name__} is called {new_names[name]} now.", DeprecationWarning)
+        return getattr(module, new_names[name])
+
+    return look_up
+
+
 def keep() -> None:
     """Lets the old names be imported."""
     sys.meta_path.append(_Finder())
+    for place, new_names in CLASSES.items():
+        module: Any = import_module(f"{_PACKAGE}.{place}")
+        module.__getattr__ = _old_classes(module, new_names)

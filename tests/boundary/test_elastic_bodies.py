@@ -19,7 +19,7 @@ from mtb_rs.base import cache
 from mtb_rs.bodies.elastic_body import Condensed
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.bodies.mesh_files import _expected
-from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.geometry.geometries import BlockOnPlane
 
 STEEL = mtb.steel
 TOP = mtb.Support("top", x=0, y=0, z=0)
@@ -54,8 +54,8 @@ def small_mesh() -> mtb.TetraMesh:
 
 
 def condensed(body: mtb.ElasticBody, **options: object) -> Condensed:
-    sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
-    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
+    grid = BlockOnPlane(0.04, 0.02, 0.02).grid((10e-3, 10e-3))
+    sampling = body.sample(grid.nodes, grid.node_patches, upper=True)
     return body.condense(sampling, **options)  # type: ignore[arg-type]
 
 
@@ -143,7 +143,7 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.ElasticBody(mesh, STEEL, supports=["top"])  # type: ignore[list-item]
     with refused("the supports hold every node"):
         mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support(lambda x: x[2] > -1.0, x=0, y=0, z=0)])
-    beside = BlockLayout(0.08, 0.02, 0.02).sheet((10e-3, 10e-3))
+    beside = BlockOnPlane(0.08, 0.02, 0.02).grid((10e-3, 10e-3))
     body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
     sampling = body.sample(beside.nodes, beside.node_patches, upper=True)
     with refused("contact point 0 has no area", "lay the points on the face"):
@@ -290,12 +290,12 @@ def test_kept_condensations_are_found_and_judged(
 SCRIPT = """
 import sys, numpy as np, mtb_rs as mtb
 from mtb_rs.base import cache
-from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.geometry.geometries import BlockOnPlane
 from mtb_rs.bodies.mesh import block_mesh
 mesh = block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02)
 body = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", x=0, y=0, z=0)])
-sheet = BlockLayout(0.04, 0.02, 0.02).sheet((10e-3, 10e-3))
-sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
+grid = BlockOnPlane(0.04, 0.02, 0.02).grid((10e-3, 10e-3))
+sampling = body.sample(grid.nodes, grid.node_patches, upper=True)
 for _ in range(20):
     cache.forget()
     print(body.condense(sampling, directory=sys.argv[1]).flexibility.sum())

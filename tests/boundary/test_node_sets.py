@@ -96,17 +96,17 @@ def test_named_sets_stay_as_given() -> None:
 
 
 @pytest.mark.parametrize("upper", [True, False])
-def test_a_sheet_that_faces_away_is_named(upper: bool) -> None:
+def test_a_surface_that_faces_away_is_named(upper: bool) -> None:
     ends = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     up = [[0, 1, 2], [0, 2, 3]]
-    sheet = trimesh.Trimesh(ends, up if upper else np.fliplr(up), process=False)
+    surface = trimesh.Trimesh(ends, up if upper else np.fliplr(up), process=False)
     side = "top" if upper else "bottom"
     body = mtb.ElasticBody(
         BLOCK, mtb.steel, side, [mtb.Support("bottom" if upper else "top", 0, 0, 1e-6 if upper else -1e-6)]
     )
-    bodies = {"lower": body, "upper": mtb.HalfSpace(mtb.steel, sheet)}
+    bodies = {"lower": body, "upper": mtb.HalfSpace(mtb.steel, surface)}
     if not upper:
-        bodies = {"upper": body, "lower": mtb.HalfSpace(mtb.steel, sheet)}
+        bodies = {"upper": body, "lower": mtb.HalfSpace(mtb.steel, surface)}
     name, looks = ("upper", "up") if upper else ("lower", "down")
     with pytest.raises(ValueError, match=f"surface of the {name} body looks {looks}"):
         mtb.Scene(**bodies, spacing=1e-2, approach=1e-6 if upper else None).solve()

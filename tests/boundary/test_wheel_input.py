@@ -45,17 +45,19 @@ def test_a_scene_takes_what_the_gap_takes():
 
 def test_lengths_of_the_track_move_the_wheel(tmp_path):
     """Half of what the backs stand apart, or the whole distance of the tape circle, is a lateral shift."""
-    shifted = mtb.scenes.wheel_on_rail(lateral=1e-3, **COARSE).layout.placement
+    shifted = mtb.scenes.wheel_on_rail(lateral=1e-3, **COARSE).geometry.placement
     case = tmp_path / "case.toml"
     for name, value in (("flange_back", 1.362), ("tape_circle", 71e-3), ("gauge", 1.433)):
         given = {name: value, "lateral": 0.0, **COARSE}
-        placed = mtb.scenes.wheel_on_rail(**given).layout.placement
+        placed = mtb.scenes.wheel_on_rail(**given).geometry.placement
         assert placed.contact_angle == pytest.approx(shifted.contact_angle, abs=1e-6)
         words = "\n".join(f"{key} = {number}" for key, number in given.items())
         case.write_text(f'scene = "wheel_on_rail"\n{words}\n')
-        assert load_case(case).scene().layout.placement.contact_angle == placed.contact_angle
+        read = load_case(case).scene()
+        assert isinstance(read, mtb.WheelScene)
+        assert read.geometry.placement.contact_angle == placed.contact_angle
     # a gauge measured higher up on the face meets the rounding, so the rail comes nearer
-    higher = mtb.scenes.wheel_on_rail(lateral=1e-3, gauge_depth=8e-3, **COARSE).layout.placement
+    higher = mtb.scenes.wheel_on_rail(lateral=1e-3, gauge_depth=8e-3, **COARSE).geometry.placement
     assert abs(higher.rail_position - shifted.rail_position) > 1e-5
     # the wheels of steps stand on the same track
     step = mtb.scenes.wheel_on_rail(lateral=0.0, flange_back=1.362, **COARSE).prepare().step(velocity=10.0)

@@ -9,10 +9,10 @@ import mtb_rs as mtb
 
 @pytest.mark.parametrize("lateral", [0.0, 6.2e-3])
 def test_wheel_and_rail_are_drawn_where_they_are(lateral):
-    layout = mtb.scenes.wheel_on_rail(lateral=lateral, spacing=5e-4).layout
-    rail, wheel = layout.surfaces()
+    geometry = mtb.scenes.wheel_on_rail(lateral=lateral, spacing=5e-4).geometry
+    rail, wheel = geometry.surfaces()
     assert (rail.name, wheel.name) == ("lower rail", "upper wheel")
-    place = layout.placement
+    place = geometry.placement
     sides = []
     for surface in (rail, wheel):
         x, y, z = surface.vertices

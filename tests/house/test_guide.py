@@ -64,7 +64,7 @@ def test_what_a_hop_names_is_there(number: str, hop: str) -> None:
     [
         ("python/mtb_rs/contact/standing.py", ["class Standing", "def side("]),
         ("python/mtb_rs/contact/problem.py", ["def core(", "made_from = (", "_mtb_rs.Problem(*made_from)"]),
-        ("python/mtb_rs/contact/symmetry.py", ["def folded("]),
+        ("python/mtb_rs/contact/symmetry.py", ["def mirror_symmetry("]),
         (
             "python/mtb_rs/scenes/posed.py",
             ["    layer: InterfaceLayer | None = None", "        problem = ContactProblem("],

@@ -77,7 +77,7 @@ MADE: dict[str, Callable[[], Any]] = {
         1e-3 * np.hypot(*np.mgrid[-1:1:9j, -1:1:9j]), 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0
     ),
     "PictureWarning": lambda: mtb.PictureWarning("a"),
-    "PoleShoe": lambda: mtb.scenes.pole_shoe_on_rail().layout.shoe,
+    "PoleShoe": lambda: mtb.PoleShoe(),
     "PreparedContact": lambda: mtb.scenes.paraboloid_on_plane(points=8).prepare(),
     "PreparedWheels": lambda: mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(),
     "PressureDependentFriction": lambda: mtb.PressureDependentFriction(np.cos),
@@ -128,7 +128,7 @@ def test_public_objects_show_themselves_in_one_line_and_equal_their_copies(name:
     assert isinstance(thing, getattr(mtb, name))
     parts = [
         getattr(thing, key)
-        for key in ("layout", "report", "state", "displacement", "upper")
+        for key in ("geometry", "report", "state", "displacement", "upper")
         if hasattr(thing, key)
     ]
     for shown in (thing, *parts):

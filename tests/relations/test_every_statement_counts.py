@@ -108,7 +108,7 @@ IDLE: dict[str, set[str]] = {
 
 
 def test_every_field_has_a_change() -> None:
-    made_by = {"layout", "name", "inputs", "recipe"}
+    made_by = {"geometry", "name", "inputs", "recipe"}
     assert {f.name for f in fields(PosedScene)} - made_by == set(CHANGES)
 
 

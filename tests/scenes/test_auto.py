@@ -93,7 +93,7 @@ def test_the_chosen_spacing_meets_the_tolerance_against_a_finer_solve(
     halved = (spacing[0] / 2, spacing[1] / 2)
     fine = scene.with_(spacing=halved)
     truth = fields_of(fine, fine.solve(result.model), halved)
-    error = fields_of(scene, result, spacing).errors(truth, scene.layout.is_body_edge)["pressure"]
+    error = fields_of(scene, result, spacing).errors(truth, scene.geometry.is_body_edge)["pressure"]
     assert error <= tolerance
 
 

@@ -350,7 +350,7 @@ def test_a_changed_copy_of_a_scene_has_the_gap_and_the_bodies_it_says():
     for changed in (UNLIKE.with_(gap=other), dataclasses.replace(UNLIKE, gap=other)):
         found = changed.solve()
         np.testing.assert_array_equal(
-            found.pressure, dataclasses.replace(changed, layout=None).solve().pressure
+            found.pressure, dataclasses.replace(changed, geometry=None).solve().pressure
         )
         assert not np.array_equal(found.pressure, UNLIKE.solve().pressure)
     with pytest.raises(ValueError, match=r"spacing is .*, the gap is given on cells of .*0\.0003"):

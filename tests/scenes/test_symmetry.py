@@ -11,7 +11,7 @@ import pytest
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.contact import solve
-from mtb_rs.contact.symmetry import folded
+from mtb_rs.contact.symmetry import mirror_symmetry
 
 BUILD = {"shoe": mtb.scenes.pole_shoe_on_rail, "paraboloid": mtb.scenes.paraboloid_on_plane}
 
@@ -34,7 +34,7 @@ def test_the_half_gives_the_numbers_of_the_whole(
     scene = BUILD[kind](**arguments)
     half = scene.solve(model)
     assert "mirror half" in half.report.solver
-    monkeypatch.setattr(solve, "folded", lambda problem: None)
+    monkeypatch.setattr(solve, "mirror_symmetry", lambda problem: None)
     whole = scene.solve(model)
     assert "mirror half" not in whole.report.solver
     size = float(np.abs(whole.points).max())
@@ -63,7 +63,7 @@ def test_the_half_gives_the_numbers_of_the_whole(
     ],
 )
 def test_what_is_not_symmetric_is_not_halved(kind: str, model: str, arguments: dict[str, Any]) -> None:
-    assert folded(BUILD[kind](**arguments).problem(model)) is None
+    assert mirror_symmetry(BUILD[kind](**arguments).problem(model)) is None
 
 
 @pytest.mark.coarse

@@ -37,9 +37,9 @@ def leaning(friction: float) -> mtb.Scene:
 
 def pushed(share: float) -> mtb.Scene:
     """A rigid flat punch on a half-space: moments move the resultant by `share` of a centimetre."""
-    layout = mtb.scenes.block_on_plane(friction=0.3, spacing=0.01)
+    scene = mtb.scenes.block_on_plane(friction=0.3, spacing=0.01)
     force = 3e4
-    return layout.with_(magnetic_pressure=None, force=force, moments=(0.0, -0.01 * share * force))
+    return scene.with_(magnetic_pressure=None, force=force, moments=(0.0, -0.01 * share * force))
 
 
 @pytest.mark.coarse

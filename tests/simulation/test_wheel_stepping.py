@@ -73,7 +73,7 @@ def test_a_step_solves_the_scene(lateral, spacing):
     solved = still.solve()
     step = still.prepare(friction=mtb.Coulomb(0.0)).step(velocity=V)
     (patch,) = step.patches
-    place = still.layout.placement
+    place = still.geometry.placement
     assert -step.force[2] == pytest.approx(36e3, rel=1e-6)
     assert patch.contact_angle == pytest.approx(place.contact_angle, abs=2e-3)
     # the scene lowers the wheel by an estimate of the approach, the step by what carries the force

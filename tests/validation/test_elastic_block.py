@@ -19,8 +19,8 @@ from mtb_rs import _mtb_rs
 from mtb_rs.bodies.elastic_body import Condensed
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.contact.standing import overlap
-from mtb_rs.geometry.contact_points import ContactSheet
-from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.geometry.contact_points import ContactGrid
+from mtb_rs.geometry.geometries import BlockOnPlane
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).parents[1] / "data" / "fe"
@@ -60,15 +60,15 @@ def plane() -> tuple[Array, Array]:
 
 
 @cache
-def block(height: float) -> tuple[mtb.ElasticBody, ContactSheet, _mtb_rs.Sampling, Condensed]:
+def block(height: float) -> tuple[mtb.ElasticBody, ContactGrid, _mtb_rs.Sampling, Condensed]:
     """The block with its driven top, condensed onto the corners of 5 mm cells."""
-    sheet = BlockLayout(WIDTH, WIDTH, height).sheet((WIDTH / CELLS, WIDTH / CELLS))
+    grid = BlockOnPlane(WIDTH, WIDTH, height).grid((WIDTH / CELLS, WIDTH / CELLS))
     x = np.linspace(-WIDTH / 2, WIDTH / 2, CELLS + 1)
     body = mtb.ElasticBody(
         block_mesh(x, x, height), STEEL, supports=[mtb.Support("top", x=20e-6, y=0.0, z=0.0)]
     )
-    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
-    return body, sheet, sampling, body.condense(sampling, keep=False)
+    sampling = body.sample(grid.nodes, grid.node_patches, upper=True)
+    return body, grid, sampling, body.condense(sampling, keep=False)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def block(height: float) -> tuple[mtb.ElasticBody, ContactSheet, _mtb_rs.Samplin
 def test_block_against_finite_elements(
     plane: tuple[Array, Array], height: float, friction: float, name: str
 ) -> None:
-    body, sheet, sampling, condensed = block(height)
+    body, grid, sampling, condensed = block(height)
     assert condensed.mode_names == ()
     weights, compliance = condensed.weights, condensed.compliance
     pull = np.zeros((3, weights.size))
@@ -100,7 +100,7 @@ def test_block_against_finite_elements(
     table = np.genfromtxt(DATA / f"{name}_contact.csv.gz", delimiter=",", names=True)
     assert force == pytest.approx(2.0 * table["p_lump"] @ table["area"], rel=0.03)
     places = np.stack([table["x"], table["y"], table["z"]])
-    nearest = [int(np.argmin(((sheet.nodes.points - place[:, None]) ** 2).sum(axis=0))) for place in places.T]
+    nearest = [int(np.argmin(((grid.nodes.points - place[:, None]) ** 2).sum(axis=0))) for place in places.T]
     inner = (np.abs(places[:2]) < WIDTH / 2 - 1e-6).all(axis=0)
     p_ref, u_ref = table["p_lump"][inner], table["uz_s"][inner]
     # what barely touches is counted, not compared

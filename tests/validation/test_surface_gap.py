@@ -32,9 +32,9 @@ def test_mesh_from_file_converges_to_the_ball(tmp_path: Path) -> None:
     for subdivisions in (3, 4, 5):
         ball = BodySurface.from_file(ball_file(tmp_path, subdivisions), unit="mm")
         found = surface_gap(plane, ball, *PATCH, 5e-4, reach=0.02)
-        x, y = found.sheet.points[:2]
+        x, y = found.grid.points[:2]
         exact = RADIUS - np.sqrt(RADIUS**2 - x**2 - y**2)
-        errors.append(float(np.abs(found.sheet.gap - exact).max()))
+        errors.append(float(np.abs(found.grid.gap - exact).max()))
         estimates.append(float(found.facet_error.max()))
         assert not found.nearest.any()
     rates = np.log2(np.divide(errors[:-1], errors[1:]))
@@ -56,17 +56,17 @@ def test_coarse_facets_are_refused(tmp_path: Path) -> None:
 def test_points_beside_the_upper_body() -> None:
     plane, block = BodySurface.plane(), BodySurface.block(4e-3, 4e-3, height=1e-3)
     found = surface_gap(plane, block, (-4e-3, 4e-3), (-4e-3, 4e-3), 1e-3)
-    inside = np.abs(found.sheet.points[:2]).max(axis=0) < 2e-3
-    assert np.allclose(found.sheet.gap[inside], 1e-3, atol=1e-16)
-    assert np.all(np.isinf(found.sheet.gap[~inside]))
+    inside = np.abs(found.grid.points[:2]).max(axis=0) < 2e-3
+    assert np.allclose(found.grid.gap[inside], 1e-3, atol=1e-16)
+    assert np.all(np.isinf(found.grid.gap[~inside]))
     # a mesh of the same block has sides, and those are near
     box = trimesh.creation.box([4e-3, 4e-3, 2e-3])
     box.apply_translation([0.0, 0.0, 2e-3])
     mesh = BodySurface.mesh(box.vertices.T, box.faces)
     found = surface_gap(plane, mesh, (-4e-3, 4e-3), (-4e-3, 4e-3), 1e-3)
     assert np.array_equal(found.nearest, ~inside)
-    beyond = np.maximum(np.abs(found.sheet.points[:2]) - 2e-3, 0.0)
-    assert np.allclose(found.sheet.gap, np.hypot(1e-3, np.hypot(*beyond)), atol=1e-15)
+    beyond = np.maximum(np.abs(found.grid.points[:2]) - 2e-3, 0.0)
+    assert np.allclose(found.grid.gap, np.hypot(1e-3, np.hypot(*beyond)), atol=1e-15)
 
 
 def test_height_field_on_rail() -> None:
@@ -76,11 +76,11 @@ def test_height_field_on_rail() -> None:
     heights = profile.height(y)[:, None] + 1e-5 + 0.5 * x**2
     field = BodySurface.height_field(heights, (x[1] - x[0], y[1] - y[0]))
     found = surface_gap(rail, field, (-0.01, 0.01), (-5e-3, 5e-3), 1e-3)
-    sheet = found.sheet
+    grid = found.grid
     # nearly parallel surfaces: the normal distance is the vertical one times the normal's rise
-    exact = (1e-5 + 0.5 * sheet.points[0] ** 2) * sheet.normal[2]
-    assert np.allclose(sheet.gap, exact, rtol=2e-3, atol=1e-9)
-    assert np.allclose(sheet.area, sheet.spacing[0] * sheet.spacing[1] / sheet.normal[2], rtol=1e-14)
+    exact = (1e-5 + 0.5 * grid.points[0] ** 2) * grid.normal[2]
+    assert np.allclose(grid.gap, exact, rtol=2e-3, atol=1e-9)
+    assert np.allclose(grid.area, grid.spacing[0] * grid.spacing[1] / grid.normal[2], rtol=1e-14)
     assert np.allclose(rail.top(0.0, y), profile.height(y), atol=1e-17)
     assert np.isnan(rail.top(0.2, 0.0))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh, quadratic, rail_mesh, shoe_mesh
-from mtb_rs.geometry.geometries import BlockLayout
+from mtb_rs.geometry.geometries import BlockOnPlane
 from mtb_rs.geometry.pole_shoe import PoleShoe
 from mtb_rs.geometry.profiles import Profile
 
@@ -109,9 +109,9 @@ def test_extruded_meshes_have_the_volumes_of_their_bodies() -> None:
 
 
 def foot(body: mtb.ElasticBody, cells: float = 4e-3) -> tuple[object, object]:
-    sheet = BlockLayout(0.048, 0.032, 0.028).sheet((cells, cells))
-    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
-    return sheet, sampling
+    grid = BlockOnPlane(0.048, 0.032, 0.028).grid((cells, cells))
+    sampling = body.sample(grid.nodes, grid.node_patches, upper=True)
+    return grid, sampling
 
 
 def test_a_surface_filled_by_gmsh_deforms_as_the_extruded_block() -> None:
@@ -157,10 +157,10 @@ def test_a_worn_sole_from_a_surface_keeps_its_edge() -> None:
         supports=[mtb.Support("top", x=0, y=0)],
         size=3e-3,
     )
-    sheet = shoe.sheet(3e-3)
-    sampling = body.sample(sheet.nodes, sheet.node_patches, upper=True)
+    grid = shoe.grid(3e-3)
+    sampling = body.sample(grid.nodes, grid.node_patches, upper=True)
     # the kink at the end of the strip is an edge of the new mesh: no part of the strip is lost
-    assert sampling.weights.sum() == pytest.approx(sheet.area.sum(), rel=1e-9)
+    assert sampling.weights.sum() == pytest.approx(grid.area.sum(), rel=1e-9)
     assert body.condense(sampling, keep=False).mode_names[0] == "translation along z"
 
 

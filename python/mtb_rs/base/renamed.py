@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Arguments that have got another name: the old one still works, and says the new one."""
+"""Arguments and attributes that have got another name: the old one still works, and says the new one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def renamed(**new_names: str) -> Callable[[Named], Named]:
     Parameters
     ----------
     **new_names : str
-        The new name of each old one. Of a class, the old name stays readable as an attribute, too.
+        The new name of each old one. Of a class, the old name stays readable as an attribute, too, and
+        objects that were pickled with it can be loaded.
 
     Warns
     -----
@@ -30,7 +31,10 @@ def renamed(**new_names: str) -> Callable[[Named], Named]:
     def decorate(called: Named) -> Named:
         if inspect.isclass(called):
             made: Any = called
-            made.__init__ = _translating(made.__init__, made.__name__, new_names)
+            known = inspect.signature(made).parameters
+            arguments = {old: new for old, new in new_names.items() if new in known}
+            made.__init__ = _translating(made.__init__, made.__name__, arguments)
+            made.__setstate__ = _restoring(getattr(made, "__setstate__", _restore), new_names)
             for old, new in new_names.items():
                 setattr(made, old, property(_reader(f"{made.__name__}.{old}", new)))
             return cast(Named, made)
@@ -51,6 +55,17 @@ def _translating(build: Callable[..., Any], name: str, new_names: dict[str, str]
         return build(*args, **kwargs)
 
     return translated
+
+
+def _restore(self: Any, state: dict[str, Any]) -> None:
+    self.__dict__.update(state)
+
+
+def _restoring(restore: Callable[..., None], new_names: dict[str, str]) -> Callable[..., None]:
+    def renamed_and_restored(self: Any, state: dict[str, Any]) -> None:
+        restore(self, {new_names.get(name, name): value for name, value in state.items()})
+
+    return renamed_and_restored
 
 
 def _reader(place: str, new: str) -> Callable[[Any], Any]:

@@ -20,7 +20,7 @@ from ..base.owning import own, solved
 from ..base.plain import one_line, plain
 from ..base.questions import ask
 from ..base.words import Unit
-from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
 from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
@@ -284,7 +284,7 @@ class ElasticBody:
     supports: Sequence[Support] = ()
     name: str = "body"
     linear: bool = False
-    _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False)
+    _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False, compare=False)
     #: What its mesh was made of, where that is known.
     _geometry: Geometry | None = field(default=None, init=False, repr=False)
 
@@ -548,17 +548,17 @@ class ElasticBody:
                 f"of the mesh along the edges of the {place}, or take a finer mesh"
             )
 
-    def sample(self, points: SheetPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:
-        """Hats on the grids of a contact sheet, sampled on the contact face.
+    def sample(self, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:
+        """Hats on the grids of the contact points, sampled on the contact face.
 
         Parameters
         ----------
-        points : SheetPoints
+        points : ContactPoints
             Places of the hats, the nodes of the grids.
         patches : sequence of Patch
             The grids.
         upper : bool
-            Whether this is the upper body: into it is along the sheet's normal, otherwise against it.
+            Whether this is the upper body: into it is along the normal of the points, otherwise against it.
         """
         into = points.normal if upper else -points.normal
         frames = np.stack([points.tangent_x, points.tangent_y, into]).transpose(2, 0, 1)

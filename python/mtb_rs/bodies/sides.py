@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
-from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.contact_points import ContactPoints, Patch
 from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .faces import Hats, thinned
 from .supports import Guide
@@ -71,7 +71,7 @@ class ElasticPart:
     ----------
     patches : tuple of Patch
         Its grids, counted from its own first point.
-    points : SheetPoints
+    points : ContactPoints
         Its contact points.
     first : int
         Number of its first point in the scene.
@@ -96,7 +96,7 @@ class ElasticPart:
 
     body: ElasticBody
     patches: tuple[Patch, ...]
-    points: SheetPoints
+    points: ContactPoints
     first: int
     upper: bool
     pull: Array
@@ -169,7 +169,7 @@ class ElasticPart:
         force = self.body.core.spread_force(tuple(self.spread)) if self.spread.any() else None
         return self.sampling(), self.modes, contact + pull, motion, force
 
-    def own_points(self) -> SheetPoints:
+    def own_points(self) -> ContactPoints:
         """Its contact points."""
         return self.points if self.hats is None else self.points.at(self.hats.kept)
 

@@ -16,8 +16,9 @@ from ..base.check import path_of, reals
 from ..base.files import check_surface_file, check_triangles
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.renamed import renamed
 from ..base.words import Unit
-from ..geometry.contact_points import ContactSheet, contact_sheet, spacing_pair
+from ..geometry.contact_points import ContactGrid, contact_grid, spacing_pair
 from ..geometry.profiles import Profile, as_profile, metres
 
 Array = NDArray[np.float64]
@@ -219,15 +220,16 @@ def height_of(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool
     return np.where(inside, surface.height(np.clip(y, start, end)), np.nan)
 
 
+@renamed(sheet="grid")
 @owning
 @dataclass(frozen=True)
 @plain
 class SurfaceGap:
-    """Sheet between two surfaces, and how well its gap is known.
+    """Contact points between two surfaces, and how well its gap is known.
 
     Attributes
     ----------
-    sheet : ContactSheet
+    grid : ContactGrid
         Points on the lower body, gap along its normal; infinite where there is no upper body.
     facet_error : (n,) [m]
         Estimated error of the gap because bodies are known by facets only.
@@ -235,7 +237,7 @@ class SurfaceGap:
         Where the normal misses the upper body; the gap is then the distance of its nearest point.
     """
 
-    sheet: ContactSheet
+    grid: ContactGrid
     facet_error: Array
     nearest: NDArray[np.bool_]
 
@@ -250,7 +252,7 @@ def surface_gap(
     reach: float = 5e-3,
     approach: float | None = None,
 ) -> SurfaceGap:
-    """Sheet over the rectangle `x` by `y` seen from above, and the gap between two bodies there.
+    """Contact points over the rectangle `x` by `y` seen from above, and the gap between two bodies there.
 
     Parameters
     ----------
@@ -274,7 +276,7 @@ def surface_gap(
         approach=approach,
     )
     return SurfaceGap(
-        sheet=contact_sheet(fields, ("contact",)),
+        grid=contact_grid(fields, ("contact",)),
         facet_error=fields["facet_error"],
         nearest=fields["nearest"],
     )

@@ -23,8 +23,8 @@ from ..bodies.mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid
 from ..bodies.supports import Guide, Support
-from ..geometry.contact_points import ContactSheet, Patch, SheetPoints
-from ..geometry.geometries import Layout, cells_along
+from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
+from ..geometry.geometries import Geometry, cells_along
 from ..geometry.pole_shoe import PoleShoe
 from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
@@ -59,29 +59,29 @@ LARGEST_KEPT = 2000
 
 
 def half_spaces(
-    geometry: Layout, upper: HalfSpace | Rigid, lower: HalfSpace | Rigid, spacing: tuple[float, float]
+    geometry: Geometry, upper: HalfSpace | Rigid, lower: HalfSpace | Rigid, spacing: tuple[float, float]
 ) -> Contact:
     """Half-spaces or rigid bodies on the cells of a geometry."""
 
     def build() -> Contact:
         return Contact(
-            points=sheet.cells,
-            area=sheet.area,
-            patches=sheet.patches,
+            points=grid.cells,
+            area=grid.area,
+            patches=grid.patches,
             is_grid=geometry.is_grid,
-            upper=cells_of(upper, sheet.cells, sheet.patches, upper=True),
-            lower=cells_of(lower, sheet.cells, sheet.patches, upper=False),
+            upper=cells_of(upper, grid.cells, grid.patches, upper=True),
+            lower=cells_of(lower, grid.cells, grid.patches, upper=False),
         )
 
-    sheet = geometry.sheet(spacing)
-    if sheet.area.size > LARGEST_KEPT:
+    grid = geometry.grid(spacing)
+    if grid.area.size > LARGEST_KEPT:
         return build()
-    key = {"cells": sheet.cells.points, "gap": sheet.cells.gap, "bodies": fingerprint((upper, lower))}
+    key = {"cells": grid.cells.points, "gap": grid.cells.gap, "bodies": fingerprint((upper, lower))}
     return cache.recalled(cache.content_key(key), build)
 
 
 def on_rigid(
-    geometry: Layout,
+    geometry: Geometry,
     upper: HalfSpace,
     spacing: tuple[float, float],
     held: Held,
@@ -91,9 +91,9 @@ def on_rigid(
 
     def build() -> Contact:
         geometry.check_elastic(spacing)
-        sheet = geometry.sheet(spacing)
-        above, area = upper_bodies(geometry, sheet, upper.material, held, time_s)
-        points, patches = sheet.nodes, sheet.node_patches
+        grid = geometry.grid(spacing)
+        above, area = upper_bodies(geometry, grid, upper.material, held, time_s)
+        points, patches = grid.nodes, grid.node_patches
         return Contact(
             points=points,
             area=area,
@@ -108,7 +108,7 @@ def on_rigid(
 
 
 def on_foundation(
-    geometry: Layout,
+    geometry: Geometry,
     bodies: tuple[HalfSpace, HalfSpace | Rigid],
     spacing: tuple[float, float],
     held: Held,
@@ -133,7 +133,7 @@ def on_foundation(
 
 
 def on_rail(
-    geometry: Layout,
+    geometry: Geometry,
     bodies: tuple[HalfSpace, HalfSpace],
     spacing: tuple[float, float],
     held: Held,
@@ -152,29 +152,29 @@ def on_rail(
 
     def build() -> Contact:
         above = on_rigid(geometry, upper, spacing, held, time_s)
-        below = rail(geometry, geometry.sheet(spacing), lower.material, image, time_s)
+        below = rail(geometry, geometry.grid(spacing), lower.material, image, time_s)
         return replace(above, lower=below, memory=Memory())
 
     return cache.recalled(fingerprint((geometry, spacing, bodies, held, "rail", image)), build)
 
 
 def upper_bodies(
-    geometry: Layout, sheet: ContactSheet, material: Material, held: Held, time_s: dict[str, float]
+    geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
 ) -> tuple[ElasticBodies, Array]:
     """The upper bodies, one a patch, and the area of each contact point (n,) [m2]."""
-    points, patches = sheet.nodes, sheet.node_patches
+    points, patches = grid.nodes, grid.node_patches
     parts: list[ElasticPart] = []
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
     for patch in patches:
         cut = slice(patch.start, patch.start + patch.nx * patch.ny)
         places = points.at(cut)
-        solid = _upper_body(geometry, sheet, patch, material, held, time_s)
+        solid = _upper_body(geometry, grid, patch, material, held, time_s)
         if parts and isinstance(held.supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
             part, flexible, compliance = _twin(parts[0], condensed[0], patch, places)
         else:
             own = (replace(patch, start=0),)
-            # the sheet lies on the lower body, the upper one a gap away from it
+            # contact points lie on the lower body, the upper one is a gap away from them
             places = replace(places, points=places.points + places.gap * places.normal)
             part = ElasticPart(
                 solid, own, places, patch.start, True, np.zeros(patch.nx * patch.ny), np.zeros((0, 9))
@@ -194,7 +194,9 @@ def upper_bodies(
     return bodies, np.concatenate([c.weights for c in condensed])
 
 
-def _is_twin(left: ElasticPart, first: Patch, points: SheetPoints, solid: ElasticBody, patch: Patch) -> bool:
+def _is_twin(
+    left: ElasticPart, first: Patch, points: ContactPoints, solid: ElasticBody, patch: Patch
+) -> bool:
     """Whether a further pole, named supports and all, is the mirror image of the first, rail and gap too."""
     mesh, mirrored = solid.mesh, left.body.mesh.mirrored()
     if (patch.nx, patch.ny) != (first.nx, first.ny) or mesh.cells.shape != mirrored.cells.shape:
@@ -215,7 +217,7 @@ def _mirrored(where: Any) -> Any:
 
 
 def _twin(
-    left: ElasticPart, flexible: Condensed, patch: Patch, points: SheetPoints
+    left: ElasticPart, flexible: Condensed, patch: Patch, points: ContactPoints
 ) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
     """The right pole, known from the left one."""
     # rows are numbered with y rising on both sides, so the mirror turns their order round
@@ -254,8 +256,8 @@ def _twin(
 
 
 def rail(
-    layout: Layout,
-    sheet: ContactSheet,
+    geometry: Geometry,
+    grid: ContactGrid,
     material: Material,
     image: NDArray[np.intp] | None,
     time_s: dict[str, float],
@@ -265,10 +267,10 @@ def rail(
     With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
     then enough.
     """
-    points, patches = sheet.nodes, sheet.node_patches
-    profile, length = layout.rail()
+    points, patches = grid.nodes, grid.node_patches
+    profile, length = geometry.rail()
     clock = time.perf_counter()
-    lines = [_grid_lines(sheet, patch) for patch in patches]
+    lines = [_grid_lines(grid, patch) for patch in patches]
     x, rows = _thinned(_shared_lines([x for x, _ in lines])), [np.sort(np.abs(y)) for _, y in lines]
     if image is not None and not profile.is_symmetric:
         image = None
@@ -303,8 +305,8 @@ class Meshed:
 
 
 def _upper_body(
-    layout: Layout,
-    sheet: ContactSheet,
+    geometry: Geometry,
+    grid: ContactGrid,
     patch: Patch,
     material: Material,
     held: Held,
@@ -312,7 +314,7 @@ def _upper_body(
 ) -> ElasticBody:
     supports, element_size = held.supports, held.element_size
     clock = time.perf_counter()
-    x, y = _grid_lines(sheet, patch)
+    x, y = _grid_lines(grid, patch)
     nx, ny = x.size, y.size
     if element_size is not None:
         sides = (patch.nx - 1) * patch.spacing[0], (patch.ny - 1) * patch.spacing[1]
@@ -331,7 +333,7 @@ def _upper_body(
     }
     if element_size is not None:
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)
-    part = layout.upper_body(Meshed(built), sheet, patch, (x, y))
+    part = geometry.upper_body(Meshed(built), grid, patch, (x, y))
     ways = _supports(supports, part.middle, part.size, part.height, part.turn)
     try:
         body = ElasticBody(part.mesh, material, "contact", ways, part.name)
@@ -368,9 +370,9 @@ def _supports(
     )
 
 
-def _grid_lines(sheet: ContactSheet, patch: Patch) -> tuple[Array, Array]:
+def _grid_lines(grid: ContactGrid, patch: Patch) -> tuple[Array, Array]:
     """x of the columns and y of the rows of a patch of nodes [m], of a turned one their means."""
-    x, y = patch.view(sheet.nodes.points[0]), patch.view(sheet.nodes.points[1])
+    x, y = patch.view(grid.nodes.points[0]), patch.view(grid.nodes.points[1])
     return x.mean(axis=0), y.mean(axis=1)
 
 

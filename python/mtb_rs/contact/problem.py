@@ -17,7 +17,7 @@ from ..base.plain import plain
 from ..base.words import Model
 from ..bodies.sides import Side
 from ..friction.fields import PressureDependentFriction
-from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.contact_points import ContactPoints, Patch
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Kept:
 
     Attributes
     ----------
-    nodes : SheetPoints
+    nodes : ContactPoints
         All nodes of the grids.
     numbers : (n,) int
         The contact points among them.
@@ -39,7 +39,7 @@ class Kept:
         Part of the faces that each is on: kinks divide them.
     """
 
-    nodes: SheetPoints
+    nodes: ContactPoints
     numbers: NDArray[np.intp]
     rise: Array
     part: NDArray[np.int64]
@@ -59,7 +59,7 @@ class ContactProblem:
 
     Attributes
     ----------
-    points : SheetPoints
+    points : ContactPoints
     area : (n,) [m2]
     patches : tuple of Patch
         The grids that the contact points are nodes or cells of.
@@ -79,7 +79,7 @@ class ContactProblem:
         What depends on the bodies alone; further loads on the same ones share it.
     """
 
-    points: SheetPoints
+    points: ContactPoints
     area: Array
     patches: tuple[Patch, ...]
     friction: Array | PressureDependentFriction
@@ -200,18 +200,18 @@ class Solution:
         return np.concatenate([self.friction * self.pressure * problem.direction, self.pressure[None]])
 
 
-def frame_of(points: SheetPoints) -> Array:
+def frame_of(points: ContactPoints) -> Array:
     """(tangent x, tangent y, normal) of each point (3, 3, n)."""
     return np.stack([points.tangent_x, points.tangent_y, points.normal])
 
 
-def to_global(components: Array, points: SheetPoints) -> Array:
+def to_global(components: Array, points: ContactPoints) -> Array:
     """Vectors (..., 3, n) in the common frame from the frame (tangent x, tangent y, normal) of each point."""
     return np.asarray(np.einsum("cin,...cn->...in", frame_of(points), components))
 
 
 def core_geometry(
-    memory: Memory, points: SheetPoints, area: Array, averages: Averages | None
+    memory: Memory, points: ContactPoints, area: Array, averages: Averages | None
 ) -> _mtb_rs.ContactGeometry:
     """Contact points as the core has them, made once for all loads on them."""
 

@@ -20,8 +20,8 @@ from ..bodies.faces import hats, joined, owners, parts, profile_parts, thinned
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import Simple
 from ..bodies.surfaces import BodySurface, height_of
-from ..geometry.contact_points import ContactSheet, SheetPoints
-from ..geometry.geometries import Placed, cells_over, check_room, flat_points, flat_sheet
+from ..geometry.contact_points import ContactGrid, ContactPoints
+from ..geometry.geometries import Placed, cells_over, check_room, flat_grid, flat_points
 from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
 from ..results.result import Result
@@ -73,12 +73,12 @@ OVERLAP = 1e-4
 
 @dataclass(frozen=True)
 @plain
-class BodyLayout(Placed):
+class OwnBodies(Placed):
     """The contact face of an elastic body of any geometry, against a plane or another body.
 
-    The sheet is the plane z through the end of the face, with a regular grid over its bounding box, or over
-    the part of it that another elastic body shares. The gap is that between the faces as their meshes lie,
-    from a half-space or a rigid body that of the face from the plane, unless one is given.
+    Contact points lie in the plane z through the end of the face, on a regular grid over its bounding box, or
+    over the part of it that another elastic body shares. The gap is that between the faces as their meshes
+    lie, from a half-space or a rigid body that of the face from the plane, unless one is given.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class BodyLayout(Placed):
     is_grid: bool = True
     start: None = None
 
-    def sheet(self, spacing: tuple[float, float]) -> ContactSheet:
+    def grid(self, spacing: tuple[float, float]) -> ContactGrid:
         """Cells of about `spacing` that fill the bounding box of the contact; without a gap unless given."""
         low, high = _extent(self.body, upper=self.upper)
         level = self.level()
@@ -142,11 +142,11 @@ class BodyLayout(Placed):
         nodes = _at_level(flat_points(x, y, gap), level)
         middle = 0.25 * (gap[1:, 1:] + gap[1:, :-1] + gap[:-1, 1:] + gap[:-1, :-1])
         cells = _at_level(flat_points(x[:-1] + 0.5 * dx, y[:-1] + 0.5 * dy, middle), level)
-        return flat_sheet(cells, nodes, nx, ny, (float(dx), float(dy)))
+        return flat_grid(cells, nodes, nx, ny, (float(dx), float(dy)))
 
     def _covered(self, area: tuple[float, float]) -> float:
         """Share of the bounding box of sides `area` [m] where all elastic faces are, by few cells."""
-        few = replace(self, gap=None).sheet((area[0] / FEW_CELLS, area[1] / FEW_CELLS))
+        few = replace(self, gap=None).grid((area[0] / FEW_CELLS, area[1] / FEW_CELLS))
         faces = [(self.body, self.upper), (self.opponent, not self.upper)]
         covered = [
             body.sample(few.nodes, few.node_patches, upper=upper).weights > 0.0
@@ -168,7 +168,7 @@ class BodyLayout(Placed):
         return any(body.size is None and _coarse(body, spacing) for body in self.solids.values())
 
     def level(self) -> float:
-        """Height of the sheet [m]: the end of the face."""
+        """Height of the contact points [m]: the end of the face."""
         z = self.body.mesh.nodes[np.unique(self.body.faces[self.body.contact_faces]), 2]
         return float(z.min() if self.upper else z.max())
 
@@ -216,14 +216,14 @@ def _extent(body: ElasticBody, *, upper: bool) -> tuple[Array, Array]:
     return low, high
 
 
-def _at_level(points: SheetPoints, level: float) -> SheetPoints:
+def _at_level(points: ContactPoints, level: float) -> ContactPoints:
     moved = points.points.copy()
     moved[2] = level
     return replace(points, points=moved)
 
 
 def body_contact(
-    layout: BodyLayout, bodies: Bodies, spacing: tuple[float, float], time_s: dict[str, float]
+    geometry: OwnBodies, bodies: Bodies, spacing: tuple[float, float], time_s: dict[str, float]
 ) -> Contact:
     """Upper and lower body condensed, or half-spaces, on the nodes that lie on all elastic faces.
 
@@ -233,50 +233,52 @@ def body_contact(
     ----------
     bodies : (upper, lower)
     """
-    sheet = layout.sheet(spacing)
+    grid = geometry.grid(spacing)
     parts: dict[str, Any] = {
-        "sheet": sheet.spacing,
-        "nodes": sheet.nodes.points,
-        "gap": sheet.nodes.gap if isinstance(layout.gap, np.ndarray) else fingerprint(layout.gap),
-        "carries the grid": "upper" if layout.upper else "lower",
+        "grid": grid.spacing,
+        "nodes": grid.nodes.points,
+        "gap": grid.nodes.gap if isinstance(geometry.gap, np.ndarray) else fingerprint(geometry.gap),
+        "carries the grid": "upper" if geometry.upper else "lower",
     }
     for upper, name, body in zip((True, False), ("upper", "lower"), bodies, strict=True):
-        solid = layout.solids.get(upper)
+        solid = geometry.solids.get(upper)
         parts[name] = fingerprint(body) if solid is None else (solid.name, solid.content)
-    return cache.recalled(cache.content_key(parts), lambda: _condensed_contact(layout, bodies, sheet, time_s))
+    return cache.recalled(
+        cache.content_key(parts), lambda: _condensed_contact(geometry, bodies, grid, time_s)
+    )
 
 
 def _condensed_contact(
-    layout: BodyLayout, bodies: Bodies, sheet: ContactSheet, time_s: dict[str, float]
+    geometry: OwnBodies, bodies: Bodies, grid: ContactGrid, time_s: dict[str, float]
 ) -> Contact:
-    nodes, patches = sheet.nodes, sheet.node_patches
-    solids = layout.solids
+    nodes, patches = grid.nodes, grid.node_patches
+    solids = geometry.solids
     whole = {upper: body.sample(nodes, patches, upper=upper) for upper, body in solids.items()}
-    covered, apart = _apart(layout, whole)
+    covered, apart = _apart(geometry, whole)
     whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
-    common = whole[layout.upper]
+    common = whole[geometry.upper]
     if not common.weights.any():
         raise ValueError("the contact faces of the bodies have no area in common")
     shape = (patches[0].ny, patches[0].nx)
-    least = LEAST_SHARE * sheet.spacing[0] * sheet.spacing[1]
-    basis = hats(common, _parts(layout, whole), apart, shape, least)
+    least = LEAST_SHARE * grid.spacing[0] * grid.spacing[1]
+    basis = hats(common, _parts(geometry, whole), apart, shape, least)
     kept = basis.kept
     own = basis.of(common)
-    doubts = [_coarse(body, sheet.spacing) for body in solids.values()]
-    if isinstance(layout.gap, np.ndarray):
+    doubts = [_coarse(body, grid.spacing) for body in solids.values()]
+    if isinstance(geometry.gap, np.ndarray):
         rise = np.zeros(kept.size)
     else:
         mean, rise = _means(own, apart)
         gap = np.zeros(nodes.gap.size)
         gap[kept] = mean
         nodes = replace(nodes, gap=gap)
-        sheet = replace(sheet, nodes=nodes)
-        if layout.gap is None:
-            doubts.append(_overlapping(layout, float(mean.min())))
+        grid = replace(grid, nodes=nodes)
+        if geometry.gap is None:
+            doubts.append(_overlapping(geometry, float(mean.min())))
     points = nodes.at(kept)
     places = points.points.copy()
     moved = (basis.place != np.stack([kept % shape[1], kept // shape[1]])).any(axis=0)
-    step = np.array(sheet.spacing)[:, None]
+    step = np.array(grid.spacing)[:, None]
     places[:2, moved] = nodes.points[:2, :1] + basis.place[:, moved] * step
     points = replace(points, points=places)
     standing: list[Standing] = []
@@ -299,8 +301,8 @@ def _condensed_contact(
             carriers[upper] = part
         else:
             first = nodes.points[:, patches[0].start]
-            grid = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
-            cut = cast(Simple, body).on_cut_hats(basis, common, (grid, patches[0].spacing))
+            place = float(first[0]), float(first[1]), patches[0].nx, patches[0].ny
+            cut = cast(Simple, body).on_cut_hats(basis, common, (place, patches[0].spacing))
             standing.append(Foundation(cut, points, upper))
     return Contact(
         points=points,
@@ -309,14 +311,14 @@ def _condensed_contact(
         is_grid=True,
         upper=standing[0],
         lower=standing[1],
-        averages=averages([carriers[layout.upper]]),
+        averages=averages([carriers[geometry.upper]]),
         kept=Kept(nodes, kept, rise, basis.on),
         doubts=tuple(doubt for doubt in doubts if doubt),
     )
 
 
 def _apart(
-    layout: BodyLayout, whole: Mapping[bool, _mtb_rs.Sampling]
+    geometry: OwnBodies, whole: Mapping[bool, _mtb_rs.Sampling]
 ) -> tuple[dict[bool, NDArray[np.bool_]], Array]:
     """Which quadrature points of each sampling the other body has as well, and the gap (q,) [m] at these."""
     found = {
@@ -325,23 +327,23 @@ def _apart(
     if len(whole) == 2:
         places = {upper: _numbers(sampling) for upper, sampling in whole.items()}
         found = {upper: np.isin(places[upper], places[not upper]) for upper in whole}
-    common = thinned(whole[layout.upper], found[layout.upper])
-    if isinstance(layout.gap, np.ndarray):
+    common = thinned(whole[geometry.upper], found[geometry.upper])
+    if isinstance(geometry.gap, np.ndarray):
         return found, np.zeros(common.arrays()["weight"].size)
-    x, y = _places(layout, common)
+    x, y = _places(geometry, common)
     apart: Array = np.zeros(x.size)
-    if layout.gap is not None:
-        apart = function_values("gap", layout.gap, x, y)
+    if geometry.gap is not None:
+        apart = function_values("gap", geometry.gap, x, y)
     else:
         for upper in (True, False):
-            if upper in layout.solids:
-                height = layout.solids[upper].heights(thinned(whole[upper], found[upper]))
-            elif layout.beside is not None:
-                height = height_of(layout.beside, x, y, upper=upper)
+            if upper in geometry.solids:
+                height = geometry.solids[upper].heights(thinned(whole[upper], found[upper]))
+            elif geometry.beside is not None:
+                height = height_of(geometry.beside, x, y, upper=upper)
                 if not np.isfinite(height).any():
-                    _check_outlook(layout.beside, x, y, upper=upper)
+                    _check_outlook(geometry.beside, x, y, upper=upper)
             else:
-                height = np.full(x.size, layout.level())
+                height = np.full(x.size, geometry.level())
             apart = apart + height if upper else apart - height
     there = np.isfinite(apart)
     for upper, mask in found.items():
@@ -351,7 +353,7 @@ def _apart(
 
 
 def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> None:
-    """A sheet that no side of the other body sees may be wound the other way round."""
+    """An open surface whose outer side does not face the other body may be wound the other way round."""
     if np.isfinite(height_of(surface, x, y, upper=not upper)).any():
         name, looks, must = ("upper", "up", "down") if upper else ("lower", "down", "up")
         raise ValueError(
@@ -385,25 +387,25 @@ def _numbers(sampling: _mtb_rs.Sampling) -> NDArray[np.int64]:
     return np.asarray(cell * SHARES + along[1].astype(np.int64))
 
 
-def _places(layout: BodyLayout, sampling: _mtb_rs.Sampling) -> tuple[Array, Array]:
+def _places(geometry: OwnBodies, sampling: _mtb_rs.Sampling) -> tuple[Array, Array]:
     """Coordinates x, y (q,) [m] of the quadrature points of a sampling of the body that carries the grid."""
-    body, arrays = layout.body, sampling.arrays()
+    body, arrays = geometry.body, sampling.arrays()
     faces = body.faces[arrays["face"].astype(np.int64)].astype(np.int64)
     x, y, _ = np.einsum("kq,qkc->cq", body.face_shape(arrays["barycentric"]), body.mesh.nodes[faces])
     return x, y
 
 
-def _parts(layout: BodyLayout, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
+def _parts(geometry: OwnBodies, whole: Mapping[bool, _mtb_rs.Sampling]) -> NDArray[np.int64]:
     """Part (q,) of the faces at each common quadrature point: kinks of both bodies divide them."""
     labels = []
     for upper in (True, False):
-        if upper in layout.solids:
-            body = layout.solids[upper]
+        if upper in geometry.solids:
+            body = geometry.solids[upper]
             number = np.zeros(len(body.faces), dtype=np.int64)
             number[body.contact_faces.astype(np.int64)] = parts(body)
             labels.append(number[whole[upper].arrays()["face"].astype(np.int64)])
-        elif isinstance(layout.beside, Profile):
-            labels.append(profile_parts(layout.beside, _places(layout, whole[layout.upper])[1]))
+        elif isinstance(geometry.beside, Profile):
+            labels.append(profile_parts(geometry.beside, _places(geometry, whole[geometry.upper])[1]))
     return joined(labels)
 
 
@@ -559,12 +561,12 @@ def _sagitta(body: ElasticBody, faces: NDArray[np.int64]) -> float:
     return float(sag.max(initial=0.0))
 
 
-def _overlapping(layout: BodyLayout, gap: float) -> str:
+def _overlapping(geometry: OwnBodies, gap: float) -> str:
     """Bodies that lie in one another before any load may be a slip of the pen."""
-    size = float(np.ptp(layout.body.mesh.nodes, axis=0).max())
-    if layout.opponent is None or gap >= -OVERLAP * size:
+    size = float(np.ptp(geometry.body.mesh.nodes, axis=0).max())
+    if geometry.opponent is None or gap >= -OVERLAP * size:
         return ""
     return (
-        f"{layout.body.name} and {layout.opponent.name} overlap by up to {-gap:.4g} m before any load: "
+        f"{geometry.body.name} and {geometry.opponent.name} overlap by up to {-gap:.4g} m before any load: "
         "they are pressed apart by that much"
     )

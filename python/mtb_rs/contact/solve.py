@@ -22,13 +22,13 @@ from ..base.errors import ConvergenceError, ResultantError
 from ..base.questions import ask
 from ..bodies.sides import Side
 from ..friction.fields import field as load_field
-from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
 from ..results.report import Report
 from ..results.result import Displacement, Result
 from .plausible import of_result
 from .problem import ContactProblem, Kept, Solution, mean_tractions, to_global
-from .symmetry import Fold, folded
+from .symmetry import MirrorSymmetry, mirror_symmetry
 from .wedging import tipping_margin
 
 Array = NDArray[np.float64]
@@ -54,9 +54,9 @@ def solve_direct(problem: ContactProblem, *, with_margin: bool = True) -> Soluti
         If no sliding equilibrium exists (wedging), or none was found.
     """
     _check_height(problem)
-    fold = folded(problem)
-    if fold is not None:
-        return _unfolded(_solve_whole(fold.half, with_margin), fold, problem)
+    symmetry = mirror_symmetry(problem)
+    if symmetry is not None:
+        return _of_both_halves(_solve_whole(symmetry.half, with_margin), symmetry, problem)
     return _solve_whole(problem, with_margin)
 
 
@@ -79,15 +79,15 @@ def _lifting(side: Side) -> NDArray[np.bool_]:
     return np.asarray((highest > 0.0) & (lowest >= (1.0 - 1e-9) * highest) & (others <= 1e-9 * highest))
 
 
-def _unfolded(solution: Solution, fold: Fold, problem: ContactProblem) -> Solution:
+def _of_both_halves(solution: Solution, symmetry: MirrorSymmetry, problem: ContactProblem) -> Solution:
     """The solution of the whole from that of its half."""
     amplitudes = np.append(solution.motion, 0.0)
     return replace(
         solution,
-        pressure=np.ascontiguousarray(solution.pressure[fold.source]),
-        gap=np.ascontiguousarray(solution.gap[fold.source]),
-        motion=amplitudes[fold.motion_source],
-        friction=problem.friction_at(solution.pressure[fold.source]),
+        pressure=np.ascontiguousarray(solution.pressure[symmetry.source]),
+        gap=np.ascontiguousarray(solution.gap[symmetry.source]),
+        motion=amplitudes[symmetry.motion_source],
+        friction=problem.friction_at(solution.pressure[symmetry.source]),
         solver=f"{solution.solver}, mirror half",
     )
 
@@ -452,7 +452,7 @@ def sided_influence(
 
 def magnetic_field(
     spec: Any,
-    points: SheetPoints,
+    points: ContactPoints,
     patches: tuple[Patch, ...],
     velocity: float | None,
     kept: Kept | None = None,

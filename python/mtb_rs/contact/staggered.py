@@ -15,11 +15,11 @@ from .. import _mtb_rs
 from ..base.check import positive, whole
 from ..base.memory import of_matrices, refuse
 from ..bodies.sides import Side
-from ..geometry.contact_points import SheetPoints
+from ..geometry.contact_points import ContactPoints
 from ..results.result import Displacement, Result
 from .problem import ContactProblem, Solution, to_global
 from .solve import sided_influence
-from .symmetry import folded
+from .symmetry import mirror_symmetry
 
 #: Times a predicted factor is corrected at most, and how far above the limit it is then taken.
 PREDICTIONS, SAFETY = 4, 1.3
@@ -61,17 +61,17 @@ def staggered(
     if anderson_depth != 0 or isinstance(anderson_depth, bool):
         anderson_depth = whole("anderson_depth", anderson_depth)
     clock = time.perf_counter()
-    fold = folded(problem)
+    symmetry = mirror_symmetry(problem)
     given = problem
-    if fold is not None:
-        problem = fold.half
+    if symmetry is not None:
+        problem = symmetry.half
         assert half_space.compliance is not None
-        half_space = replace(half_space, compliance=half_space.compliance.folded(fold.image.tolist()))
+        half_space = replace(half_space, compliance=half_space.compliance.folded(symmetry.image.tolist()))
     friction = problem.friction
     if not isinstance(friction, np.ndarray):
         raise ValueError("method is 'staggered': friction that depends on pressure is not part of it")
     # the blocks of half-spaces are those of the whole, in whose units a half's own matrices are few
-    matrices = 18 if fold is None else 12
+    matrices = 18 if symmetry is None else 12
     refuse(of_matrices(given.n, matrices), f"the staggered loop over {given.n} points", "take larger cells")
     lower = sided_influence(problem.lower.compliance, problem.direction, friction, upper=False)
     upper = sided_influence(half_space.compliance, problem.direction, friction, upper=True)
@@ -118,9 +118,9 @@ def staggered(
         margin = 1.0 / wedging if 0.0 < wedging < np.inf else None
     problem.time_s["staggered loop"] = time.perf_counter() - clock
     pressure, gap, motion = out.pressure, out.gap, out.motion
-    if fold is not None:
-        pressure, gap = pressure[fold.source], gap[fold.source]
-        motion = np.append(motion, 0.0)[fold.motion_source]
+    if symmetry is not None:
+        pressure, gap = pressure[symmetry.source], gap[symmetry.source]
+        motion = np.append(motion, 0.0)[symmetry.motion_source]
         friction = given.friction_at(pressure)
     solution = Solution(
         pressure=np.ascontiguousarray(pressure),
@@ -136,7 +136,7 @@ def staggered(
     return solution, out
 
 
-def with_half_space(result: Result, half_space: Side, points: SheetPoints) -> Result:
+def with_half_space(result: Result, half_space: Side, points: ContactPoints) -> Result:
     """The result with what the scheme moves the upper surface as a half-space, besides its elements."""
     assert result.coefficients is not None
     assert half_space.compliance is not None

@@ -22,7 +22,7 @@ from ..bodies.elastic_body import Condensed
 from ..bodies.faces import owners
 from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import HalfSpace, Rigid
-from ..geometry.contact_points import Patch, SheetPoints
+from ..geometry.contact_points import ContactPoints, Patch
 from .problem import Averages, Kept, core_geometry, to_global
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class Foundation:
     """
 
     compliance: _mtb_rs.Compliance | None
-    points: SheetPoints
+    points: ContactPoints
     upper: bool
     is_pulled_at_face: bool = True
     centre: None = None
@@ -86,7 +86,7 @@ class ElasticBodies:
     condensed : tuple of Condensed
     compliances : tuple of Compliance
         Of each part.
-    points : SheetPoints
+    points : ContactPoints
         All contact points of the parts.
     image : (n,) int or None
         The mirror image of each point of the whole, where the only part is half of a symmetric body.
@@ -97,7 +97,7 @@ class ElasticBodies:
     parts: tuple[ElasticPart, ...]
     condensed: tuple[Condensed, ...]
     compliances: tuple[_mtb_rs.Compliance, ...]
-    points: SheetPoints
+    points: ContactPoints
     image: NDArray[np.intp] | None = None
     compliance: _mtb_rs.Compliance = field(init=False, compare=False)
 
@@ -138,7 +138,7 @@ class Contact:
 
     Attributes
     ----------
-    points : SheetPoints
+    points : ContactPoints
         Contact points.
     area : (n,) [m2]
     patches : tuple of Patch
@@ -156,7 +156,7 @@ class Contact:
         What is made of the bodies for one load and serves the next.
     """
 
-    points: SheetPoints
+    points: ContactPoints
     area: Array
     patches: tuple[Patch, ...]
     is_grid: bool
@@ -200,7 +200,7 @@ class Contact:
 
 
 def cells_of(
-    body: HalfSpace | Rigid, points: SheetPoints, patches: Sequence[Patch], *, upper: bool
+    body: HalfSpace | Rigid, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
 ) -> Foundation:
     """A half-space or rigid body under cells. One below carries all patches, each above is its own.
 
@@ -215,7 +215,7 @@ def cells_of(
 
 
 def hats_of(
-    body: HalfSpace | Rigid, points: SheetPoints, patches: Sequence[Patch], *, upper: bool
+    body: HalfSpace | Rigid, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
 ) -> Foundation:
     """A half-space or rigid body under the hats of elastic bodies, as :func:`cells_of`."""
     return Foundation(
@@ -235,7 +235,7 @@ def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
 def elastic_side(
     parts: Sequence[ElasticPart],
     condensed: Sequence[Condensed],
-    points: SheetPoints,
+    points: ContactPoints,
 ) -> Side:
     """Elastic bodies side by side: what is given to them, their free motions."""
     n = points.points.shape[1]

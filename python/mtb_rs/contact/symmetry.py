@@ -21,7 +21,7 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 @plain
-class Fold:
+class MirrorSymmetry:
     """A symmetric problem's half and the way back.
 
     Attributes
@@ -42,7 +42,7 @@ class Fold:
     motion_source: Index
 
 
-def folded(problem: ContactProblem) -> Fold | None:
+def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     """The half of a symmetric problem; None where the problem is not symmetric."""
     points = problem.points
     image = problem.memory.recall("images", [points.points], lambda: _images(points.points))
@@ -109,7 +109,7 @@ def folded(problem: ContactProblem) -> Fold | None:
         kept=None,
         memory=problem.memory.recall("half", [image], Memory),
     )
-    return Fold(half, image, source, np.concatenate(motion_source).astype(np.intp))
+    return MirrorSymmetry(half, image, source, np.concatenate(motion_source).astype(np.intp))
 
 
 def _images(points: Array) -> Index | None:

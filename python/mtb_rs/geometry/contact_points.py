@@ -67,7 +67,7 @@ def spacing_pair(spacing: float | Sequence[float]) -> tuple[float, float]:
 @owning
 @dataclass(frozen=True)
 @plain
-class SheetPoints:
+class ContactPoints:
     """Points on the lower body with the undeformed gap above them.
 
     Attributes
@@ -91,22 +91,22 @@ class SheetPoints:
     arc_length: Array
     gap: Array
 
-    def at(self, chosen: slice | NDArray[np.intp]) -> SheetPoints:
+    def at(self, chosen: slice | NDArray[np.intp]) -> ContactPoints:
         """Some of the points, by their numbers."""
-        return SheetPoints(**{k: np.ascontiguousarray(v[..., chosen]) for k, v in vars(self).items()})
+        return ContactPoints(**{k: np.ascontiguousarray(v[..., chosen]) for k, v in vars(self).items()})
 
 
 @owning
 @dataclass(frozen=True)
 @plain
-class ContactSheet:
+class ContactGrid:
     """A potential contact: regular grids of equal cells over the surface of the lower body.
 
     Attributes
     ----------
-    cells : SheetPoints
+    cells : ContactPoints
         Cell centres.
-    nodes : SheetPoints
+    nodes : ContactPoints
         Corners of the cells, for bases of hats.
     area : (n,) [m2]
     patches, node_patches : tuple of Patch
@@ -114,8 +114,8 @@ class ContactSheet:
         cells along its rows and across (arc length).
     """
 
-    cells: SheetPoints
-    nodes: SheetPoints
+    cells: ContactPoints
+    nodes: ContactPoints
     area: Array
     patches: tuple[Patch, ...]
     node_patches: tuple[Patch, ...]
@@ -143,15 +143,15 @@ class ContactSheet:
         return self.cells.gap
 
 
-def contact_sheet(fields: dict[str, Any], names: Sequence[str]) -> ContactSheet:
-    """A sheet from what the core returns, with a name for each of its grids."""
+def contact_grid(fields: dict[str, Any], names: Sequence[str]) -> ContactGrid:
+    """A potential contact from what the core returns, with a name for each of its grids."""
     cells, nodes = [], []
     for name, ((nx, ny, start, node_start), (dx, dy), (x0, y0)) in zip(names, fields["grids"], strict=True):
         cells.append(Patch(name, start, nx, ny, (dx, dy), (x0 + 0.5 * dx, y0 + 0.5 * dy)))
         nodes.append(Patch(name, node_start, nx + 1, ny + 1, (dx, dy), (x0, y0)))
-    return ContactSheet(
-        cells=SheetPoints(**fields["cells"]),
-        nodes=SheetPoints(**fields["nodes"]),
+    return ContactGrid(
+        cells=ContactPoints(**fields["cells"]),
+        nodes=ContactPoints(**fields["nodes"]),
         area=fields["area"],
         patches=tuple(cells),
         node_patches=tuple(nodes),

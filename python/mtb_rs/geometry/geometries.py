@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Where two bodies may touch: each layout lays a contact sheet at any spacing."""
+"""Where two bodies may touch: each geometry has contact points at any spacing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..base import memory
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.words import Model, Side
-from .contact_points import ContactSheet, Patch, SheetPoints
+from .contact_points import ContactGrid, ContactPoints, Patch
 from .pole_shoe import PoleShoe
 from .profiles import Profile, as_profile
 from .triangles import Surface, height_surface, prism_surface
@@ -67,12 +67,12 @@ class UpperBody(NamedTuple):
     element: float
 
 
-class Layout(Protocol):
-    """Geometry of a scene, as far as its contact sheet and its pictures need it."""
+class Geometry(Protocol):
+    """Geometry of a scene, as far as its contact points and its pictures need it."""
 
     @property
     def is_body_edge(self) -> bool:
-        """Whether the border of the sheet is the edge of a body, so that contact may reach it."""
+        """Whether the border of the grid is the edge of a body, so that contact may reach it."""
 
     @property
     def is_grid(self) -> bool:
@@ -97,7 +97,7 @@ class Layout(Protocol):
     def check_elastic(self, spacing: Spacing) -> None:
         """Refuses, before it is laid, a contact too large for elastic bodies."""
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """The potential contact at `spacing` (dx, dy) [m]."""
 
     @property
@@ -112,7 +112,7 @@ class Layout(Protocol):
         """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""
 
     def upper_body(
-        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+        self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
         """The elastic upper body on a grid of nodes, with elements about as `lines` (x, y) [m] lie."""
 
@@ -140,7 +140,7 @@ class Placed:
         return False
 
     def upper_body(
-        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+        self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
         """There is none."""
         raise ValueError("this geometry has no elastic upper body")
@@ -158,9 +158,9 @@ class Placed:
         return None
 
 
-def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing: Spacing) -> ContactSheet:
-    """Sheet of one flat grid of nx by ny cells."""
-    return ContactSheet(
+def flat_grid(cells: ContactPoints, nodes: ContactPoints, nx: int, ny: int, spacing: Spacing) -> ContactGrid:
+    """The potential contact of one flat grid of nx by ny cells."""
+    return ContactGrid(
         cells=cells,
         nodes=nodes,
         area=np.full(nx * ny, spacing[0] * spacing[1]),
@@ -169,15 +169,15 @@ def flat_sheet(cells: SheetPoints, nodes: SheetPoints, nx: int, ny: int, spacing
     )
 
 
-def _first(points: SheetPoints) -> tuple[float, float]:
+def _first(points: ContactPoints) -> tuple[float, float]:
     return float(points.points[0, 0]), float(points.points[1, 0])
 
 
-def flat_points(x: Array, y: Array, gap: Array) -> SheetPoints:
+def flat_points(x: Array, y: Array, gap: Array) -> ContactPoints:
     """Points of the plane z = 0 on the grid of `x` and `y`, with `gap` (ny, nx) above them."""
     grid_x, grid_y = (a.ravel() for a in np.meshgrid(x, y))
     zero, one = np.zeros(grid_x.size), np.ones(grid_x.size)
-    return SheetPoints(
+    return ContactPoints(
         points=np.array([grid_x, grid_y, zero]),
         normal=np.array([zero, zero, one]),
         tangent_x=np.array([one, zero, zero]),
@@ -239,7 +239,7 @@ def _check_room(sides: Sequence[tuple[int, int]], given: str, dense: float = 0.0
 @owning
 @dataclass(frozen=True)
 @plain
-class FieldLayout(Placed):
+class GapField(Placed):
     """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
 
     gap: Array
@@ -251,7 +251,7 @@ class FieldLayout(Placed):
     is_grid: bool = True
     start: None = None
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """The field's own grid, or that grid thinned by the whole number nearest to `spacing`."""
         thin = [max(1, round(s / d)) for s, d in zip(spacing, self.step, strict=True)]
         ny, nx = self.gap.shape
@@ -266,7 +266,7 @@ class FieldLayout(Placed):
         corner = np.pad(gap, 1, mode="edge")
         corner = 0.25 * (corner[1:, 1:] + corner[:-1, 1:] + corner[1:, :-1] + corner[:-1, :-1])
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), corner)
-        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+        return flat_grid(cells, nodes, nx, ny, (dx, dy))
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The plane z = 0 and the field above it."""
@@ -277,7 +277,7 @@ class FieldLayout(Placed):
 
 @dataclass(frozen=True)
 @plain
-class ParaboloidLayout(Placed):
+class ParaboloidOnPlane(Placed):
     """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
 
     radius: float
@@ -295,7 +295,7 @@ class ParaboloidLayout(Placed):
         """Some five cells over the radius of contact that fills a third of the width."""
         return self.width / START_CELLS, self.width / START_CELLS
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """Points `spacing` apart; each is the centre of a cell."""
         count = [cells_along(self.width, step) + 1 for step in spacing]
         # either may have been given
@@ -306,7 +306,7 @@ class ParaboloidLayout(Placed):
         for extra in (0, 1):
             x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
             fields.append(flat_points(x, y, self._height(x[None, :], y[:, None])))
-        return flat_sheet(fields[0], fields[1], count[0], count[1], (dx, dy))
+        return flat_grid(fields[0], fields[1], count[0], count[1], (dx, dy))
 
     def _height(self, x: Array, y: Array) -> Array:
         return np.asarray((x**2 + y**2) / (2.0 * self.radius))
@@ -320,7 +320,7 @@ class ParaboloidLayout(Placed):
 
 @dataclass(frozen=True)
 @plain
-class BlockLayout(Placed):
+class BlockOnPlane(Placed):
     """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
 
     width: float
@@ -339,17 +339,17 @@ class BlockLayout(Placed):
         """Finite elements are condensed to dense matrices, where half-spaces may go by convolutions."""
         check_room([cells_over((self.width, self.length), spacing)], spacing, dense=1.0)
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """Equal cells that fill the foot of the block."""
         nx, ny = cells_over((self.width, self.length), spacing)
         check_room([(nx, ny)], spacing)
         dx, dy = self.width / nx, self.length / ny
         cells = flat_points(centred(nx, dx), centred(ny, dy), np.zeros((ny, nx)))
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), np.zeros((ny + 1, nx + 1)))
-        return flat_sheet(cells, nodes, nx, ny, (dx, dy))
+        return flat_grid(cells, nodes, nx, ny, (dx, dy))
 
     def upper_body(
-        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+        self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
         """The block."""
         x, y = (np.linspace(along[0], along[-1], along.size) for along in lines)
@@ -371,7 +371,7 @@ class BlockLayout(Placed):
 
 @dataclass(frozen=True)
 @plain
-class ShoeLayout(Placed):
+class ShoeOnRail(Placed):
     """A pole shoe on the head of a rail of `rail_length` [m]."""
 
     shoe: PoleShoe
@@ -395,17 +395,17 @@ class ShoeLayout(Placed):
         step = (self.shoe.conforming_to - self.shoe.inner_edge) / 4.0
         return step, step
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """One grid per pole over the conforming strip."""
         shoe, grids = self.shoe, []
         for side in shoe.sides:
             ends = shoe.profile.arc_length([side * shoe.inner_edge, side * shoe.conforming_to])
             grids.append(cells_over((shoe.length, float(abs(ends[1] - ends[0]))), spacing))
         check_room(grids, spacing, dense=1.0)
-        return self.shoe.sheet(spacing)
+        return self.shoe.grid(spacing)
 
     def upper_body(
-        self, meshers: Meshers, sheet: ContactSheet, patch: Patch, lines: tuple[Array, Array]
+        self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
         """The pole above one of the grids."""
         shoe = self.shoe
@@ -420,18 +420,18 @@ class ShoeLayout(Placed):
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         aside = np.array([0.0, shoe.lateral, 0.0])
-        aside[2] = self._lift(sheet, patch, turn, aside)
+        aside[2] = self._lift(grid, patch, turn, aside)
         size = (shoe.length, shoe.outer_edge - shoe.inner_edge)
         element = float(np.diff(lines[0]).min())
         place = turn @ middle + aside
         return UpperBody(mesh.moved(turn, aside), f"{side} pole", place, size, shoe.height, turn, element)
 
-    def _lift(self, sheet: ContactSheet, patch: Patch, turn: Array, aside: Array) -> float:
-        """How far a pole off its place was raised [m] until it just touches, by the gaps of the sheet."""
+    def _lift(self, grid: ContactGrid, patch: Patch, turn: Array, aside: Array) -> float:
+        """How far a pole off its place was raised [m] until it just touches, by the gaps below it."""
         shoe = self.shoe
         if shoe.lateral == 0.0 and shoe.yaw == 0.0:
             return 0.0
-        nodes = sheet.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
+        nodes = grid.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
         own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
         return float(np.mean(own[2] - shoe.sole(own[1])))
 
@@ -465,7 +465,7 @@ class ShoeLayout(Placed):
 @owning
 @dataclass(frozen=True)
 @plain
-class WheelLayout(Placed):
+class WheelOnRail(Placed):
     """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
 
     Attributes
@@ -482,8 +482,8 @@ class WheelLayout(Placed):
     is_grid: bool = True
 
     @classmethod
-    def placed(cls, **arguments: Any) -> WheelLayout:
-        """The layout of the arguments of :func:`mtb_rs.wheel_on_rail_gap`."""
+    def placed(cls, **arguments: Any) -> WheelOnRail:
+        """The geometry of the arguments of :func:`mtb_rs.wheel_on_rail_gap`."""
         bound = inspect.signature(wheel_on_rail_gap).bind(**arguments)
         bound.apply_defaults()
         return cls(place_wheel(bound.arguments), tuple(bound.arguments.items()))
@@ -508,7 +508,7 @@ class WheelLayout(Placed):
         shorter = min(n * d for n, d in zip(place.gap.shape[::-1], place.spacing, strict=True))
         return shorter / START_CELLS, shorter / START_CELLS
 
-    def sheet(self, spacing: Spacing) -> ContactSheet:
+    def grid(self, spacing: Spacing) -> ContactGrid:
         """The contact plane's grid at `spacing`."""
         place = self.placement
         if spacing != place.spacing:
@@ -522,7 +522,7 @@ class WheelLayout(Placed):
         corner = 0.25 * (around[1:, 1:] + around[:-1, 1:] + around[1:, :-1] + around[:-1, :-1])
         x = np.append(place.x - 0.5 * dx, place.x[-1] + 0.5 * dx)
         y = np.append(place.y - 0.5 * dy, place.y[-1] + 0.5 * dy)
-        return flat_sheet(cells, flat_points(x, y, corner), nx, ny, place.spacing)
+        return flat_grid(cells, flat_points(x, y, corner), nx, ny, place.spacing)
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The surfaces of rail and wheel around the contact, as layers, just touching each other."""

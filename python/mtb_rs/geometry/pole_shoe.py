@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import number, positive, reals
 from ..base.plain import plain
-from .contact_points import ContactSheet, contact_sheet, spacing_pair
+from ..base.renamed import renamed
+from .contact_points import ContactGrid, contact_grid, spacing_pair
 from .profiles import Profile, as_profile
 
 Array = NDArray[np.float64]
 
 
+@renamed(sheet="grid")
 @dataclass(frozen=True)
 @plain
 class PoleShoe:
@@ -67,7 +69,7 @@ class PoleShoe:
             raise ValueError(f"poles is {self.poles!r}: a shoe has 1 or 2 poles")
         put(self, "rail", as_profile(self.rail))
         # one row of cells per pole, for the core to judge the rest at birth
-        self.sheet((self.length, 1.0))
+        self.grid((self.length, 1.0))
         if self.height <= max(0.0, *(float(self.sole(side * self.outer_edge)) for side in self.sides)):
             raise ValueError(f"height is {self.height:g} m: the top must lie above the sole and the crown")
 
@@ -87,8 +89,8 @@ class PoleShoe:
         worn = self.profile.height(np.clip(y, -end, end) if self.poles == 2 else np.minimum(y, end))
         return np.asarray(worn + self.relief_slope * np.maximum(np.abs(y) - end, 0.0))
 
-    def sheet(self, spacing: float | Sequence[float] = 3e-3) -> ContactSheet:
-        """Sheet of equal cells that fill the conforming strip of every pole exactly.
+    def grid(self, spacing: float | Sequence[float] = 3e-3) -> ContactGrid:
+        """The potential contact: equal cells that fill the conforming strip of every pole exactly.
 
         Regular in the shoe's own x and in the arc length of its sole, which for the centred shoe are
         those of the rail; the gap of the centred shoe is exactly zero. Both poles have as many cells, which
@@ -100,4 +102,4 @@ class PoleShoe:
             Cell size wanted; whole numbers of cells come as close as they can.
         """
         fields = _mtb_rs.pole_shoe_sheet(self.profile._core, self, spacing_pair(spacing))
-        return contact_sheet(fields, ("left", "right")[: self.poles])
+        return contact_grid(fields, ("left", "right")[: self.poles])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Profiles, surfaces, sheets of contact points and gaps. SI units, z up."""
+"""Profiles, surfaces, grids of contact points and gaps. SI units, z up."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from ..base.words import Model
 from ..contact.estimate import NARROW, ORDER, GridField, difference, extrapolated, width
 from ..contact.problem import ContactProblem, Solution, mean_tractions, to_global
 from ..contact.solve import displaced
-from ..geometry.geometries import Layout
+from ..geometry.geometries import Geometry
 from ..results.report import QUANTITIES
 
 Array = NDArray[np.float64]
@@ -216,12 +216,12 @@ def _effect(rung: tuple[Model, bool]) -> str:
     return EFFECTS.get(rung[0], COUPLING)
 
 
-def rungs(layout: Layout, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
+def rungs(geometry: Geometry, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
     """The models a scene has the geometry for, cheapest first."""
     found: list[Model] = ["half-space"]
-    if upper_is_elastic and "elastic-upper" in layout.models:
+    if upper_is_elastic and "elastic-upper" in geometry.models:
         found.append("elastic-upper")
-        if lower_is_elastic and "elastic-both" in layout.models:
+        if lower_is_elastic and "elastic-both" in geometry.models:
             found.append("elastic-both")
     return found
 

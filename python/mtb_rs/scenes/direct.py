@@ -16,7 +16,7 @@ from ..bodies.recovery import left_out
 from ..contact.estimate import NARROW, coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
-from ..geometry.geometries import Layout
+from ..geometry.geometries import Geometry
 from ..half_space.normal import solve_normal
 from ..results.result import Result, percent
 from .auto import (
@@ -61,9 +61,9 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     started = time.perf_counter()
     allowed = LEEWAY * TOLERANCE if tolerance is None else tolerance
     tolerance = TOLERANCE if tolerance is None else tolerance
-    layout = scene.geometry
+    geometry = scene.geometry
     free = scene.spacing is None
-    start = layout.start if scene.spacing is None else scene.known_spacing
+    start = geometry.start if scene.spacing is None else scene.known_spacing
     assert start is not None
     fixed = scene.with_(spacing=start) if free else scene
     chosen = choose(fixed, tolerance, quantity, free=free) if model == "auto" else given(fixed, model)
@@ -88,7 +88,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
                 last = wider[-1] if wider else level
                 # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
                 by = level.solution.convolutions > 0.0
-                width = coarsened(last.spacing, layout.sheet(last.spacing).patches, 3 if by else 2)
+                width = coarsened(last.spacing, geometry.grid(last.spacing).patches, 3 if by else 2)
                 if width is None:
                     break
                 copy = with_wider_elements(fixed, spacing, width)
@@ -103,7 +103,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
                     break
                 wider.append(copies[-1])
                 besides += copies[-1].operations
-        errors = estimated(level, wider, chosen, layers, skip_border=layout.is_body_edge)
+        errors = estimated(level, wider, chosen, layers, skip_border=geometry.is_body_edge)
         if errors is not None and scene.own_model is not None:
             errors = errors.with_mesh(*mesh_errors(level))
         return level, errors
@@ -130,7 +130,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         problem,
         level.solution,
         "direct",
-        omitted={**chosen.omitted, **_of_flange(layout)},
+        omitted={**chosen.omitted, **_of_flange(geometry)},
         errors=errors.totals() if errors is not None and chosen.errors else None,
         aim=(quantity, tolerance),
         choosing=besides + spent,
@@ -205,8 +205,8 @@ def _finer(scene: PosedScene, level: Level, ratio: float, *, is_bound: bool) -> 
     return "spacing", f"cells of {about}{both} {unit}{further}"
 
 
-def _of_flange(layout: Layout) -> dict[str, str]:
-    said = layout.on_flange
+def _of_flange(geometry: Geometry) -> dict[str, str]:
+    said = geometry.on_flange
     return {} if said is None else {"friction in the vertical balance": said}
 
 
@@ -222,14 +222,14 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     if scene.magnetic_pressure is not None:
         models = rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
     spacing = scene.known_spacing
-    sheet = scene.geometry.sheet(spacing)
-    large = len(models) == 1 and sheet.area.size > DENSE_POINTS
+    grid = scene.geometry.grid(spacing)
+    large = len(models) == 1 and grid.area.size > DENSE_POINTS
     ladder = [(model, True) for model in models]
     if large and is_coupled(scene, scene.problem(models[0])):
         ladder.insert(0, (models[0], False))
     if len(ladder) == 1:
         return Choice(models[0])
-    wider = coarsened(spacing, sheet.patches) or spacing
+    wider = coarsened(spacing, grid.patches) or spacing
     try:
         copy = with_wider_elements(scene, spacing, wider)
         solved = [
@@ -320,7 +320,7 @@ def layered(
     that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
     again.
     """
-    width = coarsened(level.spacing, scene.geometry.sheet(level.spacing).patches)
+    width = coarsened(level.spacing, scene.geometry.grid(level.spacing).patches)
     if width is None:
         return None
     ratio = float(np.sqrt(np.prod(width) / np.prod(level.spacing)))

@@ -15,6 +15,7 @@ from ..base.check import LARGEST, choice, number, pair, positive, reals, warn
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
+from ..base.renamed import renamed
 from ..base.told import Row, Told, stated
 from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
@@ -26,10 +27,10 @@ from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
 from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction
-from ..contact.solids import Bodies, BodyLayout, body_contact, check_faces
+from ..contact.solids import Bodies, OwnBodies, body_contact, check_faces
 from ..contact.solve import finish, magnetic_field
 from ..contact.standing import Contact
-from ..contact.symmetry import folded
+from ..contact.symmetry import mirror_symmetry
 from ..friction.fields import (
     LARGEST_FRICTION,
     PressureDependentFriction,
@@ -39,8 +40,8 @@ from ..friction.fields import (
     numbers_in,
 )
 from ..friction.laws import InterfaceLayer, of_friction
-from ..geometry.contact_points import Patch, SheetPoints, spacing_pair
-from ..geometry.geometries import FieldLayout, Layout
+from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
+from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
 from ..results.result import Result
 from ..results.sweep_table import ARGUMENT_UNITS
@@ -71,7 +72,8 @@ class PosedScene(Told):
     layer: InterfaceLayer | None = None
     supports: Any = None
     element_size: float | None = None
-    layout: Layout | None = None
+    # none is given where it follows from the gap and the bodies
+    geometry: Geometry = None  # type: ignore[assignment]
     name: str = "scene"
     inputs: dict[str, Any] = field(default_factory=dict, compare=False)
     recipe: tuple[Callable[..., Any], Mapping[str, Any]] | None = field(
@@ -81,6 +83,7 @@ class PosedScene(Told):
     def __post_init__(self) -> None:
         put = object.__setattr__
         own(self)
+        given: Geometry | None = self.geometry
         for side in ("upper", "lower"):
             body = getattr(self, side)
             put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
@@ -91,16 +94,15 @@ class PosedScene(Told):
                 put(self, side, body.named(f"{side} {body.name}"))
         if self.spacing is not None:
             put(self, "spacing", spacing_pair(self.spacing))
-        elif self.layout is None or self.layout.start is None:
+        elif given is None or given.start is None:
             raise ValueError("spacing is None: a gap on a grid and elastic bodies need their spacing [m]")
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
         solid = next(iter(self.solids.values()), None)
         gap: Any = self.gap
         gap = gap if gap is None or callable(gap) else gap_field(gap)
-        layout = self.layout
         surface = self._surface(solid, gap)
-        if layout is not None and not isinstance(layout, (BodyLayout, FieldLayout)):
+        if given is not None and not isinstance(given, (OwnBodies, GapField)):
             if gap is not None or solid is not None:
                 what = "a gap" if gap is not None else "an ElasticBody"
                 raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
@@ -109,21 +111,21 @@ class PosedScene(Told):
             lower = self.lower
             opponent = self.solids.get(False) if solid is not lower else None
             step = self.known_spacing
-            before = layout.gap if isinstance(layout, BodyLayout) else None
-            if isinstance(layout, BodyLayout) and before is not None and gap is not None:
+            before = given.gap if isinstance(given, OwnBodies) else None
+            if isinstance(given, OwnBodies) and before is not None and gap is not None:
                 # what was given before is thinned
-                step = layout.step or step if same(gap, before) else step
-            put(self, "layout", BodyLayout(solid, solid is self.upper, gap, opponent, step, surface))
-        elif not isinstance(layout, FieldLayout) or gap is None or not np.array_equal(gap, layout.gap):
-            put(self, "layout", FieldLayout(gap_field(gap), self.known_spacing))
-        elif min(s / d for s, d in zip(self.known_spacing, layout.step, strict=True)) < 0.999:
+                step = given.step or step if same(gap, before) else step
+            put(self, "geometry", OwnBodies(solid, solid is self.upper, gap, opponent, step, surface))
+        elif not isinstance(given, GapField) or gap is None or not np.array_equal(gap, given.gap):
+            put(self, "geometry", GapField(gap_field(gap), self.known_spacing))
+        elif min(s / d for s, d in zip(self.known_spacing, given.step, strict=True)) < 0.999:
             raise ValueError(
-                f"spacing is {self.spacing} m, the gap is given on cells of {layout.step} m: give it on the "
+                f"spacing is {self.spacing} m, the gap is given on cells of {given.step} m: give it on the "
                 "finer ones as well"
             )
-        given = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
-        if len(given) != 1 and (given or solid is None):
-            what = f"{' and '.join(given)} press" if given else "nothing presses"
+        pressing = [k for k in ("force", "approach", "magnetic_pressure") if getattr(self, k) is not None]
+        if len(pressing) != 1 and (pressing or solid is None):
+            what = f"{' and '.join(pressing)} press" if pressing else "nothing presses"
             raise ValueError(
                 f"{what} the bodies together: give exactly one of force [N], approach [m] and "
                 "magnetic_pressure [Pa]"
@@ -132,8 +134,7 @@ class PosedScene(Told):
             value = getattr(self, name)
             if value is not None:
                 put(self, name, positive(name, value, "N" if name == "force" else "m"))
-        assert self.layout is not None
-        has_bodies = "elastic-upper" in self.layout.models
+        has_bodies = "elastic-upper" in self.geometry.models
         if not has_bodies:
             for name in ("supports", "element_size"):
                 if getattr(self, name) is not None:
@@ -157,17 +158,11 @@ class PosedScene(Told):
         if self.velocity is not None:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
         # fields may be in normalised units
-        if self.layout.is_metric:
+        if self.geometry.is_metric:
             ask(of_scene(self.upper, self.lower, self.magnetic_pressure, self.force))
         largest = max(numbers_in(self.friction), default=0.0)
         # what is larger is refused where the field is made
         ask(of_friction("friction", largest) if largest <= LARGEST_FRICTION else [])
-
-    @property
-    def geometry(self) -> Layout:
-        """Where the bodies may touch: contact points at any spacing, models, surfaces."""
-        assert self.layout is not None
-        return self.layout
 
     @property
     def simple(self) -> tuple[Simple, Simple]:
@@ -217,7 +212,7 @@ class PosedScene(Told):
         }
         return own.get(tuple(self.solids))
 
-    def _why_apart(self, points: SheetPoints, loads: Mapping[str, Any]) -> str:
+    def _why_apart(self, points: ContactPoints, loads: Mapping[str, Any]) -> str:
         """Why bodies of any geometry do not touch, in words."""
         pull = -float(np.asarray(loads.get("magnetic", np.zeros(3)))[2])
         if self.magnetic_pressure is not None and pull <= 0.0:
@@ -319,24 +314,24 @@ class PosedScene(Told):
         self, model: Model, spacing: tuple[float, float], thinner: float, time_s: dict[str, float]
     ) -> Contact:
         """The bodies of a model where they stand."""
-        layout = self.geometry
+        geometry = self.geometry
         if self.own_model is not None:
             return body_contact(
-                cast(BodyLayout, layout), cast(Bodies, (self.upper, self.lower)), spacing, time_s
+                cast(OwnBodies, geometry), cast(Bodies, (self.upper, self.lower)), spacing, time_s
             )
         upper, lower = self.simple
         if model == "half-space":
-            return half_spaces(layout, upper, lower, spacing)
+            return half_spaces(geometry, upper, lower, spacing)
         # that these are half-spaces is checked with the model
         upper = cast(HalfSpace, upper)
         held = Held(self.supports, self.element_size, thinner)
         if model == "elastic-upper":
-            return on_foundation(layout, (upper, lower), spacing, held, time_s)
+            return on_foundation(geometry, (upper, lower), spacing, held, time_s)
         lower = cast(HalfSpace, lower)
-        above = on_rigid(layout, upper, spacing, held, time_s)
-        fold = folded(self._under_load(above, model, {}))
-        image = None if fold is None else fold.image
-        return on_rail(layout, (upper, lower), spacing, held, image, time_s)
+        above = on_rigid(geometry, upper, spacing, held, time_s)
+        symmetry = mirror_symmetry(self._under_load(above, model, {}))
+        image = None if symmetry is None else symmetry.image
+        return on_rail(geometry, (upper, lower), spacing, held, image, time_s)
 
     def _under_load(self, contact: Contact, model: Model, time_s: dict[str, float]) -> ContactProblem:
         """The bodies of a contact under the loads of the scene."""
@@ -392,21 +387,21 @@ class PosedScene(Told):
                 )
 
     def _friction(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None = None
     ) -> Array | PressureDependentFriction:
         if isinstance(self.friction, PressureDependentFriction):
             return self.friction
         return self.friction_at(points, patches, kept, self.velocity)
 
     def friction_at(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None, velocity: float | None
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None, velocity: float | None
     ) -> Array:
         """Friction coefficients (n,) at contact points, which are those `kept` of the points of `patches`."""
         numbers = None if kept is None else kept.numbers
         return friction_field(self._on(patches, self.friction), points.points, patches, velocity, numbers)
 
     def pull_at(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None, **given: Any
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None = None, **given: Any
     ) -> Array:
         """Magnetic pressure (n,) [Pa] at contact points, as :meth:`friction_at`.
 
@@ -420,7 +415,7 @@ class PosedScene(Told):
         """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `patches`."""
         if not _has_arrays(spec):
             return spec
-        own = self.geometry.sheet(self.known_spacing)
+        own = self.geometry.grid(self.known_spacing)
         return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
 
     def on_cells(self, spacing: tuple[float, float]) -> Self:
@@ -428,7 +423,7 @@ class PosedScene(Told):
         changes: dict[str, Any] = {"spacing": spacing}
         fields = {name: getattr(self, name) for name in ("friction", "magnetic_pressure")}
         if any(map(_has_arrays, fields.values())):
-            own, other = self.geometry.sheet(self.known_spacing), self.geometry.sheet(spacing)
+            own, other = self.geometry.grid(self.known_spacing), self.geometry.grid(spacing)
             choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
             changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
         return self.with_(**changes)
@@ -510,6 +505,7 @@ class PosedScene(Told):
         }
         return {"scene": self.name, **self.inputs, **said}
 
+    @renamed(layout="geometry")
     def with_(self, **changes: Any) -> Self:
         """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
 
@@ -549,12 +545,12 @@ class PosedScene(Told):
 
 
 #: Fields of a scene that its results have under names of their own.
-_IN_RESULTS = {"name", "layout", "gap", "spacing", "upper", "lower"}
+_IN_RESULTS = {"name", "geometry", "gap", "spacing", "upper", "lower"}
 
 
 #: Fields of a ready scene that follow from its arguments; arguments of ready scenes that give another field;
 #: and those that may be None though they are something by default.
-_MADE = {"layout", "inputs", "name", "recipe"}
+_MADE = {"geometry", "inputs", "name", "recipe"}
 
 
 _FOLLOWS = {"points": "spacing", "width": "spacing"}

@@ -22,7 +22,7 @@ from ..bodies.simple import HalfSpace, Simple
 from ..bodies.supports import Support
 from ..friction.laws import Coulomb, InterfaceLayer
 from ..geometry.contact_points import spacing_pair
-from ..geometry.geometries import BlockLayout, ParaboloidLayout, ShoeLayout, WheelLayout
+from ..geometry.geometries import BlockOnPlane, ParaboloidOnPlane, ShoeOnRail, WheelOnRail
 from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile, as_profile
 from ..geometry.wheel_rail import of_wheel
@@ -112,7 +112,7 @@ def paraboloid_on_plane(
         friction=friction,
         sliding_direction=sliding_direction,
         force=force,
-        layout=ParaboloidLayout(radius, width),
+        geometry=ParaboloidOnPlane(radius, width),
         name="paraboloid_on_plane",
     )
 
@@ -169,7 +169,7 @@ def block_on_plane(
         attraction=attraction,
         velocity=velocity,
         supports=supports,
-        layout=BlockLayout(width, length, height),
+        geometry=BlockOnPlane(width, length, height),
         name="block_on_plane",
     )
 
@@ -267,7 +267,7 @@ def pole_shoe_on_rail(
         velocity=velocity,
         supports=supports,
         layer=layer,
-        layout=ShoeLayout(shoe, rail_length),
+        geometry=ShoeOnRail(shoe, rail_length),
         name="pole_shoe_on_rail",
     )
 
@@ -293,7 +293,7 @@ def wheel_on_rail(
     """A wheel on a rail, without yaw: paper Table 1.
 
     Solved in the frame of the contact plane: x along the rail, y across towards the field side, z normal
-    to the plane; its position and rotation in the track are in ``scene.layout.placement``. The force
+    to the plane; its position and rotation in the track are in ``scene.geometry.placement``. The force
     normal to the plane is the vertical force over the cosine of the contact angle.
 
     Parameters
@@ -325,7 +325,7 @@ def wheel_on_rail(
     force = positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
     first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
-    layout = WheelLayout.placed(
+    geometry = WheelOnRail.placed(
         wheel=wheel,
         rail=rail,
         wheel_radius=wheel_radius,
@@ -340,15 +340,15 @@ def wheel_on_rail(
         spacing=spacing_pair(first),
     )
     profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
-    ask(of_wheel({**dict(layout.arguments), **profiles}))
+    ask(of_wheel({**dict(geometry.arguments), **profiles}))
     return WheelScene(
         upper=upper,
         lower=lower,
         spacing=spacing,
         friction=_of_rolling(friction),
         sliding_direction=None,
-        force=force / float(np.cos(layout.placement.contact_angle)),
-        layout=layout,
+        force=force / float(np.cos(geometry.placement.contact_angle)),
+        geometry=geometry,
         name="wheel_on_rail",
     )
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import choice, warn
 from ..base.errors import ToleranceWarning
 from ..base.plain import plain
+from ..base.renamed import renamed
 from ..base.words import Method, Model, Pressing, Quantity, Wheels
 from ..contact.problem import Kept
 from ..contact.sliding_start import (
@@ -21,8 +22,8 @@ from ..contact.sliding_start import (
 )
 from ..friction.fields import PressureDependentFriction
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction
-from ..geometry.contact_points import Patch, SheetPoints
-from ..geometry.geometries import WheelLayout
+from ..geometry.contact_points import ContactPoints, Patch
+from ..geometry.geometries import WheelOnRail
 from ..results.chart import Chart
 from ..results.result import Result
 from . import methods
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from ..simulation.wheel_stepping import PreparedWheels
 
 
+@renamed(layout="geometry")
 @dataclass(frozen=True)
 @plain
 class Scene(PosedScene):
@@ -84,8 +86,9 @@ class Scene(PosedScene):
         which has no top, does without.
     element_size : float [m]
         Of the finite elements of their upper body at the contact; None: that of the contact grid.
-    layout, name, inputs
-        Geometry, name and arguments of a ready scene; scenes of one's own do without.
+    geometry, name, inputs
+        Geometry, name and arguments of a ready scene; scenes of one's own are made without, and then have
+        the geometry of their gap and bodies: contact points at any spacing, models, surfaces.
     recipe : (function, arguments) or None
         The function of :mod:`mtb_rs.scenes` that made it, and all it was given.
     """
@@ -260,6 +263,8 @@ class Scene(PosedScene):
 class WheelScene(Scene):
     """A wheel on a rail, as :func:`mtb_rs.scenes.wheel_on_rail` makes it: :meth:`prepare` gives wheels."""
 
+    geometry: WheelOnRail
+
     def prepare(  # type: ignore[override]
         self,
         model: Model = "auto",
@@ -276,7 +281,6 @@ class WheelScene(Scene):
         is held to for the normal contact where the scene has it."""
         from ..simulation.wheel_stepping import prepare_wheels
 
-        assert isinstance(self.geometry, WheelLayout)
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
         self.check_model(model)
@@ -297,7 +301,7 @@ class WheelScene(Scene):
         )
 
     def _friction(
-        self, points: SheetPoints, patches: tuple[Patch, ...], kept: Kept | None = None
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None = None
     ) -> Array | PressureDependentFriction:
         # pressed and not moved; the law is that of the rolling to come
         if self.sliding_direction is None:

@@ -16,7 +16,7 @@ from dataclasses import fields
 from ..base.plain import same
 from .posed import PosedScene
 
-_BODIES = {"upper", "lower", "layout", "spacing"}
+_BODIES = {"upper", "lower", "geometry", "spacing"}
 #: Everything sliding takes, and what is idle in it: a layer that shears.
 _SLIDING = {"friction", "sliding_direction", "velocity", "layer"}
 #: Of the finite elements, which half-spaces do without.

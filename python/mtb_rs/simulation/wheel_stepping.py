@@ -19,7 +19,7 @@ from ..base.files import made_of, write_bytes
 from ..base.words import Wheels
 from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
 from ..geometry.contact_points import spacing_pair
-from ..geometry.geometries import WheelLayout
+from ..geometry.geometries import WheelOnRail
 from ..geometry.profiles import as_profile
 from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
@@ -155,7 +155,7 @@ class PreparedWheels:
 
 def prepare_wheels(
     scene: PosedScene,
-    layout: WheelLayout,
+    geometry: WheelOnRail,
     side: Wheels,
     friction: Friction | RailFriction,
     layer: InterfaceLayer | None,
@@ -165,7 +165,7 @@ def prepare_wheels(
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
     refuse_beyond(scene, "wheels in steps")
-    given = dict(layout.arguments)
+    given = dict(geometry.arguments)
     point: tuple[float, ...] | None = None
     if reference_point is not None:
         centre = np.asarray(reference_point, dtype=float)
@@ -181,10 +181,10 @@ def prepare_wheels(
         )
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
-    if layout.on_flange is not None:
-        warn(layout.on_flange)
+    if geometry.on_flange is not None:
+        warn(geometry.on_flange)
     law = _native_law(friction)
-    place = layout.placement
+    place = geometry.placement
     upper, lower = scene.simple
     cos = float(np.cos(place.contact_angle))
     lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")

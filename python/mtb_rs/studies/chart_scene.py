@@ -242,11 +242,11 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
         if last[0] * last[1] > 1.1 * largest * spacing[0] * spacing[1]:
             break
         try:
-            sheet = scene.geometry.sheet(spacing)
+            grid = scene.geometry.grid(spacing)
         except ValueError:
             continue
-        patches = sheet.patches
-        if scene.geometry.is_coarser_than(sheet.spacing):
+        patches = grid.patches
+        if scene.geometry.is_coarser_than(grid.spacing):
             break
         sizes = tuple(n for p in patches for n in (p.nx, p.ny))
         count = sum(p.nx * p.ny for p in patches)
@@ -261,11 +261,11 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
 
 def fields_of(scene: PosedScene, result: Result, spacing: Spacing) -> Fields:
     """What a chart compares of a result of `scene` at a spacing."""
-    sheet = scene.geometry.sheet(spacing)
-    points = sheet.nodes if result.patches == sheet.node_patches else sheet.cells
+    grid = scene.geometry.grid(spacing)
+    points = grid.nodes if result.patches == grid.node_patches else grid.cells
     axes = [(p, *p.axes()) for p in result.patches]
     hats = None
-    if points is sheet.nodes and result.coefficients is not None:
+    if points is grid.nodes and result.coefficients is not None:
         hats = np.zeros(result.area.size)
         # beside a body there are no unknowns
         hats[result.area.ravel() > 0.0] = result.coefficients[2]
@@ -274,7 +274,7 @@ def fields_of(scene: PosedScene, result: Result, spacing: Spacing) -> Fields:
         result.pressure.ravel(),
         result.displacement.lower[2].ravel(),
         result.force,
-        sheet.spacing,
+        grid.spacing,
         hats,
         result.area.ravel() > 0.0,
     )
@@ -502,33 +502,33 @@ def _by_convolution(scene: PosedScene) -> Solve:
     """The same half-spaces by :func:`mtb_rs.solve_normal`: friction follows from the pressure."""
     from ..half_space.normal import solve_normal
 
-    layout = scene.geometry
+    geometry = scene.geometry
     mu = float(scene.friction) if _rubs(scene) else 0.0
     along = np.zeros(2) if scene.sliding_direction is None else np.array(scene.sliding_direction)
     along = along / max(float(np.linalg.norm(along)), 1e-300)
 
     def solve(spacing: Spacing) -> tuple[Fields, Report]:
-        sheet = layout.sheet(spacing)
-        grid = sheet.patches[0]
+        grid = geometry.grid(spacing)
+        patch = grid.patches[0]
         force = scene.force
         if scene.magnetic_pressure is not None:
-            force = float(scene.magnetic_pressure) * float(sheet.area.sum())
+            force = float(scene.magnetic_pressure) * float(grid.area.sum())
         result = solve_normal(
-            np.ascontiguousarray(grid.view(sheet.cells.gap)),
-            sheet.spacing,
+            np.ascontiguousarray(patch.view(grid.cells.gap)),
+            grid.spacing,
             lower=as_body("lower", scene.lower),
             upper=as_body("upper", scene.upper),
             force=force,
             approach=scene.approach,
-            edge="sharp" if layout.is_body_edge else "error",
+            edge="sharp" if geometry.is_body_edge else "error",
             method="fft",
         )
         fields = Fields(
-            [(grid, *grid.axes())],
+            [(patch, *patch.axes())],
             result.pressure.ravel(),
             np.zeros(0),
             result.normal_force * np.array([mu * along[0], mu * along[1], -1.0]),
-            sheet.spacing,
+            grid.spacing,
         )
         return fields, result.report
 

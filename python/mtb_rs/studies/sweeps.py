@@ -407,5 +407,5 @@ def _is_unicode(text: str) -> bool:
 
 def _known(scene: Scene) -> set[str]:
     """Arguments that may be varied."""
-    known = {f.name for f in fields(Scene)} - {"layout", "inputs", "name", "recipe"}
+    known = {f.name for f in fields(Scene)} - {"geometry", "inputs", "name", "recipe"}
     return known if scene.recipe is None else known | set(scene.recipe[1])
