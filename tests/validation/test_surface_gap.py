@@ -119,7 +119,7 @@ def test_bad_bodies_are_named(tmp_path: Path) -> None:
         BodySurface.block(1.0, -1.0)
 
 
-def test_bad_sheets_are_named() -> None:
+def test_bad_grids_are_named() -> None:
     plane, ball = BodySurface.plane(), BodySurface.paraboloid(0.1)
     with pytest.raises(ValueError, match="never touch"):
         surface_gap(plane, BodySurface.plane(0.1), *PATCH, 1e-3)
