@@ -7,158 +7,256 @@
 
 #include <stdint.h>
 
-// How a call ended.
+/*
+ How a call ended.
+ */
 typedef enum mtb_status {
-  // All is well.
+  /*
+   All is well.
+   */
   MTB_STATUS_OK = 0,
-  // An argument cannot be: the message says which.
+  /*
+   An argument cannot be: the message says which.
+   */
   MTB_STATUS_BAD_ARGUMENT = 1,
-  // The file cannot be read, or does not hold what is to be loaded.
+  /*
+   The file cannot be read, or does not hold what is to be loaded.
+   */
   MTB_STATUS_BAD_FILE = 2,
-  // No sliding state exists: the body wedges.
+  /*
+   No sliding state exists: the body wedges.
+   */
   MTB_STATUS_NO_SOLUTION = 3,
-  // The resultant of the load lies outside the contact, no height carries the force of the wheels, or no
-  // solution was found.
+  /*
+   The resultant of the load lies outside the contact, no height carries the force of the wheels, or no
+   solution was found.
+   */
   MTB_STATUS_NOT_CONVERGED = 4,
-  // A fault of this library.
-  MTB_STATUS_INTERNAL = 5,
+  /*
+   A fault of this library.
+   */
+  MTB_STATUS_INTERNAL = 5
 } mtb_status;
 
-// What a step took.
+/*
+ What a step took.
+ */
 typedef struct mtb_effort {
-  // Active sets.
+  /*
+   Active sets.
+   */
   uint64_t sets;
-  // Factorisations.
+  /*
+   Factorisations.
+   */
   uint64_t factorisations;
-  // Products with the influence matrix, and solves with its factors.
+  /*
+   Products with the influence matrix, and solves with its factors.
+   */
   uint64_t products;
-  // Relative complementarity residual.
+  /*
+   Relative complementarity residual.
+   */
   double residual;
 } mtb_effort;
 
-// Contact load of a step of wheels.
+/*
+ Contact load of a step of wheels.
+ */
 typedef struct mtb_wheel_step {
-  // Force of all patches on the rails [N].
+  /*
+   Force of all patches on the rails [N].
+   */
   double force[3];
-  // Moment of it about the reference point [N m].
+  /*
+   Moment of it about the reference point [N m].
+   */
   double moment[3];
-  // Vertical force that the wheels press on the left and on the right rail with, friction included [N].
+  /*
+   Vertical force that the wheels press on the left and on the right rail with, friction included [N].
+   */
   double vertical_force[2];
-  // What the vertical force departs by from the one that the height was to be found for, over that, friction
-  // being no part of that balance: the largest departure, with its sign. NaN where the height was given.
+  /*
+   What the vertical force departs by from the one that the height was to be found for, over that, friction
+   being no part of that balance: the largest departure, with its sign. NaN where the height was given.
+   */
   double balance_error;
-  // The reference point, where the pose has put it [m].
+  /*
+   The reference point, where the pose has put it [m].
+   */
   double reference_point[3];
-  // The pose, with what was found from balance: x, y, z [m], roll, pitch, yaw [rad].
+  /*
+   The pose, with what was found from balance: x, y, z [m], roll, pitch, yaw [rad].
+   */
   double pose[6];
-  // Heat of sliding [W].
+  /*
+   Heat of sliding [W].
+   */
   double friction_power;
-  // Number of patches; none where the wheels are lifted.
+  /*
+   Number of patches; none where the wheels are lifted.
+   */
   uint64_t patches;
-  // Normal problems, of all patches and trials of the height.
+  /*
+   Normal problems, of all patches and trials of the height.
+   */
   uint64_t normal_solves;
-  // Newton steps of the tangential problems.
+  /*
+   Newton steps of the tangential problems.
+   */
   uint64_t iterations;
 } mtb_wheel_step;
 
-// A contact patch, in its own frame: x along the rail, y across, normal from the rail to the wheel.
+/*
+ A contact patch, in its own frame: x along the rail, y across, normal from the rail to the wheel.
+ */
 typedef struct mtb_wheel_patch {
-  // 1 for the left wheel, -1 for the right one.
+  /*
+   1 for the left wheel, -1 for the right one.
+   */
   int64_t side;
-  // Points along x.
+  /*
+   Points along x.
+   */
   uint64_t nx;
-  // Points along y.
+  /*
+   Points along y.
+   */
   uint64_t ny;
-  // First point, x and y [m].
+  /*
+   First point, x and y [m].
+   */
   double start[2];
-  // Distance of the points along x and y [m].
+  /*
+   Distance of the points along x and y [m].
+   */
   double spacing[2];
-  // Origin of the frame, in the track [m].
+  /*
+   Origin of the frame, in the track [m].
+   */
   double position[3];
-  // Directions of x, y and normal in the track, three numbers each.
+  /*
+   Directions of x, y and normal in the track, three numbers each.
+   */
   double directions[3][3];
-  // Slope of the contact plane [rad], > 0 where it rises to the field side (flange contact).
+  /*
+   Slope of the contact plane [rad], > 0 where it rises to the field side (flange contact).
+   */
   double contact_angle;
-  // y of the origin in the rail profile's own frame [m].
+  /*
+   y of the origin in the rail profile's own frame [m].
+   */
   double rail_position;
-  // y of the origin in the wheel profile's own frame [m].
+  /*
+   y of the origin in the wheel profile's own frame [m].
+   */
   double wheel_position;
-  // Largest overlap of the undeformed bodies along the normal [m].
+  /*
+   Largest overlap of the undeformed bodies along the normal [m].
+   */
   double approach;
-  // Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
+  /*
+   Rigid slip of the wheel over the rail at the origin, over the rolling speed: xi, eta [-], phi [1/m].
+   */
   double creepage[3];
-  // Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
+  /*
+   Mean of the speeds at which the patch runs over rail and wheel [m/s]; > 0 along x.
+   */
   double rolling_speed;
-  // Sum of pressure times area [N].
+  /*
+   Sum of pressure times area [N].
+   */
   double normal_force;
-  // Share of the estimated contact area inclined too much against the plane to be represented by it [-].
+  /*
+   Share of the estimated contact area inclined too much against the plane to be represented by it [-].
+   */
   double neglected;
-  // Heat of sliding [W].
+  /*
+   Heat of sliding [W].
+   */
   double friction_power;
 } mtb_wheel_patch;
 
 #ifdef __cplusplus
 extern "C" {
-#endif // __cplusplus
+#endif /* __cplusplus */
 
-// Version of the library, for example "0.1.0".
+/*
+ Version of the library, for example "0.1.0".
+ */
 const char *mtb_version(void);
 
-// Why the last call on this thread failed; empty if it did not. Valid until the next call on this thread.
+/*
+ Why the last call on this thread failed; empty if it did not. Valid until the next call on this thread.
+ */
 const char *mtb_last_error_message(void);
 
-// Reads a contact that Python's `PreparedContact.save` wrote.
-//
-// `path`: text in UTF-8, ended by a zero. `contact`: gets the handle, which `mtb_contact_free` gives back.
-//
-// # Safety
-// `path` must be such a text, `contact` must point to a number.
+/*
+ Reads a contact that Python's `PreparedContact.save` wrote.
+
+ `path`: text in UTF-8, ended by a zero. `contact`: gets the handle, which `mtb_contact_free` gives back.
+
+ # Safety
+ `path` must be such a text, `contact` must point to a number.
+ */
 enum mtb_status mtb_contact_load(const char *path,
                                  uint64_t *contact);
 
-// Another contact without memory that shares the matrices of this one, for a second shoe or thread.
-//
-// # Safety
-// `copy` must point to a number.
+/*
+ Another contact without memory that shares the matrices of this one, for a second shoe or thread.
+
+ # Safety
+ `copy` must point to a number.
+ */
 enum mtb_status mtb_contact_copy(uint64_t contact, uint64_t *copy);
 
-// Gives a contact back.
+/*
+ Gives a contact back.
+ */
 enum mtb_status mtb_contact_free(uint64_t contact);
 
-// Numbers of contact points and of motions found from balance.
-//
-// # Safety
-// `points` and `motions` must point to numbers.
+/*
+ Numbers of contact points and of motions found from balance.
+
+ # Safety
+ `points` and `motions` must point to numbers.
+ */
 enum mtb_status mtb_contact_size(uint64_t contact, uint64_t *points, uint64_t *motions);
 
-// Contact points and normals of the lower body (3 n each: all x, all y, all z) [m], areas (n) [m2].
-//
-// `n`: the number of points, as `mtb_contact_size` tells.
-//
-// # Safety
-// The arrays must be of these lengths.
+/*
+ Contact points and normals of the lower body (3 n each: all x, all y, all z) [m], areas (n) [m2].
+
+ `n`: the number of points, as `mtb_contact_size` tells.
+
+ # Safety
+ The arrays must be of these lengths.
+ */
 enum mtb_status mtb_contact_points(uint64_t contact,
                                    uint64_t n,
                                    double *points,
                                    double *normals,
                                    double *areas);
 
-// The point that moments and rotations are about [m].
-//
-// # Safety
-// `point` must have room for 3 numbers.
+/*
+ The point that moments and rotations are about [m].
+
+ # Safety
+ `point` must have room for 3 numbers.
+ */
 enum mtb_status mtb_contact_reference_point(uint64_t contact, double *point);
 
-// Solves the contact at one instant, from the memory of the last step.
-//
-// `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad];
-// NaN, or a null pointer for all: found from balance where free, else zero. `velocity` (2): of the upper
-// body over the lower one, x and y [m/s]. `magnetic_pressure` [Pa]: uniform, in place of the scene's;
-// NaN: the scene's. Out: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
-// reference point, and, unless null, `effort`.
-//
-// # Safety
-// The arrays must be of these lengths.
+/*
+ Solves the contact at one instant, from the memory of the last step.
+
+ `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad];
+ NaN, or a null pointer for all: found from balance where free, else zero. `velocity` (2): of the upper
+ body over the lower one, x and y [m/s]. `magnetic_pressure` [Pa]: uniform, in place of the scene's;
+ NaN: the scene's. Out: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
+ reference point, and, unless null, `effort`.
+
+ # Safety
+ The arrays must be of these lengths.
+ */
 enum mtb_status mtb_contact_step(uint64_t contact,
                                  const double *pose,
                                  const double *velocity,
@@ -167,84 +265,106 @@ enum mtb_status mtb_contact_step(uint64_t contact,
                                  double *moment,
                                  struct mtb_effort *effort);
 
-// Mean pressure over each of the `n` points [Pa] in the last step that was solved.
-//
-// # Safety
-// `pressure` must have room for `n` numbers.
+/*
+ Mean pressure over each of the `n` points [Pa] in the last step that was solved.
+
+ # Safety
+ `pressure` must have room for `n` numbers.
+ */
 enum mtb_status mtb_contact_pressure(uint64_t contact, uint64_t n, double *pressure);
 
-// Gap at each of the `n` points [m] in the last step that was solved.
-//
-// # Safety
-// `gap` must have room for `n` numbers.
+/*
+ Gap at each of the `n` points [m] in the last step that was solved.
+
+ # Safety
+ `gap` must have room for `n` numbers.
+ */
 enum mtb_status mtb_contact_gap(uint64_t contact, uint64_t n, double *gap);
 
-// The state after the last step that was solved, `n` numbers for `mtb_contact_resume`.
-//
-// # Safety
-// `state` must have room for `n` numbers.
+/*
+ The state after the last step that was solved, `n` numbers for `mtb_contact_resume`.
+
+ # Safety
+ `state` must have room for `n` numbers.
+ */
 enum mtb_status mtb_contact_state(uint64_t contact, uint64_t n, double *state);
 
-// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again.
-//
-// # Safety
-// `state` must hold `n` numbers.
+/*
+ Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again.
+
+ # Safety
+ `state` must hold `n` numbers.
+ */
 enum mtb_status mtb_contact_resume(uint64_t contact,
                                    uint64_t n,
                                    const double *state);
 
-// Reads wheels that Python's `PreparedWheels.save` wrote.
-//
-// `path`: text in UTF-8, ended by a zero. `wheels`: gets the handle, which `mtb_wheels_free` gives back.
-//
-// # Safety
-// `path` must be such a text, `wheels` must point to a number.
+/*
+ Reads wheels that Python's `PreparedWheels.save` wrote.
+
+ `path`: text in UTF-8, ended by a zero. `wheels`: gets the handle, which `mtb_wheels_free` gives back.
+
+ # Safety
+ `path` must be such a text, `wheels` must point to a number.
+ */
 enum mtb_status mtb_wheels_load(const char *path,
                                 uint64_t *wheels);
 
-// The same wheels without memory, for a second wheelset or thread.
-//
-// # Safety
-// `copy` must point to a number.
+/*
+ The same wheels without memory, for a second wheelset or thread.
+
+ # Safety
+ `copy` must point to a number.
+ */
 enum mtb_status mtb_wheels_copy(uint64_t wheels, uint64_t *copy);
 
-// Gives wheels back.
+/*
+ Gives wheels back.
+ */
 enum mtb_status mtb_wheels_free(uint64_t wheels);
 
-// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
-//
-// # Safety
-// `point` must have room for 3 numbers.
+/*
+ The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
+
+ # Safety
+ `point` must have room for 3 numbers.
+ */
 enum mtb_status mtb_wheels_reference_point(uint64_t wheels, double *point);
 
-// Solves the contacts of the wheels at one instant, from the memory of the last step.
-//
-// `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]; z
-// NaN: found so that the wheels carry their vertical force; z and roll NaN, both wheels: so that each carries
-// it. A null pointer: z NaN, all else zero. `velocity` (6): of the reference point along x, y, z [m/s], then
-// rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
-// left, z up. Out: `step`.
-//
-// # Safety
-// The arrays must be of these lengths, `step` must point to such a structure.
+/*
+ Solves the contacts of the wheels at one instant, from the memory of the last step.
+
+ `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]; z
+ NaN: found so that the wheels carry their vertical force; z and roll NaN, both wheels: so that each carries
+ it. A null pointer: z NaN, all else zero. `velocity` (6): of the reference point along x, y, z [m/s], then
+ rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
+ left, z up. Out: `step`.
+
+ # Safety
+ The arrays must be of these lengths, `step` must point to such a structure.
+ */
 enum mtb_status mtb_wheels_step(uint64_t wheels,
                                 const double *pose,
                                 const double *velocity,
                                 struct mtb_wheel_step *step);
 
-// A patch of the last step that was solved, counted from 0, those of the left wheel first.
-//
-// # Safety
-// `patch` must point to such a structure.
+/*
+ A patch of the last step that was solved, counted from 0, those of the left wheel first.
+
+ # Safety
+ `patch` must point to such a structure.
+ */
 enum mtb_status mtb_wheels_patch(uint64_t wheels, uint64_t index, struct mtb_wheel_patch *patch);
 
-// Fields of a patch of the last step that was solved, `n` = nx ny points, x fastest.
-//
-// `pressure` (n) [Pa]; `traction` on the rail (2 n: along x, along y) [Pa]; `slip_velocity` of the wheel over
-// the rail (2 n) [m/s]; `status` (n): 0 open, 1 stick, 2 slip. A null pointer leaves a field out.
-//
-// # Safety
-// The arrays must be of these lengths.
+/*
+ Fields of a patch of the last step that was solved, `n` = nx ny points, x fastest.
+
+ `pressure` (n) [Pa]; `traction` on the rail (2 n: along x, along y) [Pa]; `slip_velocity` of the wheel over
+ the rail (2 n) [m/s]; `status` (n): 0 open, 1 stick, 2 slip. A null pointer leaves a field out.
+
+ # Safety
+ The arrays must be of these lengths.
+ */
 enum mtb_status mtb_wheels_fields(uint64_t wheels,
                                   uint64_t index,
                                   uint64_t n,
@@ -253,29 +373,35 @@ enum mtb_status mtb_wheels_fields(uint64_t wheels,
                                   double *slip_velocity,
                                   int32_t *status);
 
-// How many numbers the state after the last step that was solved has.
-//
-// # Safety
-// `n` must point to a number.
+/*
+ How many numbers the state after the last step that was solved has.
+
+ # Safety
+ `n` must point to a number.
+ */
 enum mtb_status mtb_wheels_state_size(uint64_t wheels, uint64_t *n);
 
-// The state after the last step that was solved, `n` numbers for `mtb_wheels_resume`.
-//
-// # Safety
-// `state` must have room for `n` numbers.
+/*
+ The state after the last step that was solved, `n` numbers for `mtb_wheels_resume`.
+
+ # Safety
+ `state` must have room for `n` numbers.
+ */
 enum mtb_status mtb_wheels_state(uint64_t wheels, uint64_t n, double *state);
 
-// Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The
-// memory decides how long a step takes, not what comes out.
-//
-// # Safety
-// `state` must hold `n` numbers.
+/*
+ Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The
+ memory decides how long a step takes, not what comes out.
+
+ # Safety
+ `state` must hold `n` numbers.
+ */
 enum mtb_status mtb_wheels_resume(uint64_t wheels,
                                   uint64_t n,
                                   const double *state);
 
 #ifdef __cplusplus
 }  // extern "C"
-#endif  // __cplusplus
+#endif  /* __cplusplus */
 
 #endif  /* MTB_H */

@@ -14,7 +14,17 @@ fn the_header_is_current() {
         .unwrap();
     let mut header = Vec::new();
     bindings.write(&mut header);
-    let header = String::from_utf8(header).unwrap();
+    // C of 1990 has no comma behind the last name of an enumeration, and no comments to the end of a line
+    let header = String::from_utf8(header).unwrap().replace(",\n}", "\n}");
+    let header: String = header
+        .lines()
+        .map(|line| match line.split_once("// ") {
+            Some((before, name)) if before.starts_with("#endif") => {
+                format!("{before}/* {name} */\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
     let path = root.join("include/mtb.h");
     if std::env::var_os("MTB_WRITE_HEADER").is_some() {
         std::fs::write(&path, &header).unwrap();
