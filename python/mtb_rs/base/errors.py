@@ -7,7 +7,7 @@ from typing import Any
 
 
 class CaseError(ValueError):
-    """A case file that cannot be used: names the file, the key and the value."""
+    """A case file cannot be used. The message names the file, the key and the value."""
 
 
 class ConvergenceError(RuntimeError):
@@ -16,7 +16,7 @@ class ConvergenceError(RuntimeError):
     Attributes
     ----------
     result
-        The last state, with a report that says what happened; never to be taken for a solution.
+        The last state, whose report gives the reason. It is not a solution.
     """
 
     def __init__(self, message: str, result: Any = None) -> None:
@@ -32,16 +32,16 @@ class ResultantError(ConvergenceError, ValueError):
 
 
 class MissingFileError(FileNotFoundError, ValueError):
-    """A file that was asked for and is not there."""
+    """A file that was asked for does not exist."""
 
 
 class ViewError(RuntimeError):
-    """A 3-D picture that cannot be made on this machine; the message says what is missing."""
+    """A 3-D picture cannot be made on this machine. The message names the missing part."""
 
 
 class ToleranceWarning(UserWarning):
-    """A result whose estimated error exceeds what was aimed at; the message says what would do."""
+    """The estimated error of a result exceeds its tolerance. The message names cells that would meet it."""
 
 
 class PictureWarning(UserWarning):
-    """A file that was left out, and what to install to have it."""
+    """A file was left out. The message names the package to install for it."""

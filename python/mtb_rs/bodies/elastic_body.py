@@ -241,8 +241,8 @@ class BodyState:
     def at(self, points: Array) -> Array:
         """Displacement (3, n) [m] at `points` (3, n) [m] of the contact face.
 
-        Values at the points themselves, where a condensed body knows means over the hats around them:
-        the two differ at the edges of the face.
+        These are values at the points themselves, while a condensed body gives means over the hats around the
+        points. The two differ at the edges of the face.
         """
         body = self.body
         reach = 0.02 * float(np.ptp(body.mesh.nodes, axis=0).max())
@@ -266,16 +266,17 @@ class ElasticBody:
     mesh : TetraMesh
     material : Material
     contact
-        Where it may touch: boundary triangles with all corners there. A warning says if a function or a box
-        covers another area than these.
+        Place where the body may touch: the boundary triangles with all corners there. A warning comes if a
+        function or a box covers another area than these triangles.
     supports : sequence of Support
-        What is left free must be held by the contact; what contact cannot hold is an error.
+        Supports of the body. The contact must hold all motions that the supports leave free; a motion that it
+        cannot hold is an error.
     name : str
         For reports and files; two bodies of one name become "upper <name>" and "lower <name>" in a scene.
     linear : bool
-        Whether tetrahedra of four nodes stay so, with a warning: they are far too stiff in bending and where
-        Poisson's ratio is high. Otherwise they get nodes in the middle of their straight edges, numbered
-        behind those of the mesh.
+        Whether tetrahedra of four nodes are kept, with a warning: they are far too stiff in bending and at
+        high Poisson's ratios. Otherwise they get nodes in the middle of their straight edges, which are
+        numbered after those of the mesh.
     """
 
     mesh: TetraMesh
@@ -377,17 +378,19 @@ class ElasticBody:
             TetraMesh.
         material : Material
         unit : "m", "mm", "um" or "in"
-            Of the file's numbers; STL files do not say. STEP and IGES files do: "m" then.
+            Unit of the numbers in the file, which STL files do not state. STEP and IGES files state it; keep
+            "m" for them.
         contact, supports
-            In metres. Whole triangles make the contact face: its edges must be edges of the surface.
+            As in :class:`ElasticBody`, in metres. The contact face consists of whole triangles, so its edges
+            must be edges of the surface.
         size : float [m]
-            Size of the tetrahedra at the contact face, for solids and surfaces; they grow away from it.
-            On curved faces of solids tetrahedra are curved, with their nodes on the true face, and smaller
-            where it turns within one.
+            Size of the tetrahedra at the contact face, for solids and surfaces; they grow away from it. On
+            curved faces of solids the tetrahedra are curved, with their nodes on the true face, and they are
+            smaller where the face is strongly curved.
         name : str
             For reports and files.
         linear : bool
-            Whether ready tetrahedra of four nodes stay so; see :class:`ElasticBody`.
+            Whether ready tetrahedra of four nodes are kept; see :class:`ElasticBody`.
         """
         from .mesh_files import Geometry, read_mesh  # brings trimesh
 

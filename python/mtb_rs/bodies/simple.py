@@ -23,15 +23,15 @@ Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 @dataclass(frozen=True)
 @plain
 class HalfSpace:
-    """A body so large that its contact cannot tell it from an elastic half-space.
+    """A body that is so large that its contact behaves like that of an elastic half-space.
 
     Parameters
     ----------
     material : Material
     surface : Profile, BodySurface, trimesh object or None
-        Its shape against an :class:`mtb_rs.ElasticBody`, in the frame of that body's mesh: a profile z(y) is
-        straight along x, a mesh is in metres. None: the plane through the end of the other face. A name is
-        that of a standard profile.
+        Its shape below or above an :class:`mtb_rs.ElasticBody`, in the frame of that body's mesh. A profile
+        z(y) is straight along x, a mesh is in metres, and a name means a standard profile. None: the plane
+        through the end of the other face.
     """
 
     material: Material

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Where on a body, and how it is held there."""
+"""Places on a body, and the supports that hold it there."""
 
 from __future__ import annotations
 
@@ -59,14 +59,15 @@ class Guide:
 @dataclass(frozen=True)
 @plain
 class Support:
-    """Nodes that are held.
+    """A support: nodes of a body that are held.
 
     Parameters
     ----------
     where
         Name, function, box or points; see :data:`Where`.
     x, y, z : float [m], Guide or None
-        Prescribed displacement; a common unknown one; or free.
+        Each component is prescribed (a displacement), guided (one common unknown displacement), or free
+        (None).
     name : str
         For reports.
     """

@@ -30,7 +30,7 @@ MOST_TRIANGLES = 1_000_000
 class BodySurface:
     """Surface of a body, placed in the common frame.
 
-    A lower body lies below it, an upper one above. Made by the class methods.
+    A lower body lies below its surface, an upper body above it. Use the class methods to make a surface.
 
     Examples
     --------
@@ -104,9 +104,9 @@ class BodySurface:
     ) -> BodySurface:
         """Triangles (m, 3), counter-clockwise seen from outside, of `vertices` (3, n) [m].
 
-        Between its vertices the surface is curved: cubics fitted around them stand behind the facets.
-        Edges sharper than 30 degrees stay edges. `closed` bodies must be watertight. At most a million are
-        taken.
+        Between its vertices the surface is curved, by cubics that are fitted around the vertices. Edges
+        sharper than 30 degrees stay edges. `closed` bodies must be watertight. The limit is a million
+        triangles.
         """
         points = reals("vertices", vertices)
         if points.ndim != 2 or points.shape[0] != 3:
@@ -165,7 +165,7 @@ class BodySurface:
     def bottom(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Height z [m] of the lowest point over (x, y) [m], any shape; NaN beside the body.
 
-        Of all but meshes it is the top: they are one surface.
+        For all surfaces other than meshes it equals the top.
         """
         if self._recipe[0] != "_of_mesh":
             return self.top(x, y)
@@ -263,8 +263,8 @@ def surface_gap(
     reach : float [m]
         Distance up to which the upper body is looked for.
     approach : float [m], optional
-        Expected approach. Facets whose error is more than a tenth of it, where contact is expected,
-        are refused with a ValueError.
+        Expected approach. A ValueError refuses facets whose error is more than a tenth of it where contact is
+        expected.
     """
     fields = _mtb_rs.surface_gap(
         lower._core,

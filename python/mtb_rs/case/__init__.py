@@ -48,7 +48,7 @@ MOST_DOTS = 200
 
 
 class Case(BaseModel):
-    """A scene with its arguments and how to solve it, as a case file states them. Never changes.
+    """A scene, its arguments and its solve options, as a case file states them. It never changes.
 
     The arguments of the scene are attributes under their own names.
     """
@@ -81,7 +81,7 @@ class Case(BaseModel):
         Raises
         ------
         CaseError
-            If the arguments do not make one: names all that are wrong.
+            If arguments are wrong; the message names all of them.
         """
         wrong = self._wrong_arguments()
         if wrong:

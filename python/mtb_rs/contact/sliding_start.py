@@ -31,12 +31,12 @@ def check_room(points: int, matrices: int = 20) -> None:
 @dataclass(frozen=True, repr=False)
 @plain
 class StartOfSliding:
-    """How a contact gives way, step by step.
+    """The way of a contact from rest to full sliding, step by step.
 
     Attributes
     ----------
     displacement : (m, 2) [m]
-        Of the upper body over the lower one, away from the contact.
+        Displacement of the upper body over the lower one, far from the contact.
     force : (m, 2) [N]
         Friction on the lower body, along the tangents.
     normal_force : (m,) [N]
@@ -92,7 +92,7 @@ def start_of_sliding(
     displacements : (m, 2) [m]
         Of the upper body over the lower one at the end of each step, from rest.
     layer : InterfaceLayer or None
-        Softens the start; without influence once everything slides.
+        Softens the start of sliding; it has no influence in full sliding.
     tolerance : float [-]
 
     Raises

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Friction and magnetic pressure as users state them, and as fields over the contact points."""
+"""Friction and magnetic pressure: the forms that users may give, and fields over the contact points."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class GaussianPressure:
     ----------
     peak : float [Pa]
     center : (cx, cy) [m]
-        The y of a hill on two poles is meant as its distance ``|y|`` from the symmetry plane.
+        On two poles y is the distance ``|y|`` of the hill from the symmetry plane.
     sigma : (sx, sy) [m]
     floor : float [-]
     """
@@ -80,8 +80,8 @@ class VelocityTable:
     velocity : sequence of float [m/s]
         Rising.
     value : sequence
-        One value for each velocity: numbers, or anything the quantity itself may be (a distribution, an
-        array); between two velocities the fields are interpolated linearly, outside is an error.
+        One value for each velocity: numbers, or any other form of the quantity (a distribution, an array).
+        Between two velocities the fields are interpolated linearly; a velocity outside the table is an error.
     """
 
     velocity: Sequence[float]
@@ -107,20 +107,20 @@ class VelocityTable:
     def from_file(cls, path: str | Path) -> VelocityTable:
         """Table from a CSV with two columns, a velocity and a value.
 
-        A heading gives their order and units, as ``value [MPa],velocity [km/h]``; without one the first
-        column is the velocity [m/s] and the second one the value in its SI unit. Further columns are left out
-        where the heading names "velocity" and "value".
+        A heading gives their order and units, for example ``value [MPa],velocity [km/h]``. Without a heading
+        the first column is the velocity [m/s] and the second one the value in its SI unit. Further columns
+        are ignored if the heading names "velocity" and "value".
 
         Parameters
         ----------
         path : str or Path
-            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //.
+            Its columns are separated by blanks, commas or semicolons; comments begin with #, !, % or //.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, or names the line: what is not two numbers, decimal commas, a heading
-            without a velocity, a unit that is not known.
+            If the file cannot be read. The message names a line that does not hold two numbers or has decimal
+            commas, a heading without a velocity, and an unknown unit.
         """
         path = path_of("path", path)
         text = read_text(path, "table")

@@ -77,10 +77,10 @@ class Coulomb:
 class StaticKinetic:
     """One coefficient for points that stick, another for points that slip.
 
-    The jump between the two makes the result depend on the grid: where the slip area ends, and whether
-    several states exist, is decided by single cells. CONTACT has withdrawn this law for that reason. The
-    total force in full slip is sound, the fields near the edge of the slip area are not: take
-    :class:`FallingFriction` with a memory where they matter. A warning says so.
+    The jump between the two makes the result depend on the grid: single cells decide where the slip area ends
+    and whether several states exist. CONTACT has withdrawn this law for that reason. The total force in full
+    slip is sound, and the fields near the edge of the slip area are not. Use :class:`FallingFriction` with a
+    memory where they matter. A warning says so.
 
     Parameters
     ----------
@@ -121,11 +121,11 @@ class FallingFriction:
     static, kinetic : float [-]
         Coefficients at rest and at high slip speed.
     half_slip : float [m/s]
-        Slip speed at which half of the difference is gone.
+        Slip speed at which the coefficient has fallen by half of the difference.
     memory : float [m] or None
         Slip distance over which the coefficient adapts.
     memory_min_slip : float [m/s]
-        Slip speed at which it still adapts where the surfaces stick.
+        Slip speed with which the coefficient still adapts where the surfaces stick.
     """
 
     static: float
@@ -210,9 +210,9 @@ Friction = Coulomb | StaticKinetic | FallingFriction | TabulatedFriction
 class RailFriction:
     """A coefficient of friction over the rail, for wheels in steps (:meth:`mtb_rs.Scene.prepare`).
 
-    It stays on the rail while wheels roll over it: each step takes it at the cells of its patches. Linear
-    between the places where it is given, constant beyond the first and the last; two places close together
-    make a step. Both rails have the same one, the right rail seen in a mirror.
+    The coefficient is fixed to the rail, and each step evaluates it at the cells of its patches. It is linear
+    between the given places and constant beyond the first and the last one; two places close together make a
+    step. Both rails have the same coefficient, the right rail as a mirror image.
 
     Parameters
     ----------

@@ -37,8 +37,8 @@ def metres(unit: Unit) -> float:
 class Profile:
     """Height z(y) [m] of the cross-section of a rail or a wheel, z up.
 
-    Rails have their crown at y = 0; wheels have the tape circle at y = 0, the field side at y > 0
-    and the flange at y < 0. Made by :meth:`standard`, :meth:`from_points` or :meth:`from_file`.
+    Rails have their crown at y = 0. Wheels have the tape circle at y = 0, the field side at y > 0 and the
+    flange at y < 0. Use :meth:`standard`, :meth:`from_points` or :meth:`from_file` to make a profile.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Profile:
 
     @classmethod
     def standard(cls, name: str) -> Profile:
-        """Profile known by name: "60E1" or "S1002"."""
+        """Standard profile of the given name: "60E1" or "S1002"."""
         makers = {"60E1": _mtb_rs.Profile.rail_60e1, "S1002": _mtb_rs.Profile.wheel_s1002}
         if not isinstance(name, str) or name not in makers:
             raise ValueError(f"profile {name!r} is unknown: {', '.join(STANDARD_PROFILES)} are known by name")
@@ -97,21 +97,22 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Columns parted by blanks, commas or semicolons; comments begin with #, !, % or //. A heading gives
-            their order and units, as ``z [mm], y [mm]``; files of more than two columns need one.
+            Its columns are separated by blanks, commas or semicolons; comments begin with #, !, % or //. A
+            heading gives their order and units, for example ``z [mm], y [mm]``. Files of more than two
+            columns need a heading.
         interpolation : "smooth" or "linear"
         unit : str
             Length unit of files that do not state theirs: "m", "mm", "um" or "in".
         z_axis : "up", "down" or "guess"
-            Way of z in the file; guessed, the larger departure from the median height is down: rails
-            fall off at their flanks, wheels at their flange.
+            Direction of z in the file. A guess takes the larger departure from the median height as down,
+            because rails fall off at their flanks and wheels at their flange.
 
-        A width that no rail or wheel has is warned of: it is mostly a slip of the unit.
+        A width that no rail or wheel has gives a warning, because it is mostly a mistake in the unit.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, or names the line that is not as it should be.
+            If the file cannot be read. For a wrong line the message names it.
         """
         path = path_of("path", path)
         choice("interpolation", interpolation, Interpolation)

@@ -203,8 +203,9 @@ def fastsim(
 ) -> FoundationResult:
     """FASTSIM: the simplified theory of rolling contact [Kalker1982].
 
-    Separate contacts are solved each by itself, with the ellipse of its own second moments and the
-    creepages about its own centre of pressure; that they move each other elastically is left out.
+    Each of several separate contacts is solved by itself, with the ellipse of its own second moments and the
+    creepages about its own centre of pressure. The elastic displacement of one contact by another is left
+    out.
 
     Parameters
     ----------
@@ -215,20 +216,21 @@ def fastsim(
     friction : Friction
         Without memory.
     bound : {"parabolic", "elliptic"}
-        Traction bound: mu times the pressure ("elliptic"), or times the square of it scaled to the same
-        force ("parabolic", Kalker's choice, for its better stick area). Its peak is 4/3 of mu times the
-        pressure: good for forces, not for where tractions act (wear, heat, fatigue).
+        Traction bound: mu times the pressure ("elliptic"), or mu times the square of the pressure, scaled to
+        the same force ("parabolic", Kalker's choice, for its better stick area). The peak of the parabolic
+        bound is 4/3 of mu times the pressure: use it for forces, and not for the distribution of the traction
+        (wear, heat, fatigue).
     flexibilities : {1, 3}
         One for each creepage, or their weighted mean.
     order : {1, 2}
-        Of the integration along the rolling direction; 2 as in FASTSIM2. The error of the forces then
-        falls at second order with the elliptic bound only;
-        with the parabolic one at first order as before, if several times smaller.
+        Order of the integration along the rolling direction; 2 is that of FASTSIM2. With order 2 the error of
+        the forces falls at second order with the elliptic bound only. With the parabolic bound it falls at
+        first order, but is several times smaller.
     velocity : float [m/s]
         Of rolling.
     semi_axes : (a, b) or None [m]
-        Ellipse whose linear theory sets the flexibilities, for a single contact; None takes the one of
-        equal second moments.
+        Ellipse whose linear theory determines the flexibilities, for a single contact; None takes the ellipse
+        of equal second moments.
     """
     field, found = _fastsim(
         normal, _rows(creepage), friction, bound, flexibilities, order, velocity, semi_axes
@@ -276,7 +278,8 @@ def polach(
 ) -> Array:
     """Polach's closed-form creep force [Polach1999], with reduction factors [Polach2005].
 
-    Separate contacts add up, each with its own ellipse and the creepages about its own centre.
+    The forces of separate contacts are added, each with its own ellipse and the creepages about its own
+    centre.
 
     Parameters
     ----------
@@ -284,14 +287,15 @@ def polach(
     creepage : (3,) or (n, 3)
         (xi, eta, phi) [-, -, 1/m].
     friction : Friction
-        Taken at the slip speed of the rigid bodies, `velocity` times the size of (xi, eta) at the centre;
-        a coefficient that varies over the patch as its mean weighted by the pressure.
+        Friction law, evaluated at the slip speed of the rigid bodies, `velocity` times the magnitude of (xi,
+        eta) at the centre. Of a coefficient that varies over the patch the mean is taken, weighted by the
+        pressure.
     reduction : (k_A, k_S)
-        Of the stiffness where the surfaces stick and where they slip.
+        Reduction factors of the stiffness where the surfaces stick and where they slip.
     velocity : float [m/s]
         Of rolling.
     semi_axes : (a, b) or None [m]
-        None takes the ellipse with the second moments of the pressure, for each contact its own.
+        None takes the ellipse with the second moments of the pressure, one for each contact.
 
     Returns
     -------

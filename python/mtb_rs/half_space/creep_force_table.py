@@ -39,7 +39,8 @@ class CreepForceTable:
 
     By similarity the forces over ``mu F_n`` depend on the ratio of the semi-axes, Poisson's ratio and the
     creepages times ``a b G / (mu F_n)`` alone (spin times another ``sqrt(a b)``). Each axis of the table is
-    uniform in ``t = c / (c + 0.6)``, so small creepages are as fine as saturation; cubic interpolation.
+    uniform in ``t = c / (c + 0.6)``, so small creepages are resolved as well as saturation. Interpolation is
+    cubic.
 
     Attributes
     ----------
@@ -144,8 +145,8 @@ class CreepForceTable:
             Of both bodies.
         friction : float [-]
         creepages : (n, 3)
-            (xi, eta, phi) [-, -, 1/m]; beyond the end of the table, where all slides, they are shortened
-            along their direction.
+            (xi, eta, phi) [-, -, 1/m]. Beyond the end of the table, in full sliding, they are scaled down to
+            it along their direction.
 
         Returns
         -------

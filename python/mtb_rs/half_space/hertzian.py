@@ -182,7 +182,7 @@ def hertz(
         Instead of `radii`: the semi-axes of the contact, along x and along y.
     lower, upper : Material, HalfSpace or Rigid
 
-    Moduli that no material has, and contacts that are not small against the radius, are warned of.
+    Moduli that no material has, and contacts that are not small against the radius, give a warning.
 
     References
     ----------

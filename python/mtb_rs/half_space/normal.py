@@ -67,17 +67,18 @@ class NormalResult(Pictured):
     status : (ny, nx) int
         0 open, 1 in contact.
     approach : float [m]
-        > 0: the bodies moved together; over the mean of the displacements where periodic.
+        > 0: the bodies moved together. In a periodic contact it is measured from the mean of the
+        displacements.
     tilts : (float, float) [-]
-        Closing rotations found where moments were prescribed: the gap falls by the first per x, by the
-        second per y.
+        Closing rotations that were found for prescribed moments: the gap falls by the first per unit of x,
+        and by the second per unit of y.
     normal_force : float [N]
     contact_area : float [m2]
     lower, upper : HalfSpace or Rigid
     periodic : bool
     error_estimate : float or None
         Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
-        judged by coarser grids; None where there is none.
+        estimated from coarser grids; None if there is no estimate.
     report : Report
     """
 
@@ -153,23 +154,25 @@ def solve_normal(
     spacing : float or (float, float) [m]
         Cell sides along x and along y.
     lower, upper : Material, HalfSpace or Rigid
-        A material stands for its half-space; one body may be rigid.
+        A material means a half-space of this material; one body may be rigid.
     force : float [N]
-        Normal force; or
+        Normal force. Give either this or `approach`.
     approach : float [m]
-        how far the bodies moved together; up to the smallest gap they do not touch.
+        Distance by which the bodies moved together. Up to the smallest gap they do not touch.
     moments_about_axes : (mx, my) [N m], None for each that is not given
         Moments of the load on the upper body about the x and the y axis through the middle of the grid, as
         `moments` of :class:`mtb_rs.Scene`: the force F at (x, y) has (-F y, F x). The upper body tilts
         freely about an axis whose moment is given; its other tilts are locked.
     tolerance : float or None [-]
-        Relative complementarity residual; None follows the estimated discretisation error, well below it.
+        Relative complementarity residual. With None it follows the estimated discretisation error and stays
+        well below it.
     periodic : bool
-        The grid repeats itself; the approach is then over the mean of the displacements.
+        Whether the grid repeats itself periodically. The approach is then measured from the mean of the
+        displacements.
     edge : {"auto", "error", "sharp", "grow"}
-        What contact at a side of the grid means. "error": the bodies go on there and the grid is too small;
-        "sharp": a body ends there, as a punch; "grow": the gap is continued smoothly and the grid grown
-        until the contact ends inside. "auto" is "sharp" for a plane gap, otherwise "error".
+        Meaning of contact at a side of the grid. With "error" the bodies go on there, and the grid is too
+        small. With "sharp" a body ends there, like a punch. With "grow" the gap is continued smoothly, and
+        the grid grows until the contact ends inside. "auto" is "sharp" for a plane gap and otherwise "error".
     method : {"auto", "dense", "fft"}
         "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions.
     moments : (float or None, float or None) [N m]
@@ -182,14 +185,14 @@ def solve_normal(
     Raises
     ------
     ValueError
-        Bad input; contact that reaches the side of a grid where the bodies go on.
+        For bad input, and for a contact that reaches the side of a grid where the bodies go on.
     ConvergenceError
-        No solution, or none found.
+        If no solution exists, or if none was found.
 
     Warns
     -----
     DeprecationWarning
-        Where `moments` is given; it names the new spelling.
+        If `moments` is given; the warning names the new spelling.
 
     Notes
     -----
@@ -197,11 +200,12 @@ def solve_normal(
     Fourier transform, from coarse grids to fine ones, with the influence of rectangles in closed form
     [Love1929].
 
-    Besides the gap it takes some 100 bytes per cell where the contact is a small part of the grid, up to 216
-    where it is all of it, the result included: at most 0.9 GB for 2048 x 2048 cells, 3.6 GB for 4096 x 4096.
-    What may take more than half of the free memory is warned of; what may take more than there is, or more
-    than 21.6 GB, is refused. Numbers are doubles throughout: the products of a single-precision transform
-    err by 1e-7 and more of the largest displacement, and the residual could not fall below that.
+    Besides the gap the solve takes some 100 bytes per cell if the contact is a small part of the grid, and up
+    to 216 if it is all of it, with the result included. This is at most 0.9 GB for 2048 x 2048 cells and 3.6
+    GB for 4096 x 4096. A solve that may take more than half of the free memory gives a warning. A solve that
+    may take more than the free memory, or more than 21.6 GB, is refused. All numbers are doubles, because the
+    products of a single-precision transform have errors of 1e-7 and more of the largest displacement, and the
+    residual could not fall below that.
 
     Examples
     --------

@@ -47,12 +47,13 @@ def roughness(
     hurst : float [-]
         In (0, 1]: the power spectrum falls with the wave number to the power -2 (1 + hurst).
     rms_height : float [m]
-        Root mean square of the heights; or
+        Root mean square of the heights. Give either this or `rms_slope`.
     rms_slope : float [-]
-        of the slope (of the trigonometric interpolant).
+        Root mean square of the slope (of the trigonometric interpolant).
     longest, roll_off, shortest : float [m]
-        Wavelengths: no waves longer than `longest` (default: the whole surface), a flat spectrum from there
-        to `roll_off` (default: none), no waves shorter than `shortest` (default: two cells).
+        Wavelengths. There are no waves longer than `longest` (default: the whole surface) or shorter than
+        `shortest` (default: two cells). The spectrum is flat from `longest` to `roll_off` (default: no flat
+        part).
     seed : int
         From 0 on; the same seed gives the same surface.
 
@@ -181,8 +182,8 @@ def area_load_curve(
 ) -> AreaLoadCurve:
     """Contact area, approach and mean gap of a rough contact over the normal force.
 
-    Parameters are those of :func:`mtb_rs.solve_normal`; `forces` [N] are solved one by one. Cells count as
-    in contact whole, which makes the area too large by about half a cell along its border.
+    Parameters are those of :func:`mtb_rs.solve_normal`; `forces` [N] are solved one by one. A cell counts as
+    in contact as a whole, so the area is too large by about half a cell along its border.
     """
     loads = [positive(f"forces[{k}]", force, "N") for k, force in enumerate(forces)]
     results = [

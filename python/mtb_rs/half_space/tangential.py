@@ -57,23 +57,23 @@ class Rolling:
     Parameters
     ----------
     creepage : (xi, eta, phi)
-        Creepage along x and along y [-], whatever the `angle`, and spin [1/m]. At an angle, creepages
-        (l, t) along the rolling direction and to its left are
-        ``xi = l cos(angle) - t sin(angle)``, ``eta = l sin(angle) + t cos(angle)``.
+        Creepage along x and along y [-], for any `angle`, and spin [1/m]. Creepages (l, t) along the rolling
+        direction and to its left give ``xi = l cos(angle) - t sin(angle)`` and
+        ``eta = l sin(angle) + t cos(angle)``.
     force : (Fx, Fy) or None [N]
-        Total tangential force on the lower body to be reached by the creepage of that
-        component; None for a component whose creepage is given.
+        Total tangential force on the lower body. The creepage of a component with a given force is found;
+        None is for a component whose creepage is given.
     angle : float [rad]
         Direction of rolling from +x towards +y; a line contact rolls along +x or -x only.
     velocity : float [m/s]
-        Of rolling; matters for friction that depends on the slip speed.
+        Velocity of rolling, for friction that depends on the slip speed.
     transient : bool
-        One step from a state instead of the steady state.
+        Whether to solve one step from a state instead of the steady state.
     step : float or None [m]
-        Distance rolled in a transient step, and over which steady slip is measured; None for one cell. The
-        rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on: the part of
-        a cell's own traction in the difference vanishes with the step, so that neighbours are told apart
-        ever less; below a tenth of a cell it is refused.
+        Distance rolled in a transient step, and distance over which steady slip is measured; None for one
+        cell. The rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on. For
+        shorter steps the influence of a cell's own traction on the difference vanishes, and a step below a
+        tenth of a cell is refused.
     """
 
     creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -111,12 +111,12 @@ class Shift:
     ----------
     displacement : (float, float) [m]
     force : (Fx, Fy) or None [N]
-        Total tangential force on the lower body to be reached instead; None for a component whose
-        displacement is given.
+        Total tangential force on the lower body. The displacement of a component with a given force is found;
+        None is for a component whose displacement is given.
     spin : float [rad]
         Rotation about z through (0, 0).
     duration : float [s]
-        Matters for friction that depends on the slip speed.
+        Duration of the shift, for friction that depends on the slip speed.
     """
 
     displacement: tuple[float, float] = (0.0, 0.0)
@@ -173,7 +173,7 @@ def _check_force(force: Any) -> None:
 @dataclass(frozen=True)
 @plain
 class TangentialState:
-    """What a later step needs to know of an earlier one: plain arrays, to be saved and resumed.
+    """State after a step, from which the next one starts: plain arrays that can be saved.
 
     Attributes
     ----------
@@ -259,20 +259,20 @@ class TangentialResult(TangentialFields):
     traction : (3, ny, nx) [Pa]
         Friction on the lower body; the third component is zero.
     slip : (2, ny, nx)
-        Of the upper body over the lower one: relative [-] in rolling, [m] in a shift; zero but
-        where the surfaces slip.
+        Slip of the upper body over the lower one: relative [-] in rolling, [m] in a shift. It is zero where
+        the surfaces do not slip.
     status : (ny, nx) int
         0 open, 1 stick, 2 slip.
     friction_coefficient : (ny, nx) [-]
-        In force at each point.
+        Coefficient of friction that acts at each point.
     dissipation : (ny, nx)
         Work of friction that turns into heat: per area and distance rolled [Pa] in rolling, per area [J/m2]
-        in a shift. A particle feels the mean of its tractions before and after a step: half of the
-        traction of a cell works on the slip there, half of that before on the slip one step behind, at a
-        column behind the trailing edge as well. The sum over the cells is the work of the mean traction on
-        the rigid slip (between unlike bodies also on the slip by pressure), less the growth of the elastic
-        energy in a shift or a transient step: in steady rolling without spin exactly force times creepage.
-        Traction times `slip` cell by cell misses more than a tenth on 20 cells.
+        in a shift. The mean of the tractions of a particle before and after a step works on its slip: half of
+        the traction of a cell works on the slip there, and half of the traction before works on the slip one
+        step behind, also at a column behind the trailing edge. The sum over the cells is the work of the mean
+        traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the growth of
+        the elastic energy in a shift or a transient step. In steady rolling without spin it is exactly force
+        times creepage. The sum of traction times `slip` is more than a tenth too small on 20 cells.
     force : (3,) [N]
         Friction (x, y) and minus the normal force (z).
     spin_moment : float [N m]
@@ -412,10 +412,10 @@ def solve_tangential(
 ) -> TangentialResult:
     """Traction, stick and slip of a contact that shifts or rolls.
 
-    Half-spaces under piecewise constant tractions; a semismooth Newton method whose products go by the
-    Fourier transform, started from coarser grids. In steady rolling slip is a first-order
-    difference over one step, and in rolling of both kinds the rigid slip is taken a sixth of a step
-    ahead, both as in CONTACT, whose fields are thus met cell by cell; the error falls with
+    The bodies are half-spaces under piecewise constant tractions. The solver is a semismooth Newton method
+    that starts from coarser grids and computes its products by the Fourier transform. In steady rolling the
+    slip is a first-order difference over one step, and in steady and transient rolling the rigid slip is
+    taken a sixth of a step ahead. CONTACT does both, so its fields agree cell by cell. The error falls with
     `Rolling.step`, by default one cell.
 
     Parameters
@@ -425,14 +425,14 @@ def solve_tangential(
     motion : Rolling or Shift
     friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
     layer : InterfaceLayer or None
-        Adds its shear flexibility; without influence once everything slides.
+        Layer that adds its shear compliance; it has no influence in full sliding.
     state : TangentialState or None
         Earlier state of a shift or a transient step; None for surfaces without traction.
     tolerance : float [-]
         Relative residual of the contact conditions.
     coupling : {"one-way", "full"}
-        For unlike bodies. Their pressure moves the surfaces tangentially in any case. "one-way" leaves out
-        that traction moves them normally in turn, and reports the size of that change of the gap, as
+        For unlike bodies. Their pressure always moves the surfaces tangentially. "one-way" leaves out the
+        normal displacement by the traction, and reports the size of this change of the gap as
         ``report.omitted["gap_change_by_traction_m"]``. "full" repeats both problems in turn until the
         pressure stays, at the normal force of `normal`, and reports the change of the pressure over its
         peak, as ``report.force_balance["pressure_change_by_traction"]``. It needs the gap, so `normal` must
@@ -445,7 +445,7 @@ def solve_tangential(
     ValueError
         For bad input, and for a force of at least what the coefficient at rest carries.
     ConvergenceError
-        With the likely cause, and the last iterate as ``.result``.
+        If no solution was found. The message names the likely cause, and the last iterate is its ``result``.
     """
     choice("coupling", coupling, Coupling)
     _check_problem(motion, layer, state)
@@ -683,7 +683,7 @@ def creep_curve(
 ) -> Array:
     """Forces of steady rolling over a list of creepages.
 
-    Along a line of creepages each solve starts from the last two, which halves the work where they lie close.
+    Along a line of creepages each solve starts from the last two, which halves the work if they are close.
 
     Parameters
     ----------
@@ -706,7 +706,8 @@ def creep_curve(
     Raises
     ------
     ConvergenceError
-        Naming the creepages that did not converge; ``.result`` holds all forces, those as NaN.
+        If creepages did not converge. The message names them, and ``.result`` holds all forces, with NaN for
+        these.
     """
     rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
     if rows.ndim != 2 or rows.shape[1] != 3:

@@ -60,7 +60,8 @@ def plot(result: Any, quantity: Any = "pressure", kind: Any = None, **options: A
     ----------
     result : Result, NormalResult, TangentialResult, FoundationResult or StepResult
     quantity : str
-        What the result has of "pressure", "traction" (its magnitude, with arrows where it turns),
+        One of these, if the result has it:
+        "pressure", "traction" (its magnitude, with arrows where it turns),
         "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
         "lateral_slip", "friction_coefficient", "dissipation", "gap", "initial_gap", "status",
         "vertical_displacement", "longitudinal_displacement", "lateral_displacement"; or "von_mises", the

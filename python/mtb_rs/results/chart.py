@@ -44,16 +44,17 @@ class ChartPoint:
     spacing : float [m]
     unknowns : int
     times : tuple of float [s]
-        Processor time of each repeat, all threads together; on a busy machine it is steadier than the clock.
+        Processor time of each repeat, all threads together. On a busy machine it varies less than elapsed
+        time.
     clock : tuple of float [s]
         Elapsed time of each repeat.
     errors : Mapping of a quantity to its relative error [-]
-        Against the reference; empty for a solve that failed.
+        Errors against the reference; empty for a solve that failed.
     failure : str
-        Why it failed, "" if it did not.
+        Reason of the failure, or "" if there was none.
     is_reference : bool
     note : str
-        What was asked for, where not a spacing.
+        The tolerance that was asked for, if the series chooses its spacing.
     """
 
     series: str
@@ -82,7 +83,7 @@ class ChartPoint:
 @dataclass(frozen=True)
 @plain
 class Figure:
-    """A time known from elsewhere: a line, or a mark where its error is known too.
+    """A time from another source: a line, or a mark if its error is known too.
 
     Attributes
     ----------
@@ -100,22 +101,22 @@ class Figure:
 @dataclass(frozen=True)
 @plain
 class Chart(Told):
-    """Points of time against error, and what the error is measured against.
+    """Points of time against error, and the reference of the errors.
 
     Attributes
     ----------
     title : str
     points : tuple of ChartPoint
     reference : str
-        In words.
+        The reference, in words.
     reference_error : float or None [-]
-        Of the reference itself, estimated; 0 for a closed form. Smaller errors are not resolved.
+        Estimated error of the reference itself; 0 for a closed form. Smaller errors are not resolved.
     quantity : "pressure", "force" or "displacement"
-        Which error is drawn; the CSV holds all.
+        Quantity whose error is drawn; the CSV holds all of them.
     figures : tuple of Figure
-        Known from elsewhere.
+        Times from other sources.
     remark : str
-        What its errors do not hold, one sentence.
+        One sentence on the effects that the errors do not contain.
     """
 
     title: str
@@ -161,7 +162,7 @@ class Chart(Told):
         ]
 
     def efficient(self) -> list[ChartPoint]:
-        """Points that no other one beats in both time and error, fastest first."""
+        """Points that no other point beats in both time and error, fastest first."""
         best, kept = np.inf, []
         for point in sorted(self.drawn(), key=lambda p: (p.time, p.errors[self.quantity])):
             if point.errors[self.quantity] < best:
@@ -172,7 +173,7 @@ class Chart(Told):
     def growth(self, series: str) -> float | None:
         """Exponent of the processor time over the unknowns, from the four finest points of a series.
 
-        None where there are too few, or where the time falls: the solver then changed on the way.
+        None if there are too few points, or if the time falls because the solver changed along the series.
         """
         points = sorted((p for p in self.points if p.series == series), key=lambda p: p.unknowns)
         points = [p for p in points if not p.failure and not p.is_reference and p.time > 2e-3][-4:]
@@ -183,7 +184,7 @@ class Chart(Told):
         return float(np.polyfit(logs[:, 0], logs[:, 1], 1)[0])
 
     def table(self) -> list[dict[str, str | int | float]]:
-        """One row a point, as the CSV has them."""
+        """One row for each point, as in the CSV."""
         efficient = {id(p) for p in self.efficient()}
         return [
             {
@@ -226,12 +227,12 @@ class Chart(Told):
         return out.getvalue()
 
     def save(self, directory: str | Path, name: str = "chart") -> list[Path]:
-        """Writes the chart as PNG, as a page to hover over (HTML), and as CSV.
+        """Writes the chart as PNG, as an interactive page (HTML), and as CSV.
 
         Raises
         ------
         ValueError
-            If no point has an error to show, or there are files of these names that are no chart's.
+            If no point has an error to show, or files of these names exist that do not belong to a chart.
         OSError
             If nothing can be written there.
         """

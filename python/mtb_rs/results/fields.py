@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What a result consists of: fields over the contact points and totals, each with its unit and its word."""
+"""The parts of a result: fields over the contact points and totals, each with its unit and its label."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ class Field:
     Attributes
     ----------
     name : str
-        Under which it is stored.
+        Name under which it is stored.
     label : str
         In words.
     unit : str
         SI; "-" of ratios, "" of codes.
     values : (...), or (k, ...) of a vector
-        Over the contact points; of a total: one number or vector.
+        Values over the contact points; of a total one number or vector.
     is_vector : bool
     parts : tuple of "value", "magnitude", "longitudinal", "lateral", "vertical"
-        What pictures show of it; nothing of places and areas.
+        Parts that pictures show; none for places and areas.
     extent : "contact", "around" or "everywhere"
-        Where it tells something; one of the contact is drawn nowhere else.
+        Where it has a meaning. A field of "contact" is drawn only there.
     body : "upper", "lower" or None
-        Whose it is, where it is that of one body.
+        The body to which it belongs, if it belongs to one.
     is_signed : bool
         Whether its sign has a meaning.
     is_distance : bool
-        Whether small values are the telling ones.
+        Whether small values are the important ones.
     """
 
     name: str

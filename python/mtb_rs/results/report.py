@@ -28,11 +28,11 @@ class Report(Told):
     status : str
         Why the solver stopped, in words.
     model : str
-        What was modelled: "half-space", "elastic-upper", "elastic-both", ...
+        The model: "half-space", "elastic-upper", "elastic-both", ...
     method : str
         The algorithm: "direct", "incremental", "staggered", ...
     solver : str
-        What solved the equations, for example "active set, dense LU" or "conjugate gradients, FFT".
+        The solver of the equations, for example "active set, dense LU" or "conjugate gradients, FFT".
     iterations : int
     convolutions, preconditionings : float
         Products with the influence matrix and applications of the preconditioner, in equivalents of
@@ -44,34 +44,36 @@ class Report(Told):
     force_balance : Mapping[str, Any]
         Forces (3,) [N] that must cancel: "contact" (on the lower body), "magnetic" (on the upper one), "pull"
         (a prescribed force), "supports of the upper body", "supports of the lower body". Reactions of elastic
-        bodies are those of their finite elements, stiffness times displacement less load.
-        "relative_error": the largest relative sum of all forces and moments on a body or along a free
-        motion.
+        bodies are those of their finite elements, stiffness times displacement minus load. "relative_error"
+        is the largest relative sum of all forces and moments on a body or along a free motion.
     reactions : Mapping[str, (3,) array] [N]
         Force of each support on its elastic body, under "body: support".
     omitted : Mapping[str, Any]
-        What the model leaves out, with the estimated size of each omission where it was measured.
+        The effects that the model leaves out, with the estimated size of each one that was measured.
     error_estimates : Mapping of "pressure", "force", "displacement" to numbers [-]
-        Estimated relative errors, of the discretisation and by what is left out; of the displacement: the
-        normal one of the lower body (of a rigid one: as the pressure). Empty where they are not known.
+        Estimated relative errors by the discretisation and by the effects that are left out. The displacement
+        is the normal one of the lower body; if that is rigid, the error is that of the pressure. Empty if the
+        errors are not known.
     aim : (quantity, tolerance) or None
-        What was aimed at.
+        The quantity and the tolerance that were asked for.
     missed : str
-        What was reached and what would do, where the estimate exceeds the aim; otherwise nothing.
+        The accuracy that was reached and the cells that would meet the tolerance, if the estimate exceeds it;
+        otherwise empty.
     spacing : (dx, dy) [m] or None
-        Of the contact points, where they lie on grids.
+        Spacing of the contact points, if they lie on grids.
     operations : Mapping[str, float]
-        Floating-point operations by stage, counted whether done now or found in the cache: "condensation"
-        and "solution" of what is returned, "choice and estimate" of all that was solved besides.
+        Floating-point operations by stage. They are counted also if the work was found in the cache.
+        "condensation" and "solution" belong to the returned result, "choice and estimate" to all other
+        solves.
     wedging_margin : float [-] or None
         The larger of mu / mu_sym and of `tipping_margin`. mu_sym is the friction coefficient below which,
         with all tilts held, exactly one sliding equilibrium exists for every load [Cottle2009, ch. 3]. With
-        free tilts, on whose balance friction acts, nothing is proved: a body can tip over. Above 1 an
-        equilibrium may exist or not.
+        free tilts on whose balance friction acts, nothing is proved, and a body can tip over. Above 1 an
+        equilibrium may or may not exist.
     tipping_margin : float [-] or None
-        Distance of the resultant of the loads (friction on a tall body shifts it) from the middle of the
-        contact points, over that at which a body tips over. 0: in the middle; above 1 no pressure balances
-        the load. None where no load determines the force.
+        Distance of the resultant of the loads from the middle of the contact points, divided by the distance
+        at which a body tips over. Friction on a tall body shifts the resultant. 0 means the middle, and above
+        1 no pressure balances the load. None if no load determines the force.
     time_s : Mapping[str, float] [s]
         Wall time by stage.
     history : tuple of float

@@ -40,8 +40,8 @@ Array = NDArray[np.float64]
 class Displacement(NamedTuple):
     """Displacement of both bodies at the contact points, each (3, ...) [m], common frame.
 
-    Elastic plus prescribed and rigid motion for finite-element bodies; elastic only for
-    half-spaces, whose rigid part is the approach.
+    For finite-element bodies it contains the elastic displacement and the prescribed and rigid motion. For
+    half-spaces it is elastic only; their rigid part is the approach.
     """
 
     upper: Array
@@ -239,9 +239,9 @@ class TangentialFields(Pictured):
 class Result(Pictured):
     """The solved contact.
 
-    Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, (n,) where
-    poles are concatenated, left (y > 0) first; vectors have a leading 3. SI units; pressure >= 0
-    pushes apart, traction acts on the lower body, gap > 0 is open.
+    Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, and (n,) where the
+    arrays of the poles are concatenated, left (y > 0) first. Vectors have a leading axis of 3. Units are SI.
+    A pressure >= 0 pushes the bodies apart, traction acts on the lower body, and a gap > 0 is open.
 
     Attributes
     ----------
@@ -272,12 +272,12 @@ class Result(Pictured):
     surfaces : tuple of Surface
         The bodies, for pictures.
     lower, upper : HalfSpace, Rigid or ElasticBody
-        The bodies of the scene. A result that was loaded knows half-spaces and rigid bodies without their
-        surfaces, and None of elastic ones, which are among its :meth:`solids`.
+        The bodies of the scene. A loaded result has half-spaces and rigid bodies without their surfaces, and
+        None in place of an elastic body, which is among its :meth:`solids`.
     parts : tuple of ElasticPart
-        The elastic bodies; their insides are recovered by :meth:`states`. None of a result that was loaded.
+        The elastic bodies; :meth:`states` recovers their inside. A loaded result has none.
     coefficients : (3, n) [Pa]
-        Unknowns of the solution: traction along both tangents on the lower body, and pressure.
+        Unknowns of the solution: the traction along both tangents on the lower body, and the pressure.
     motion : (m,)
         Amplitudes of the rigid motions that only contact holds.
     summary : Mapping
@@ -357,7 +357,7 @@ class Result(Pictured):
     def solids(self) -> tuple[Solid, ...]:
         """The elastic bodies of finite elements, with displacement, stress and reactions, as plain data.
 
-        Costs as :meth:`states`, and nothing of a result that was loaded.
+        The cost is that of :meth:`states`; a loaded result has the data already.
         """
         if self.loaded is not None:
             return self.loaded
@@ -376,7 +376,7 @@ class Result(Pictured):
         Raises
         ------
         ValueError
-            If the result was loaded: it has its :meth:`solids`.
+            If the result was loaded; use its :meth:`solids`.
         """
         if self.loaded:
             raise ValueError(

@@ -69,11 +69,11 @@ def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
 
 
 def load(directory: str | Path) -> Any:
-    """A result that was saved into a directory, by ``result.save`` or ``mtb-rs run``, without solving.
+    """Loads a result that ``result.save`` or ``mtb-rs run`` saved into a directory, without solving.
 
-    It plots, exports and saves as the one that was saved, its fields and its report are the same to the last
-    bit. Elastic bodies are known at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of
-    a scene as its summary tells them, and half-spaces without their surfaces.
+    It can be drawn, exported and saved like the original, and its fields and its report are the same to the
+    last bit. It has elastic bodies at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of a scene
+    as in its summary, and half-spaces without their surfaces.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ def load(directory: str | Path) -> Any:
     Raises
     ------
     ValueError
-        If there is no such directory (then a FileNotFoundError, too), if no result was saved there, or
-        another version has saved it, or if a file is damaged or was changed: it is named.
+        If there is no such directory (then it is also a FileNotFoundError), if it holds no result, if another
+        version saved it, or if a file is damaged or was changed. The message names the file.
     """
     folder = path_of("directory", directory)
     if not folder.is_dir():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What a sweep returns: one labelled table."""
+"""The labelled table that a sweep returns."""
 
 from __future__ import annotations
 
@@ -98,20 +98,20 @@ def check_column(name: Any) -> str:
 class SweepTable(Told):
     """Quantities over the grid of the parameters of a sweep.
 
-    ``table["force_x"]`` is an array with one axis for each parameter, in their order; NaN where a case has
-    no solution, whose reason stands in `status`.
+    ``table["force_x"]`` is an array with one axis for each parameter, in their order. It is NaN for a case
+    without a solution, whose reason is in `status`.
 
     Attributes
     ----------
     parameters : Mapping of names to tuples
-        The values of each parameter; labels where they are no numbers.
+        The values of each parameter, or their labels if they are not numbers.
     columns : Mapping of names to arrays
     status : array of str
         "solved", or why not.
     attributes : Mapping
         The model and the scene.
     units : Mapping of names to units
-        Of the parameters that are numbers in one; labels have none.
+        Units of the parameters that are numbers with a unit; labels have none.
     """
 
     parameters: Mapping[str, tuple[Any, ...]]
@@ -138,7 +138,7 @@ class SweepTable(Told):
         return [(case, str(self.status[at])) for at, case in self._cases() if self.status[at] != "solved"]
 
     def rows(self) -> list[dict[str, Any]]:
-        """One row a case: parameters, status, quantities."""
+        """One row for each case: parameters, status, quantities."""
         return [
             {**case, "status": str(self.status[at])} | {k: float(v[at]) for k, v in self.columns.items()}
             for at, case in self._cases()
@@ -174,7 +174,7 @@ class SweepTable(Told):
         quantity : str
             One of the columns. Cases without a solution leave a gap.
         ax : matplotlib.axes.Axes
-            Draw there, not into a figure of its own.
+            Axes to draw into, in place of a new figure.
 
         Returns
         -------

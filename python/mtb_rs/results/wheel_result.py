@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What a step of a wheel on a rail gives."""
+"""Results of a step of wheels on rails."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 @plain
 class WheelState:
-    """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
+    """State after a step, from which the next one starts: plain arrays that can be kept, copied and pickled.
 
     Attributes
     ----------
@@ -69,11 +69,12 @@ class WheelPatch(Drawn):
     traction : (2, ny, nx) [Pa]
         On the rail.
     slip_velocity : (2, ny, nx) [m/s]
-        Of the wheel over the rail; zero where they stick.
+        Slip velocity of the wheel over the rail; zero where they stick.
     dissipation : (ny, nx) [W/m2]
-        Work of friction that turns into heat, as of :class:`mtb_rs.TangentialResult` times the rolling speed:
-        the mean traction of a particle over a step works on the slip, also at a column behind the trailing
-        edge. Its sum is `friction_power`, but for spin, by an error of the first order in the cells.
+        Work of friction that turns into heat: that of :class:`mtb_rs.TangentialResult` times the rolling
+        speed. The mean traction of a particle over a step works on the slip, also at a column behind the
+        trailing edge. Without spin its sum is `friction_power`; with spin the two differ by an error of first
+        order in the cells.
     status : (ny, nx) int
         0 open, 1 stick, 2 slip.
     approach : float [m]
@@ -85,12 +86,13 @@ class WheelPatch(Drawn):
         Mean of the speeds at which the patch runs over rail and wheel; > 0 along x.
     normal_force : float [N]
     neglected : float [-]
-        Share of the estimated contact area inclined too much against the plane to be represented by it.
+        Share of the estimated contact area whose inclination against the contact plane is too large for it.
     friction_power : float [W]
-        Heat of sliding, >= 0: what the tractions work on the rigid slip and, between unlike bodies, on the
-        slip that the pressure causes. In steady rolling the elastic energy stays, so all of it turns into
-        heat; between like bodies it is what an energy balance of the wheelset asks for. Where it arises is in
-        `dissipation`; traction times `slip_velocity` is less, by an error of the first order in the cells.
+        Heat of sliding, >= 0: the power of the tractions on the rigid slip and, between unlike bodies, on the
+        slip that the pressure causes. In steady rolling the elastic energy is constant, so all of it turns
+        into heat. Between like bodies it closes an energy balance of the wheelset. `dissipation` gives its
+        distribution. The sum of traction times `slip_velocity` is smaller, by an error of first order in the
+        cells.
     """
 
     side: Side
@@ -213,22 +215,22 @@ class WheelStep(Told):
     Attributes
     ----------
     force, moment : (3,) [N], [N m]
-        Of all patches on the rails, in the track, the moment about `reference_point`; the wheelset feels the
-        opposite. For the moment forces act on the undeformed surface of the wheel, where its velocity is
-        taken, so that their work on the wheelset is the heat.
+        Load of all patches on the rails, in the track, with the moment about `reference_point`. The opposite
+        acts on the wheelset. For the moment the forces act on the undeformed surface of the wheel, where its
+        velocity is taken, so that their work on the wheelset is the heat.
     vertical_force : dict of side to float [N]
-        What each wheel presses its rail down with, friction included.
+        Downward force of each wheel on its rail, friction included.
     balance_error : float or None [-]
-        Departure of the vertical force from the one that the height was found for, over that, the largest
-        one of each wheel where roll was found too; None where the height was given. The height is found so
-        that the pressures carry the force, and friction has a vertical part where the contact plane is
+        Relative departure of the vertical force from the force for which the height was found. If roll was
+        found too, it is the largest departure of a wheel. None if the height was given. The height is found
+        such that the pressures carry the force, and friction has a vertical part where the contact plane is
         inclined.
     reference_point : (3,) [m]
-        Of the wheelset, where the pose has put it.
+        Reference point on the wheelset, in its pose.
     pose : (6,)
-        With what was found from balance.
+        The pose, with the components that were found from balance.
     patches : tuple of WheelPatch
-        None where a wheel is lifted.
+        Contact patches; a wheel that is lifted has none.
     friction_power : float [W]
         Heat of sliding of all patches, >= 0.
     friction_work : float or None [J]

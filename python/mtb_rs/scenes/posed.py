@@ -509,8 +509,8 @@ class PosedScene(Told):
     def with_(self, **changes: Any) -> Self:
         """The same scene with some arguments changed: of :class:`Scene`, or of the ready scene that it is.
 
-        A ready scene is made anew, so that all that depends on an argument follows it: the grid of a
-        paraboloid its force, the contact plane of a wheel its vertical force.
+        A ready scene is made anew, so that everything that depends on an argument is updated. For example the
+        grid of a paraboloid depends on its force, and the contact plane of a wheel on its vertical force.
         """
         asked = of_scene(self.upper, self.lower, self.magnetic_pressure)
         with gathered() as found:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Ready scenes: what an engineer starts from. Every argument has a default.
+"""Ready scenes, in which every argument has a default.
 
 Arguments that are not described are those of :class:`mtb_rs.Scene`.
 """
@@ -209,23 +209,24 @@ def pole_shoe_on_rail(
     inner_edge, outer_edge : float [m]
         ``|y|`` of the edges of each pole.
     conforming_to : float [m]
-        The sole follows the rail up to this ``|y|`` ...
+        The sole follows the rail up to this ``|y|``.
     relief_slope : float [-]
-        ... and rises from there with this slope.
+        Slope with which the sole rises beyond `conforming_to`.
     poles : int
-        1 (left, y > 0) or 2. Poles are not joined: each has its own approach and tilts.
+        1 (left, y > 0) or 2. The poles are separate bodies: each has its own approach and tilts.
     friction : float, array, callable, table [-]
         Coefficient of the sliding.
     magnetic_pressure : float [Pa], (left, right), array, callable, table
-        Acts on the conforming strip, along the local normal.
+        Magnetic pressure on the conforming strip, along the local normal.
     velocity : float [m/s]
         For tables over the velocity.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
     supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
-        How the top of an elastic shoe is held: u_x and u_y given and u_z free; all three given; the
-        thesis' five points on top, which share one free u_z or are fixed, and four at the back: single
-        nodes that give way more the finer the elements are. A half-space has no top.
+        Supports of an elastic shoe. "driven-top" prescribes u_x and u_y of the top and leaves u_z free, and
+        "clamped-top" prescribes all three. "points" and "fixed-points" hold the thesis' five points on top,
+        which share one free u_z or are fixed, and four points at the back. These are single nodes, which give
+        way more the finer the elements are. A half-space has no top.
     attraction : "upper" or "both"
         Whether the rail is pulled up as well.
     lateral, yaw : float [m], [rad]
@@ -233,9 +234,10 @@ def pole_shoe_on_rail(
     rail : str or Profile
         "60E1", or a profile from points or a file.
     rail_length : float [m]
-        About the middle of the shoe, at least as long as the contact.
+        Length of the rail about the middle of the shoe, at least that of the contact.
     layer : InterfaceLayer
-        Third body between shoe and rail: without influence in gross sliding, softens its start.
+        Third body between shoe and rail. It has no influence in gross sliding, and it softens the start of
+        sliding.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
     upper, lower : Material, HalfSpace or Rigid
@@ -305,7 +307,7 @@ def wheel_on_rail(
     gauge, gauge_depth : float [m]
         Track gauge, and the depth below the top of the rail down to which it is measured.
     rail_inclination : float [rad]
-        Rotation of the rail towards the middle of the track; 0 for profiles that have it in.
+        Rotation of the rail towards the middle of the track; 0 for profiles that already contain it.
     lateral : float [m]
         Shift of the wheelset towards flange contact.
     force : float [N]
@@ -315,12 +317,12 @@ def wheel_on_rail(
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
     friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
-        What :meth:`Scene.prepare` rolls with; a number is that of Coulomb. :meth:`Scene.solve` presses the
-        wheel down without rolling, and without friction.
+        Friction of rolling in :meth:`Scene.prepare`; a number is a Coulomb coefficient. :meth:`Scene.solve`
+        presses the wheel down without rolling and without friction.
     upper, lower : Material, HalfSpace or Rigid
         Wheel and rail.
 
-    Lengths that no railway has are warned of, not refused.
+    Lengths that no railway has give a warning and are not refused.
     """
     force = positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))

@@ -49,48 +49,50 @@ class Scene(PosedScene):
     Parameters
     ----------
     upper, lower : Material, HalfSpace, Rigid, ElasticBody
-        A material stands for its half-space. With an elastic body the grid covers its contact face.
+        A material means a half-space of this material. With an elastic body the grid covers its contact face.
     gap : (ny, nx) [m] or function
-        Undeformed gap on a regular grid, x fastest; > 0 open. With an elastic body at the nodes of the grid,
-        or a function of arrays x, y (n,) [m], infinite where there is no opponent; by default the distance of
-        its face from the other body's along z, as both lie: that of an `ElasticBody`, the surface of
-        ``HalfSpace(material, surface)`` or ``Rigid(surface)``, or the plane through the end of the face.
-        Pressure then acts along z: faces may be curved, but not steep where they touch.
+        Undeformed gap on a regular grid, x fastest; > 0 is open. With an elastic body it is given at the
+        nodes of the grid, or as a function of arrays x, y (n,) [m] that is infinite where there is no
+        opponent. By default it is the distance along z of the body's face from the other body, in the
+        position in which the two are given. The other body's face is that of an `ElasticBody`, the surface of
+        ``HalfSpace(material, surface)`` or ``Rigid(surface)``, or the plane through the end of the first
+        face. Pressure then acts along z, so faces may be curved, but must not be steep where they touch.
     spacing : float or (dx, dy) [m], or None
-        None, in ready scenes: :meth:`solve` chooses it by the tolerance.
+        Size of the cells. None is for ready scenes: :meth:`solve` then chooses it by the tolerance.
     friction : float, (ny, nx), callable or table [-]
         Friction coefficient; see :mod:`mtb_rs.friction.fields`.
     sliding_direction : (x, y) or None
-        Motion of the upper body over the lower one; None: nothing slides, no friction.
+        Motion of the upper body over the lower one. None: nothing slides, and there is no friction.
     force : float [N]
-        Presses the bodies together along z, > 0, through the middle of the grid. On an elastic upper body it
-        is spread as weight is, and supports that hold z take their share.
+        Force > 0 that presses the bodies together along z, through the middle of the grid. On an elastic
+        upper body it is distributed like weight, and supports that hold z take their share.
     approach : float [m]
-        Moves the bodies together, > 0.
+        Distance > 0 by which the bodies are moved together.
     moments : (mx, my) [N m]
-        Moments about the x and y axis through the middle of each patch. Half-spaces and rigid bodies: those
-        of their load; their tilts are then free, otherwise locked. Elastic upper bodies: besides their pull,
-        spread over the body as inertia is; the tilts are free that their supports leave so.
+        Moments about the x and y axis through the middle of each patch. For half-spaces and rigid bodies they
+        are the moments of the load; the tilts are then free, and otherwise they are locked. For elastic upper
+        bodies they act in addition to the pull and are distributed over the body like inertia forces; the
+        tilts that the supports do not hold are free.
     magnetic_pressure : float [Pa], (ny, nx), callable, table
-        Pull of the upper body towards the lower one, along the local normal: force over nominal area. 3e6
-        would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
+        Pull of the upper body towards the lower one along the local normal, as force over nominal area. It is
+        no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
     attraction : "upper" or "both"
         Which bodies the magnetic pressure pulls.
     velocity : float [m/s]
-        For quantities tabulated over the velocity.
+        Sliding velocity, the argument of quantities that are tabulated over the velocity.
     layer : InterfaceLayer
-        A third body that shears between the two. It changes nothing once everything slides; it softens
-        the start, see :meth:`start_of_sliding`.
+        A third body that shears between the two. It changes nothing in gross sliding, and it softens the
+        start of sliding; see :meth:`start_of_sliding`.
     supports : str or sequence of Support
-        How the elastic bodies of block_on_plane and pole_shoe_on_rail are held; the half-space model,
-        which has no top, does without.
+        Supports of the elastic bodies of block_on_plane and pole_shoe_on_rail. The half-space model has no
+        top and ignores them.
     element_size : float [m]
-        Of the finite elements of their upper body at the contact; None: that of the contact grid.
+        Size of the finite elements of their upper body at the contact; None: the spacing of the contact grid.
     geometry, name, inputs
-        Geometry, name and arguments of a ready scene; scenes of one's own are made without, and then have
-        the geometry of their gap and bodies: contact points at any spacing, models, surfaces.
+        Geometry, name and arguments of a ready scene. Scenes of one's own are made without these; their
+        geometry then follows from their gap and bodies: contact points at any spacing, models, surfaces.
     recipe : (function, arguments) or None
-        The function of :mod:`mtb_rs.scenes` that made it, and all it was given.
+        The function of :mod:`mtb_rs.scenes` that made the scene, and all arguments that it was given.
     """
 
     def solve(
@@ -103,23 +105,24 @@ class Scene(PosedScene):
     ) -> Result:
         """Solves the contact.
 
-        Warns with :class:`mtb_rs.ToleranceWarning` where the estimated error exceeds the tolerance, with what
-        would meet it; where none is given, beyond 1.5 times 0.05.
+        Warns with :class:`mtb_rs.ToleranceWarning` if the estimated error exceeds the tolerance, and names
+        the cells that would meet it. If no tolerance is given, the warning comes above 1.5 times 0.05.
 
         Parameters
         ----------
         model : "auto", "half-space", "elastic-upper", "elastic-lower" or "elastic-both"
-            What is modelled. A scene with an ElasticBody has one model, its bodies: "auto", or by its name.
+            Which bodies are modelled as elastic. The bodies of a scene with an ElasticBody determine its
+            model; give "auto" or the name of that model.
         method : "direct", "incremental" or "staggered"
-            The algorithm; the latter two are the thesis' and take its parameters as `options`.
+            The algorithm. The latter two are those of the thesis and take its parameters as `options`.
         tolerance : float or None [-]
-            Total relative error aimed at in `quantity`; None: 0.05.
+            Wanted total relative error of `quantity`; None: 0.05.
         quantity : "pressure", "force" or "displacement"
-            What the tolerance is about.
+            The quantity whose error the tolerance bounds.
         **options
-            Of the incremental method: `estimated_steps`, `force_tolerance` [N], `distance_tolerance` [m],
-            `max_resolutions`, `max_releases`, `max_increments`. Of the staggered one: `factor` (f_FE),
-            `max_iterations`, `displacement_tolerance` [-], `anderson_depth`.
+            Options of the incremental method: `estimated_steps`, `force_tolerance` [N], `distance_tolerance`
+            [m], `max_resolutions`, `max_releases`, `max_increments`. Options of the staggered method:
+            `factor` (f_FE), `max_iterations`, `displacement_tolerance` [-], `anderson_depth`.
 
         Raises
         ------
@@ -142,23 +145,25 @@ class Scene(PosedScene):
         tolerance: float = 1e-8,
         pressure: Pressing = "follows",
     ) -> StartOfSliding:
-        """From rest to full sliding: which points stick and which slip as the upper body starts to move.
+        """Follows the contact from rest to full sliding: which points stick and which slip.
 
-        At first the bodies are at rest without friction. Then pressure and friction are solved together, and
-        the end is the gross sliding of :meth:`solve`. Above the wedging limit there is none: a body held from
-        above jams, both forces grow with the displacement until no state is found. It is warned of.
+        The bodies start at rest without friction. Pressure and friction are then solved together at each
+        step, and the final state is the gross sliding of :meth:`solve`. Above the wedging limit there is no
+        gross sliding: a body that is held from above jams, and both forces grow with the displacement until
+        no state is found. A warning says so.
 
         Parameters
         ----------
         displacements : (m, 2) [m]
-            Of the upper body over the lower one along x and y at the end of each step, from rest.
+            Displacements of the upper body over the lower one along x and y at the end of each step, counted
+            from rest.
         model : "auto", "half-space", "elastic-upper" or "elastic-both"
             "auto" takes the elastic upper body where there is one.
         tolerance : float [-]
             Relative residual of each step.
         pressure : "follows" or "held"
-            "held" keeps the pressure at rest and every rigid motion locked: cheaper, and right for like
-            half-spaces only.
+            "held" keeps the pressure of the state at rest and locks every rigid motion. This is cheaper, and
+            it is right for like half-spaces only.
         """
         return methods.slide_from_rest(self, displacements, model, tolerance, pressure)
 
@@ -174,32 +179,33 @@ class Scene(PosedScene):
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
     ) -> PreparedContact:
-        """The contact made ready for a simulation: what can be is computed once, the rest once a step.
+        """Prepares the contact for a simulation, so that each step has little left to compute.
 
-        A sliding contact (:class:`mtb_rs.PreparedContact`) has its compliances condensed. A wheel on a rail
-        (:class:`mtb_rs.WheelScene`) becomes :class:`mtb_rs.PreparedWheels`: steps place the profiles,
-        find the contact and roll.
+        A sliding contact becomes a :class:`mtb_rs.PreparedContact`, whose compliances are condensed. A wheel
+        on a rail (:class:`mtb_rs.WheelScene`) becomes :class:`mtb_rs.PreparedWheels`, whose steps place the
+        profiles, find the contact and solve rolling.
 
         Parameters
         ----------
         model : "auto", "half-space", "elastic-upper" or "elastic-both"
             Wheels are half-spaces.
         reference_point : (x, y, z) [m]
-            What moments and rotations of the steps are about; None: (0, 0, 0), for wheels the middle of the
-            axle.
+            Reference point of the moments and rotations of the steps; None: (0, 0, 0), and for wheels the
+            middle of the axle.
         standstill_speed : float [m/s]
-            At rest friction has no direction. With this, friction coefficients (of wheels: creepages) fall to
-            zero in proportion to the speed below it; without, a step at rest is an error. It is a
-            regularisation, not physics: a real brake sticks.
+            At rest friction has no direction, so a step at rest is an error by default. Below this speed the
+            friction coefficients (of wheels: the creepages) fall to zero in proportion to the speed. This is
+            a regularisation and not physics: a real brake sticks.
         tolerance, quantity
-            What ``model="auto"`` aims at, as in :meth:`solve`. Where a tolerance is given, the scene is
-            solved once, and a :class:`mtb_rs.ToleranceWarning` says if its estimated error is larger (a model
-            by its name has no estimate, unless bodies of one's own give it). None: 0.05 for the choice of the
-            model, and no estimate is made; `report.error_estimates` of :meth:`solve` has it. Steps make none.
+            Tolerance of ``model="auto"``, as in :meth:`solve`. If a tolerance is given, the scene is solved
+            once, and a :class:`mtb_rs.ToleranceWarning` comes if its estimated error is larger. (A model that
+            is given by name has no estimate, unless bodies of your own provide one.) None: 0.05 for the
+            choice of the model, and no estimate is made; `report.error_estimates` of :meth:`solve` gives it.
+            Steps make no estimates.
         friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
-            Of wheels; None: the `friction` of the scene. A RailFriction varies over the rail.
+            Friction of wheels; None: the `friction` of the scene. A RailFriction varies over the rail.
         layer : InterfaceLayer
-            Between wheel and rail; None: the `layer` of the scene.
+            Layer between wheel and rail; None: the `layer` of the scene.
         side : "left", "right" or "both"
             Which wheels of the wheelset; None: the left one.
         """
@@ -247,12 +253,12 @@ class Scene(PosedScene):
         repeats : int
             Solves of each point at most; the median of their times counts.
         progress : callable
-            Told the share that is done and what is being done.
+            Called with the share that is done and the name of the current solve.
 
         Raises
         ------
         ConvergenceError
-            If the fullest model has no solution: there is nothing to judge the others by.
+            If the fullest model has no solution, so that there is no reference for the other ones.
         """
         from ..studies.chart_scene import chart
 
@@ -277,8 +283,10 @@ class WheelScene(Scene):
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
     ) -> PreparedWheels:
-        """As :meth:`Scene.prepare`; there is but one model, whatever is aimed at. A tolerance that is given
-        is held to for the normal contact where the scene has it."""
+        """As :meth:`Scene.prepare`. Wheels have only one model.
+
+        A given tolerance applies to the normal contact in the position of the scene.
+        """
         from ..simulation.wheel_stepping import prepare_wheels
 
         choice("model", model, Model)

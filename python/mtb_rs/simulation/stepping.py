@@ -45,7 +45,7 @@ BODIES: tuple[Body, ...] = ("upper", "lower")
 @dataclass(frozen=True)
 @plain
 class StepState:
-    """What a step leaves for the next one: plain arrays, to be kept, copied, pickled.
+    """State after a step, from which the next one starts: plain arrays that can be kept, copied and pickled.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class StepState:
 @dataclass(frozen=True)
 @plain
 class StepReport:
-    """How a step went.
+    """Report on a step.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class StepReport:
     products : int
         Products with the influence matrix, and solves with its factors.
     fell_back : bool
-        Whether the general solver, which knows no last step, had to take over.
+        Whether the general solver, which does not use the last step, had to take over.
     residual : float [-]
         Relative complementarity residual.
     unstable : bool
@@ -101,7 +101,7 @@ class StepReport:
 @dataclass(frozen=True)
 @plain
 class StepGrid:
-    """Where the contact points (3, n) [m] of a step lie, their areas (n,) [m2] and regular grids."""
+    """Places (3, n) [m], areas (n,) [m2] and regular grids of the contact points of a step."""
 
     points: Array
     area: Array
@@ -113,16 +113,16 @@ class StepGrid:
 @dataclass(frozen=True)
 @plain
 class StepResult(Pictured):
-    """Contact load of a step, which draws pressure, gap and status.
+    """Contact load of a step. It can draw pressure, gap and status.
 
     Attributes
     ----------
     force, moment : (3,) [N], [N m]
-        Of the contact on the lower body, the moment about `reference_point`; the upper body feels the
-        opposite.
+        Load of the contact on the lower body, with the moment about `reference_point`. The opposite acts on
+        the upper body.
     reference_point : (3,) [m]
     friction_power : float [W]
-        Heat of sliding, >= 0: friction times the velocity, without what the pressures work.
+        Heat of sliding, >= 0: friction times velocity, without the power of the pressures.
     friction_work : float or None [J]
         `friction_power` times `dt`.
     gap : (n,) [m]
@@ -200,11 +200,11 @@ class StepResult(Pictured):
 class PreparedContact:
     """A sliding contact that is ready for a simulation.
 
-    Made by :meth:`mtb_rs.Scene.prepare` or read by :meth:`load`. Each `step` starts from the memory of the
-    last one (active points, factors), which changes how long it takes, not what comes out: steps equal
+    :meth:`mtb_rs.Scene.prepare` makes it, or :meth:`load` reads it. Each `step` starts from the memory of the
+    last one (active points, factors). The memory changes only the time that a step takes: steps equal
     ``scene.solve`` to 1e-9 wherever the sliding state is unique. One object is for one contact in one
-    simulation; :meth:`copy` makes another one that shares the matrices. Calls from several threads
-    wait for each other.
+    simulation; :meth:`copy` makes another one that shares the matrices. Calls from several threads wait for
+    each other.
     """
 
     def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
@@ -255,21 +255,23 @@ class PreparedContact:
         Parameters
         ----------
         pose : (x, y, z, roll, pitch, yaw) [m], [rad]
-            Rigid displacement of the upper body from where the scene has it: rotations about fixed x, then
-            y, then z axis through `reference_point`, then the translation. NaN, or None for all: found from
-            balance if the scene leaves the motion free, else zero. Gaps change by the displacement along
-            the normals: it must be small against the radii of the surfaces.
+            Rigid displacement of the upper body from its position in the scene: rotations about the fixed x,
+            then y, then z axis through `reference_point`, then the translation. A component that is NaN
+            (None: all of them) is found from balance if the scene leaves the motion free, and is zero
+            otherwise. Gaps change by the displacement along the normals, which must be small against the
+            radii of the surfaces.
         velocity : float or (vx, vy) [m/s]
-            Of the upper body over the lower one; a number is meant along the scene's sliding direction,
-            negative backwards. Friction follows it; tables are read at its size. None: the scene's own
-            velocity, or forwards where nothing depends on it. At rest friction has no direction: that
-            is an error unless the contact was prepared with a `standstill_speed`.
+            Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
+            direction, negative backwards. It gives the direction of friction, and tables are evaluated at its
+            magnitude. None: the scene's own velocity, or forwards if nothing depends on it. At rest friction
+            has no direction, which is an error unless the contact was prepared with a `standstill_speed`.
         dt : float [s]
             Length of the step, for `friction_work`.
         magnetic_pressure : float [Pa], or as for scenes
-            In place of the scene's. A number costs nothing; a field costs a product with the compliance.
+            Pressure in place of the scene's. A number costs nothing; a field costs a product with the
+            compliance.
         state : StepState
-            Starts from this one in place of the memory.
+            State to start from in place of the memory.
 
         Raises
         ------
@@ -368,9 +370,9 @@ class PreparedContact:
     ) -> None:
         """Writes the contact as a functional mock-up unit: FMI 2.0, co-simulation, without Python.
 
-        Inputs are `velocity.x` and `velocity.y`, `pose.x` to `pose.yaw` as far as `pose` names them, and
-        `magnetic_pressure` if given; what is no input is found from balance, or as the scene has it. Outputs
-        are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
+        Inputs are `velocity.x` and `velocity.y`, those of `pose.x` to `pose.yaw` that `pose` names, and
+        `magnetic_pressure` if given. All other components are found from balance, or stay as in the scene.
+        Outputs are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
         `peak_pressure` (of the mean over a point).
 
         Parameters
@@ -379,7 +381,7 @@ class PreparedContact:
             For example "shoe.fmu".
         library : str or path object
             The compiled `mtb_fmu` of this version: ``cargo build --release -p mtb-fmu``. The unit runs on
-            systems as the one it was built for.
+            systems like the one for which the library was built.
         pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
             First values of the components of the pose that are inputs.
         velocity, magnetic_pressure
@@ -388,7 +390,7 @@ class PreparedContact:
         Raises
         ------
         ValueError
-            If something cannot be as given, or the library is another one.
+            If an argument is wrong, or the library is of another version.
         ConvergenceError
             If there is no sliding state at the first values.
         OSError
@@ -573,7 +575,7 @@ class Source:
 def prepare(
     scene: PosedScene, model: Model, reference_point: ArrayLike, standstill_speed: float | None
 ) -> PreparedContact:
-    """The contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
+    """Prepares the contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
     if isinstance(scene.friction, PressureDependentFriction):
         raise ValueError("friction depends on the pressure: a step takes numbers, fields and tables")
     if standstill_speed is not None:

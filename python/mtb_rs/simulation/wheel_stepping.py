@@ -39,15 +39,15 @@ CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
 class PreparedWheels:
     """One or both wheels of a wheelset on the rails, ready for a simulation.
 
-    Made by :meth:`mtb_rs.Scene.prepare` from a wheel on a rail, or read by :meth:`load`; the scene's
-    wheelset stands shifted by its `lateral` to the left. The track frame: x along the rails, the
-    direction of travel, y to the left, z up; its origin lies on the top of the rails in the middle of the
+    :meth:`mtb_rs.Scene.prepare` makes it from a wheel on a rail, or :meth:`load` reads it. The wheelset of
+    the scene is shifted by `lateral` to the left. In the track frame x points along the rails in the
+    direction of travel, y to the left and z up; its origin lies on the top of the rails in the middle of the
     track. Patches of one wheel are solved apart from each other if their planes differ by more than 20
     degrees.
 
-    Rolling is taken as steady: right where a patch rolls over its own length in less time than forces take
-    to change. Each `step` starts from the memory of the last one, which changes how long it takes, not what
-    comes out. Calls from several threads wait for each other.
+    Rolling is taken as steady. This is right where a patch rolls over its own length in less time than the
+    forces take to change. Each `step` starts from the memory of the last one, which changes only the time
+    that it takes. Calls from several threads wait for each other.
     """
 
     def __init__(self, core: _mtb_rs.PreparedWheels) -> None:
@@ -59,7 +59,7 @@ class PreparedWheels:
 
     @property
     def reference_point(self) -> Array:
-        """The point of the wheelset that poses, velocities and moments are about, at the zero pose [m]."""
+        """Reference point on the wheelset of poses, velocities and moments, at the zero pose [m]."""
         return np.array(self._core.reference_point)
 
     def step(
@@ -74,24 +74,26 @@ class PreparedWheels:
         Parameters
         ----------
         pose : (x, y, z, roll, pitch, yaw) [m], [rad]
-            Rigid displacement of the wheelset from where the scene has it, just touching the rail: rotations
-            about fixed x, then y, then z axis through `reference_point`, then the translation. z NaN: found
-            so that the pressures carry the scene's vertical force (on both wheels twice that); z and roll
-            NaN, both wheels: so that each carries it. None: z NaN, all else zero. Friction is no part of that
-            balance: `WheelStep.balance_error` says by how much of the force, and a warning comes above 2 %.
+            Rigid displacement of the wheelset from its position in the scene, where it just touches the rail:
+            rotations about the fixed x, then y, then z axis through `reference_point`, then the translation.
+            If z is NaN, it is found such that the pressures carry the scene's vertical force (on both wheels
+            twice that). If z and roll are NaN for both wheels, they are found such that each wheel carries
+            it. None: z is NaN and all other components are zero. The balance leaves out friction:
+            `WheelStep.balance_error` gives the relative departure of the force, and a warning comes above 2
+            %.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
-            Of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy > 0
-            rolls forwards; a yawed or rolled axle has parts of it along x and z). A number v: v along x,
-            v / wheel_radius about the axle as posed.
+            Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
+            > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
+            number v means v along x and v / wheel_radius about the axle in its pose.
         dt : float [s]
             Length of the step, for `friction_work`.
         state : WheelState
-            Starts from this one in place of the memory.
+            State to start from in place of the memory.
 
         Raises
         ------
         ValueError
-            If something cannot be as given; if a contact reaches the end of a profile.
+            If an argument is wrong, or a contact reaches the end of a profile.
         ConvergenceError
             If a problem was not solved.
         """

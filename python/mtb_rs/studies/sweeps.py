@@ -59,40 +59,41 @@ def sweep(
     ----------
     scene : Scene
     parameters : Mapping
-        For each argument (of :class:`Scene`, or of the ready scene) its values, or a mapping from labels to
+        The values of each argument (of :class:`Scene`, or of the ready scene), or a mapping from labels to
         values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``. Labels
-        are numbers or text; values without one that are neither are known by their text, or by their kind
-        and place in the list.
+        are numbers or text. Values without a label that are neither are labelled by their text, or by their
+        kind and place in the list.
     executor : concurrent.futures.Executor, int or None
-        Who solves: threads, processes, Dask's ``client.get_executor()``; a number of processes of our own;
-        or nobody but this process. A process that dies is replaced and its cases are solved again; a case
-        that ends its process twice is recorded as such. Processes are spawned, because the threads of the
-        compiled core do not survive a fork: for a pool that forks, one of the same size stands in. A
-        script therefore calls sweeps under ``if __name__ == "__main__":``.
+        Executor that solves the cases: threads, processes, or Dask's ``client.get_executor()``; a number of
+        processes of our own; or None for this process alone. A process that dies is replaced and its cases
+        are solved again; a case that ends its process twice is recorded as such. Processes are spawned,
+        because the threads of the compiled core do not survive a fork; a pool that forks is replaced by one
+        of the same size. A script must therefore call sweeps under ``if __name__ == "__main__":``.
     measure : callable
-        Numbers of a result, by name, that make further columns; for processes a function of a module.
+        Function that gives further numbers of a result by name, which become columns. With processes it must
+        be a function of a module.
     checkpoint : path
-        Solved cases are kept there one by one; a sweep called again with the same file goes on from it. What
-        has no solution is not tried again, what failed in another way is. The same sweep is one of the same
-        scene, values, options, measure and version of this package: functions count by their code and what
-        they hold, objects by their attributes.
+        File that keeps the solved cases one by one. A sweep that is called again with the same file continues
+        from it. Cases without a solution are not tried again, and cases that failed in another way are. The
+        scene, values, options, measure and version of this package must be the same; functions are compared
+        by their code and the values they hold, objects by their attributes.
     progress : callable
         Called with the cases done and all cases.
     **options
-        Of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other bodies,
-        which have no such model, decide by themselves.
+        Options of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other
+        bodies, which do not have this model, are decided one by one.
 
     Returns
     -------
     SweepTable
-        A case without a solution is a row with its reason and stops nobody else. One
+        A case without a solution is a row with its reason, and the other cases go on. One
         :class:`mtb_rs.ToleranceWarning` says how many cases miss the tolerance.
 
     Raises
     ------
     ValueError
-        If an argument or option is unknown, the executor is none, the checkpoint is of another sweep or
-        damaged, or an input hides what it holds, so that a checkpoint could not tell it from another.
+        If an argument or option is unknown, the executor is not one, the checkpoint is damaged or of another
+        sweep, or an input hides its content, so that a checkpoint could not distinguish it from another one.
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene is {scene!r}: a Scene is needed")
