@@ -7,11 +7,19 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex};
 
+use crate::monitor::{Monitor, report, unmonitored};
+
 /// Columns of the spectrum that are gathered, transformed and scattered together.
 const BLOCK: usize = 8;
 
 /// Padded points from which a second thread pays.
 const PARALLEL_FROM: usize = 1 << 16;
+
+/// Operations between two looks at the monitor: a tenth of a second on a slow core.
+const WORK_UNWATCHED: f64 = 2e8;
+
+/// Operations that a value of a kernel counts for: logarithms and roots.
+const VALUE: f64 = 200.0;
 
 /// The Fourier transforms of one pair of grid shapes: plans, padding and buffers.
 ///
@@ -124,6 +132,8 @@ impl Transform {
         let mut spectrum = self.take(filled * nkx);
         let scratch = || (vec![0.0; mx], self.rows.make_scratch_vec());
         each_chunk(
+            &unmonitored,
+            1.0,
             parallel,
             &mut spectrum,
             nkx,
@@ -141,13 +151,21 @@ impl Transform {
         let normalisation = self.normalisation();
         let mut values = vec![Complex::default(); nkx * my];
         let scratch = || vec![Complex::default(); self.columns.get_inplace_scratch_len()];
-        each_chunk(parallel, &mut values, my, scratch, |work, kx, column| {
-            for k in 0..filled {
-                let j = (down + k as isize).rem_euclid(my as isize) as usize;
-                column[j] = spectrum[k * nkx + kx] * normalisation;
-            }
-            self.columns.process_with_scratch(column, work);
-        });
+        each_chunk(
+            &unmonitored,
+            1.0,
+            parallel,
+            &mut values,
+            my,
+            scratch,
+            |work, kx, column| {
+                for k in 0..filled {
+                    let j = (down + k as isize).rem_euclid(my as isize) as usize;
+                    column[j] = spectrum[k * nkx + kx] * normalisation;
+                }
+                self.columns.process_with_scratch(column, work);
+            },
+        );
         self.give_back(spectrum);
         Kernel {
             values: Values::General(values),
@@ -158,6 +176,15 @@ impl Transform {
     ///
     /// A quarter of the evaluations and an eighth of the memory of [`Transform::kernel`].
     pub fn even_kernel(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        self.even_kernel_watched(value, &unmonitored)
+    }
+
+    /// [`Transform::even_kernel`] with looks at a monitor; of no use once that has asked to stop.
+    pub fn even_kernel_watched(
+        &self,
+        value: impl Fn(usize, usize) -> f64 + Sync,
+        monitor: Monitor<'_>,
+    ) -> Kernel {
         let [mx, my] = self.padded;
         let (nkx, parallel) = (self.waves_x(), self.is_parallel());
         let reach = |(first, last): (isize, isize)| last.max(-first) as usize;
@@ -168,6 +195,8 @@ impl Transform {
             (vec![0.0; mx], spectrum, self.rows.make_scratch_vec())
         };
         each_chunk(
+            monitor,
+            VALUE * (reach_x + 1) as f64 + transform_work(mx),
             parallel,
             &mut real,
             nkx,
@@ -195,6 +224,8 @@ impl Transform {
             (vec![Complex::default(); my], work)
         };
         each_chunk(
+            monitor,
+            transform_work(my),
             parallel,
             &mut values,
             2 * nky,
@@ -232,6 +263,8 @@ impl Transform {
         let (my, normalisation) = (self.padded[1], self.normalisation());
         let mut values = vec![Complex::default(); self.waves_x() * my];
         each_chunk(
+            &unmonitored,
+            1.0,
             self.is_parallel(),
             &mut values,
             my,
@@ -252,6 +285,8 @@ impl Transform {
         let (nky, normalisation) = (self.padded[1] / 2 + 1, self.normalisation());
         let mut values = vec![0.0; self.waves_x() * nky];
         each_chunk(
+            &unmonitored,
+            1.0,
             self.is_parallel(),
             &mut values,
             nky,
@@ -279,7 +314,19 @@ impl Transform {
 
     /// Adds `scale` times the convolution of `x` with `kernel` to `y`.
     pub fn apply_add(&self, kernel: &Kernel, scale: f64, x: &[f64], y: &mut [f64]) {
-        self.apply_block_add(&[&[Some(kernel)]], scale, &[x], &mut [y]);
+        self.apply_add_watched(kernel, scale, x, y, &unmonitored);
+    }
+
+    /// [`Transform::apply_add`] with looks at a monitor; `y` is of no use once that has asked to stop.
+    pub fn apply_add_watched(
+        &self,
+        kernel: &Kernel,
+        scale: f64,
+        x: &[f64],
+        y: &mut [f64],
+        monitor: Monitor<'_>,
+    ) {
+        self.block(&[&[Some(kernel)]], scale, &[x], &mut [y], monitor);
     }
 
     /// Adds `scale` times a block of convolutions: `outputs[a] += scale * sum_b kernels[a][b] * inputs[b]`.
@@ -292,6 +339,17 @@ impl Transform {
         scale: f64,
         inputs: &[&[f64]],
         outputs: &mut [&mut [f64]],
+    ) {
+        self.block(kernels, scale, inputs, outputs, &unmonitored);
+    }
+
+    fn block(
+        &self,
+        kernels: &[&[Option<&Kernel>]],
+        scale: f64,
+        inputs: &[&[f64]],
+        outputs: &mut [&mut [f64]],
+        monitor: Monitor<'_>,
     ) {
         debug_assert!(
             inputs
@@ -308,10 +366,10 @@ impl Transform {
         if loaded.0 == loaded.1 {
             return;
         }
-        let forward = self.forward_rows(inputs, loaded);
-        let back = self.multiply_columns(kernels, &forward, inputs.len(), loaded);
+        let forward = self.forward_rows(inputs, loaded, monitor);
+        let back = self.multiply_columns(kernels, &forward, inputs.len(), loaded, monitor);
         self.give_back(forward);
-        self.inverse_rows(scale, &back, outputs);
+        self.inverse_rows(scale, &back, outputs, monitor);
         self.give_back(back);
     }
 
@@ -332,12 +390,19 @@ impl Transform {
     }
 
     /// Spectra of the loaded rows: `[input][row][kx]`.
-    fn forward_rows(&self, inputs: &[&[f64]], loaded: (usize, usize)) -> Vec<Complex<f64>> {
+    fn forward_rows(
+        &self,
+        inputs: &[&[f64]],
+        loaded: (usize, usize),
+        monitor: Monitor<'_>,
+    ) -> Vec<Complex<f64>> {
         let nx = self.source[0];
         let (nkx, n_rows) = (self.waves_x(), loaded.1 - loaded.0);
         let mut spectrum = self.take(inputs.len() * n_rows * nkx);
         let scratch = || (vec![0.0; self.padded[0]], self.rows.make_scratch_vec());
         each_chunk(
+            monitor,
+            transform_work(self.padded[0]),
             self.is_parallel(),
             &mut spectrum,
             nkx,
@@ -360,6 +425,7 @@ impl Transform {
         spectrum: &[Complex<f64>],
         n_inputs: usize,
         loaded: (usize, usize),
+        monitor: Monitor<'_>,
     ) -> Vec<Complex<f64>> {
         let (my, nkx) = (self.padded[1], self.waves_x());
         let ny = self.target[1];
@@ -381,6 +447,8 @@ impl Transform {
         };
         let size = n_outputs * ny * BLOCK;
         each_chunk(
+            monitor,
+            (BLOCK * (n_inputs + n_outputs)) as f64 * transform_work(my),
             self.is_parallel(),
             &mut result,
             size,
@@ -441,7 +509,13 @@ impl Transform {
         result
     }
 
-    fn inverse_rows(&self, scale: f64, blocks: &[Complex<f64>], outputs: &mut [&mut [f64]]) {
+    fn inverse_rows(
+        &self,
+        scale: f64,
+        blocks: &[Complex<f64>],
+        outputs: &mut [&mut [f64]],
+        monitor: Monitor<'_>,
+    ) {
         let [nx, ny] = self.target;
         let nkx = self.waves_x();
         let n_outputs = outputs.len();
@@ -456,6 +530,8 @@ impl Transform {
         };
         for (output, y) in outputs.iter_mut().enumerate() {
             each_chunk(
+                monitor,
+                transform_work(self.padded[0]),
                 self.is_parallel(),
                 y,
                 nx,
@@ -556,22 +632,38 @@ fn smooth_even_size(n: usize) -> usize {
     size
 }
 
-/// Works on the chunks of `data`, on all threads if `parallel`, with scratch space per thread.
+/// Operations of a transform of this length.
+fn transform_work(length: usize) -> f64 {
+    5.0 * length as f64 * (length.max(2) as f64).log2()
+}
+
+/// Works on the chunks of `data`, on all threads if `parallel`, with scratch space per thread. The monitor is
+/// asked about as often as [`WORK_UNWATCHED`] says, for chunks of `cost` operations each; what is left when it
+/// asks to stop is not done.
 fn each_chunk<T: Send, S>(
+    monitor: Monitor<'_>,
+    cost: f64,
     parallel: bool,
     data: &mut [T],
     size: usize,
     scratch: impl Fn() -> S + Sync + Send,
     work: impl Fn(&mut S, usize, &mut [T]) + Sync + Send,
 ) {
-    if parallel {
-        data.par_chunks_mut(size)
-            .enumerate()
-            .for_each_init(scratch, |s, (k, chunk)| work(s, k, chunk));
-    } else {
-        let mut s = scratch();
-        for (k, chunk) in data.chunks_mut(size).enumerate() {
-            work(&mut s, k, chunk);
+    let round = ((WORK_UNWATCHED / cost) as usize).max(1);
+    for (number, part) in data.chunks_mut(size.saturating_mul(round)).enumerate() {
+        if number > 0 && report(monitor, number, f64::NAN).is_err() {
+            return;
+        }
+        let first = number * round;
+        if parallel {
+            part.par_chunks_mut(size)
+                .enumerate()
+                .for_each_init(&scratch, |s, (k, chunk)| work(s, first + k, chunk));
+        } else {
+            let mut s = scratch();
+            for (k, chunk) in part.chunks_mut(size).enumerate() {
+                work(&mut s, first + k, chunk);
+            }
         }
     }
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
 
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
 use mtb_complementarity::bounded::{self, Solution, Status};
-use mtb_operator::{Grid, Monitor, check_memory};
+use mtb_operator::{Grid, Monitor, Progress, check_memory, report};
 
 use super::level::{Level, Region, half_sides};
 use super::product::{Product, sizes};
@@ -36,6 +39,15 @@ pub(super) fn solve(
         memory(contact.grid.points(), Method::Fourier),
         memory(CELLS_AT_MOST, Method::Fourier),
     )?;
+    // a product breaks off without a word: whoever looks next hears of it as well
+    let is_stopped = Cell::new(false);
+    let monitor: Monitor<'_> = &|progress: Progress| {
+        if is_stopped.get() || monitor(progress).is_break() {
+            is_stopped.set(true);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    };
     let levels = Level::pyramid(contact);
     let mut work = Work::default();
     // the last level solved: its number and pressure, and its difference from the one before
@@ -112,9 +124,10 @@ fn outside(
         return Ok((plain(&solution), solution));
     }
     let pressure = region.paste(&solution.pressure, &level.grid);
-    let product = Product::influence(contact.surface, &level.grid, [whole.nx, whole.ny]);
+    let product = Product::influence(contact.surface, &level.grid, [whole.nx, whole.ny], monitor);
     let mut displacement = vec![0.0; whole.points()];
-    product.apply(&pressure, &mut displacement);
+    product.apply(&pressure, &mut displacement, monitor);
+    report(monitor, 0, f64::NAN)?;
     work.products += product.size();
     let offset = level.offset(&whole, contact.load);
     let modes = level.modes(&whole, contact);
@@ -236,13 +249,14 @@ fn on_region(
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
-    let product = Product::influence(contact.surface, grid, shape);
-    let inverse = Product::inverse(contact.surface, grid, shape);
+    let product = Product::influence(contact.surface, grid, shape, monitor);
+    let inverse = Product::inverse(contact.surface, grid, shape, monitor);
+    report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
     let solution = bounded::solve(
-        &|x, y| product.apply(x, y),
-        &|x, y| inverse.apply(x, y),
+        &|x, y| product.apply(x, y, monitor),
+        &|x, y| inverse.apply(x, y, monitor),
         &bounded::Problem {
             offset: &offset,
             modes: &modes,
@@ -254,6 +268,7 @@ fn on_region(
         },
         monitor,
     )?;
+    report(monitor, solution.iterations, solution.residual)?;
     work.products += solution.products as f64 * product.size();
     work.preconditionings += solution.preconditionings as f64 * inverse.size();
     Ok(solution)

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use mtb_operator::{Compliance, Component, Grid, Kernel, Transform};
+use mtb_operator::{Compliance, Component, Grid, Kernel, Monitor, Transform};
 
 use super::Surface;
 
@@ -14,6 +14,8 @@ const LEAST_WAVE: f64 = 1e-6;
 pub(super) type Influence<'a> = &'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync);
 
 /// A map from pressures to displacements, or back.
+///
+/// Its work looks at a monitor that, once it has asked to stop, goes on to do so.
 pub(super) enum Product<'a> {
     /// A convolution.
     Convolution {
@@ -31,11 +33,17 @@ impl<'a> Product<'a> {
     }
 
     /// Pressure [Pa] to closing of the gap [m].
-    pub(super) fn influence(surface: Surface<'a>, grid: &Grid, shape: [usize; 2]) -> Self {
+    pub(super) fn influence(
+        surface: Surface<'a>,
+        grid: &Grid,
+        shape: [usize; 2],
+        monitor: Monitor<'_>,
+    ) -> Self {
         match surface {
             Surface::FreeSpace(influence) => {
                 let transform = Transform::new(shape, shape);
-                let kernel = transform.even_kernel(|i, j| at_offset(influence, grid, i, j));
+                let kernel =
+                    transform.even_kernel_watched(|i, j| at_offset(influence, grid, i, j), monitor);
                 Self::of(transform, kernel)
             }
             Surface::Periodic(wave) => {
@@ -49,12 +57,18 @@ impl<'a> Product<'a> {
     }
 
     /// Roughly the inverse: that of the same cells wrapped around.
-    pub(super) fn inverse(surface: Surface<'_>, grid: &Grid, shape: [usize; 2]) -> Self {
+    pub(super) fn inverse(
+        surface: Surface<'_>,
+        grid: &Grid,
+        shape: [usize; 2],
+        monitor: Monitor<'_>,
+    ) -> Self {
         match surface {
             Surface::FreeSpace(influence) => wrapped(
                 shape,
                 |i, j| at_offset(influence, grid, i, j),
                 f64::MIN_POSITIVE,
+                monitor,
             ),
             Surface::Periodic(wave) => {
                 let transform = Transform::periodic(shape);
@@ -80,16 +94,19 @@ impl<'a> Product<'a> {
                     shape,
                     |i, j| from_middle(&response, shape, i, j),
                     (LEAST_WAVE * total).max(f64::MIN_POSITIVE),
+                    monitor,
                 )
             }
         }
     }
 
-    /// Overwrites `y` with the image of `x`.
-    pub(super) fn apply(&self, x: &[f64], y: &mut [f64]) {
+    /// Overwrites `y` with the image of `x`; with nothing of use once the monitor has asked to stop.
+    pub(super) fn apply(&self, x: &[f64], y: &mut [f64], monitor: Monitor<'_>) {
         y.fill(0.0);
         match self {
-            Self::Convolution { transform, kernel } => transform.apply_add(kernel, 1.0, x, y),
+            Self::Convolution { transform, kernel } => {
+                transform.apply_add_watched(kernel, 1.0, x, y, monitor);
+            }
             Self::Body(body) => {
                 body.add_displacement(Component::Normal, Component::Normal, 1.0, x, y);
             }
@@ -110,9 +127,10 @@ fn wrapped<'a>(
     shape: [usize; 2],
     value: impl Fn(usize, usize) -> f64 + Sync,
     least: f64,
+    monitor: Monitor<'_>,
 ) -> Product<'a> {
     let transform = Transform::wrapped(shape);
-    let kernel = transform.even_kernel(value);
+    let kernel = transform.even_kernel_watched(value, monitor);
     let kernel = transform.even_kernel_from_spectrum(|kx, ky| {
         1.0 / transform.spectrum(&kernel, kx, ky).re.abs().max(least)
     });

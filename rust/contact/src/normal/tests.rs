@@ -172,6 +172,54 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
 }
 
 #[test]
+fn whenever_it_is_asked_to_stop_it_stops() {
+    use std::cell::Cell;
+    use std::ops::ControlFlow;
+
+    let n = 400;
+    let grid = Grid {
+        nx: n,
+        ny: n,
+        dx: 2.0 / n as f64,
+        dy: 2.0 / n as f64,
+    };
+    let gap = field(&grid, |x, y| (x * x + y * y) * PI * PI / 3.0);
+    let contact = NormalContact {
+        gap: &gap,
+        grid,
+        surface: Surface::FreeSpace(&influence),
+        load: Load::Force(1.0),
+        moments: [None, None],
+    };
+    let options = Options {
+        tolerance: Some(1e-6),
+        method: Method::Fourier,
+    };
+    let asked = Cell::new(0_usize);
+    let stopped_at = |last: usize| {
+        asked.set(0);
+        let monitor = |_: mtb_operator::Progress| {
+            asked.set(asked.get() + 1);
+            if asked.get() == last {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        solve_normal(&contact, options, &monitor)
+    };
+    assert!(stopped_at(usize::MAX).is_ok());
+    let looks = asked.get();
+    for last in (1..=looks).step_by(1 + looks / 12).chain([looks]) {
+        assert!(
+            matches!(stopped_at(last), Err(Error::Interrupted)),
+            "{last}"
+        );
+        assert_eq!(asked.get(), last, "it was asked again");
+    }
+}
+
+#[test]
 fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
     // full contact: the pressure wave that flattens the surface wave, on the mean pressure
     let grid = Grid {

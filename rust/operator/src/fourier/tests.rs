@@ -143,3 +143,52 @@ fn sizes_are_even_and_smooth() {
         [2, 2, 8, 12, 16, 128, 1024]
     );
 }
+
+#[test]
+fn work_between_two_looks_is_bounded() {
+    use std::cell::Cell;
+    use std::ops::ControlFlow;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    let n = 1500;
+    let transform = Transform::new([n, n], [n, n]);
+    let values = AtomicUsize::new(0);
+    let value = |i: usize, j: usize| {
+        values.fetch_add(1, Ordering::Relaxed);
+        1.0 / (1 + i + j) as f64
+    };
+    let (looks, seen, most) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    let look = |_: crate::Progress| {
+        let now = values.load(Ordering::Relaxed);
+        most.set(most.get().max(now - seen.get()));
+        seen.set(now);
+        looks.set(looks.get() + 1);
+        ControlFlow::Continue(())
+    };
+    let kernel = transform.even_kernel_watched(value, &look);
+    assert_eq!(values.load(Ordering::Relaxed), n * n);
+    assert!(
+        VALUE * most.get() as f64 <= WORK_UNWATCHED,
+        "{}",
+        most.get()
+    );
+    // what is watched is what is computed else
+    let x = field(n * n, 5);
+    let (mut y, mut plain) = (vec![0.0; n * n], vec![0.0; n * n]);
+    looks.set(0);
+    transform.apply_add_watched(&kernel, 1.0, &x, &mut y, &look);
+    transform.apply_add(&kernel, 1.0, &x, &mut plain);
+    assert_eq!(y, plain);
+    let [mx, my] = transform.padded();
+    let work = 2.0 * n as f64 * transform_work(mx) + mx as f64 * transform_work(my);
+    assert!(
+        looks.get() as f64 > work / WORK_UNWATCHED - 4.0,
+        "{}",
+        looks.get()
+    );
+    // and it ends at the first word
+    let stop = |_: crate::Progress| ControlFlow::Break(());
+    let before = values.load(Ordering::Relaxed);
+    transform.even_kernel_watched(value, &stop);
+    assert!(values.load(Ordering::Relaxed) - before <= (WORK_UNWATCHED / VALUE) as usize);
+}
