@@ -96,7 +96,7 @@ def test_a_state_that_has_jammed_says_so() -> None:
             low = middle
         except mtb.ConvergenceError:
             high = middle
-    with pytest.warns(UserWarning, match=r"has jammed: .* times the pull, and .* without friction") as told:
+    with pytest.warns(UserWarning, match=r"has jammed: .* times the load, and .* without friction") as told:
         jammed = scene(low).solve("elastic-upper")
     # the line that asked, not one of the package
     assert {one.filename for one in told} == {__file__}

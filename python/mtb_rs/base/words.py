@@ -70,7 +70,7 @@ class SpaceOptions(StressOptions, total=False):
     body: Body
 
 
-#: Which bodies the magnetic pressure pulls.
+#: Which bodies the magnetic pressure acts on.
 Attraction = Literal["upper", "both"]
 #: Ways of holding the ready elastic bodies.
 Held = Literal["driven-top", "clamped-top", "points", "fixed-points"]

@@ -67,12 +67,12 @@ class Condensed:
     modes : (m, 9)
         Translation, rotation and reference point of each.
     mode_displacement : (m, 3, n)
-        Of the contact points by a unit of each mode; a traction t does the work
-        sum of weights * mode_displacement * t on it.
+        Of the contact points by a unit of each mode; the generalised load
+        of a traction t on it is the sum of weights * mode_displacement * t.
     case_displacement : (k, 3, n)
         Of the contact points by a unit of each support component: displacement [m], or force on a guide [N].
     case_work : (k, m)
-        Work of a unit of each support component on each mode; zero unless guided.
+        Generalised load of a unit of each support component on each mode; zero unless guided.
     spread_displacement : (6, 3, n)
         Of the contact points by a unit force [N] along and moment [N m] about x, y, z through `centre`,
         spread over the body as weight and inertia are.
@@ -117,7 +117,7 @@ class Condensed:
         return _mtb_rs.flexibility(self.weights, self.flexibility)
 
     def spread_work(self, wrench: Array) -> Array:
-        """Work (m,) of a spread force and moment about `centre` (6,) on a unit of each mode."""
+        """Generalised load (m,) of a spread force and moment about `centre` (6,) on each mode."""
         rotation = self.modes[:, 3:6]
         moved = self.modes[:, :3] + np.cross(rotation, self.centre - self.modes[:, 6:])
         return np.asarray(moved @ wrench[:3] + rotation @ wrench[3:])
@@ -660,7 +660,7 @@ class ElasticBody:
         return np.asarray(np.einsum("k,kcn->cn", self.case_values, condensed.case_displacement))
 
     def given_work(self, condensed: Condensed) -> Array:
-        """Work (m,) of the forces on the guides on a unit of each free motion."""
+        """Generalised load (m,) of the forces on the guides on each free motion."""
         return np.asarray(self.case_values @ condensed.case_work)
 
     def balance(self, condensed: Condensed, spread: Array) -> Balance:

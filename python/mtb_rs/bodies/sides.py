@@ -35,15 +35,15 @@ class Side:
     motions : (m, 3, n)
         Of the contact points by a unit of each rigid motion the supports leave free, common frame.
     work : (m,) [J]
-        Of all loads but the contact's and the pull on a unit of each motion.
+        Generalised load on each motion: of all loads but the contact's and the attraction, on a unit of it.
     pull : (n,) [Pa]
-        Magnetic pressure on it.
+        Magnetic attraction: the pressure on it.
     includes_motion : bool
         Whether the reported displacement contains the rigid part.
     is_pulled_at_face : bool
-        Whether the pull moves its contact points; otherwise only its resultant counts.
+        Whether the attraction moves its contact points; otherwise only its resultant counts.
     is_pulled : (m,) bool
-        Whether the pull works on each motion; where not, the work is given as a whole.
+        Whether the attraction loads each motion; where not, the generalised load is given as a whole.
     state
         What the body needs to recover its inside from a solution (finite elements).
     operations : float
@@ -77,7 +77,7 @@ class ElasticPart:
         Number of its first point in the scene.
     upper : bool
     pull : (n,) [Pa]
-        Magnetic pressure on it.
+        Magnetic attraction: the pressure on it.
     modes : (m, 9)
         Rigid motions its supports leave free.
     hats : Hats or None
@@ -129,7 +129,7 @@ class ElasticPart:
         return np.where(others <= 1e-9 * np.abs(rise), rise, 0.0)
 
     def loads_in_words(self) -> list[str]:
-        """The given loads on the body, besides its magnetic pull."""
+        """The given loads on the body, besides its magnetic attraction."""
         words = []
         if self.spread[2]:
             words.append(f"force {self.spread[2]:.6g} N along z on {self.body.name}")
@@ -147,7 +147,7 @@ class ElasticPart:
         return words
 
     def _tractions(self, coefficients: Array) -> tuple[Array, Array]:
-        """Tractions (3, n) [Pa] of the contact and of the pull, in the body's own frame."""
+        """Tractions (3, n) [Pa] of the contact and of the attraction, in the body's own frame."""
         n = self.pull.size
         own = coefficients[:, self.first : self.first + n]
         sign = -1.0 if self.upper else 1.0

@@ -44,7 +44,7 @@ CASES = {
         # the rail
         # rail = "60E1"                # or the path of a measured profile
         # rail_length = 0.18           # [m]
-        # attraction = "upper"         # "both": the rail is pulled up as well
+        # attraction = "upper"         # "both": the rail is attracted as well
 
         [upper]                        # material of the shoe
         young_modulus = 208e9          # [Pa]; or shear_modulus
@@ -101,7 +101,7 @@ CASES = {
         # velocity = 10.0              # [m/s]; matters for friction that depends on the slip velocity
         """,
     "braking": """
-        # A pole shoe brakes: friction falls with the velocity, and so does the magnet's pull.
+        # A pole shoe brakes: friction falls with the velocity, and so does the magnet's attraction.
         # Solve it over the velocity: mtb-rs sweep CASE.toml --vary velocity=2:40:8
 
         scene = "pole_shoe_on_rail"
@@ -205,7 +205,7 @@ def _demo(options: argparse.Namespace) -> int:
 
     console = console_on(sys.stdout)
     directory = check_saveable(options.output)
-    console.print("A pole shoe is pulled onto a 60E1 rail by 3 MPa and slides with friction 0.3.")
+    console.print("A pole shoe is attracted by a 60E1 rail with 3 MPa and slides with friction 0.3.")
     console.print("In Python:\n", style="bold")
     console.print(
         "    import mtb_rs as mtb\n"

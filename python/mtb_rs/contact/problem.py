@@ -120,11 +120,11 @@ class ContactProblem:
 
     @cached_property
     def loading(self) -> _mtb_rs.Loading:
-        """Gap (n,) [m] before contact and work (m,) [J] on the free motions, by all loads."""
+        """Gap (n,) [m] before contact and generalised loads (m,) [J] on the free motions, by all loads."""
         return self.loading_by(self.upper.pull, self.lower.pull)
 
     def loading_by(self, upper_pull: Array, lower_pull: Array) -> _mtb_rs.Loading:
-        """The same with other pulls (n,) [Pa] on the bodies."""
+        """The same with other attractions (n,) [Pa] of the bodies."""
         core = self.core
         loading = core.loading(
             np.ascontiguousarray(self.gap), np.concatenate([self.upper.work, self.lower.work])
@@ -141,7 +141,7 @@ class ContactProblem:
 
     @property
     def work(self) -> tuple[Array, Array]:
-        """Work [J] of all loads but the contact on a unit of each motion of the upper and the lower body."""
+        """Generalised loads [J], all but the contact's, on each motion of the upper and the lower body."""
         work, m = self.loading.work, self.upper.work.size
         return work[:m], work[m:]
 

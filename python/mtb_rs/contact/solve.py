@@ -293,7 +293,7 @@ def _balance(
 
 
 def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
-    """Largest relative work left over on a free rigid motion."""
+    """Largest relative generalised load left over on a free rigid motion."""
     worst = 0.0
     for motion, work in zip(problem.relative_motions, problem.loading.work, strict=True):
         parts = problem.area * (coefficients * motion).sum(axis=0)
@@ -385,7 +385,7 @@ def _friction_is_idle(problem: ContactProblem) -> bool:
 
 def _jam_in_words(problem: ContactProblem, solution: Solution, grown: float, pull: Array) -> str:
     force = float(solution.pressure @ problem.area)
-    over = f", {force / abs(pull[2]):.3g} times the pull" if pull[2] else ""
+    over = f", {force / abs(pull[2]):.3g} times the load" if pull[2] else ""
     mu = float(solution.friction.max(initial=0.0))
     return (
         f"the contact force is {force:.3g} N{over}, and {grown:.3g} times that without friction. A friction "
@@ -462,7 +462,7 @@ def magnetic_field(
     return load_field("magnetic_pressure", spec, points.points, patches, velocity, kept=numbers)
 
 
-#: Contact force over the pull, and over that without friction, from which on a body counts as jammed. On the
+#: Contact force over the load, and over that without friction, from which on a body counts as jammed. On the
 #: way to the wedging limit of a clamped block ten times is passed just before it.
 JAMMED = 10.0
 

@@ -217,8 +217,8 @@ class PosedScene(Told):
         pull = -float(np.asarray(loads.get("magnetic", np.zeros(3)))[2])
         if self.magnetic_pressure is not None and pull <= 0.0:
             return (
-                f"the bodies never touch: magnetic_pressure pulls them by {pull:.6g} N, it must be positive "
-                "to press them together"
+                f"the bodies never touch: the attraction by magnetic_pressure is {pull:.6g} N, it must be "
+                "positive to press them together"
             )
         least = float(points.gap.min())
         if least <= 0.0:

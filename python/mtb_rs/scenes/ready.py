@@ -142,13 +142,13 @@ def block_on_plane(
     friction : float, array, callable, table [-]
         Coefficient of the sliding.
     magnetic_pressure : float, array, callable, table [Pa]
-        Pulls the foot of the block down.
+        Attracts the foot of the block.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
     supports : "driven-top", "clamped-top", "points", "fixed-points" or a list of Support
         How the top of an elastic block is held; a half-space has no top.
     attraction : "upper" or "both"
-        Whether the plane is pulled up as well.
+        Whether the plane is attracted as well.
     velocity : float [m/s]
         For tables over the velocity.
     sliding_direction : (x, y) or None
@@ -228,7 +228,7 @@ def pole_shoe_on_rail(
         which share one free u_z or are fixed, and four points at the back. These are single nodes, which give
         way more the finer the elements are. A half-space has no top.
     attraction : "upper" or "both"
-        Whether the rail is pulled up as well.
+        Whether the rail is attracted as well.
     lateral, yaw : float [m], [rad]
         Offset along y and rotation about z of the shoe.
     rail : str or Profile

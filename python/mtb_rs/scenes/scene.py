@@ -71,13 +71,13 @@ class Scene(PosedScene):
     moments : (mx, my) [N m]
         Moments about the x and y axis through the middle of each patch. For half-spaces and rigid bodies they
         are the moments of the load; the tilts are then free, and otherwise they are locked. For elastic upper
-        bodies they act in addition to the pull and are distributed over the body like inertia forces; the
+        bodies they act in addition to the load and are distributed over the body like inertia forces; the
         tilts that the supports do not hold are free.
     magnetic_pressure : float [Pa], (ny, nx), callable, table
-        Pull of the upper body towards the lower one along the local normal, as force over nominal area. It is
-        no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
+        Attraction of the upper body by the lower one along the local normal, as force over nominal area. It
+        is no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
     attraction : "upper" or "both"
-        Which bodies the magnetic pressure pulls.
+        Which bodies the magnetic pressure acts on.
     velocity : float [m/s]
         Sliding velocity, the argument of quantities that are tabulated over the velocity.
     layer : InterfaceLayer

@@ -301,7 +301,7 @@ class PreparedContact:
         if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
             status = (
                 f"solved, but the body has jammed: the contact force is {-out.force[2]:.3g} N, "
-                f"{-out.force[2] / pull:.3g} times the pull"
+                f"{-out.force[2] / pull:.3g} times the load"
             )
             warn(f"The step is {status}.")
         result = StepResult(
@@ -518,7 +518,7 @@ class Source:
         return width_of(problem.points.points, area, pressure > 0.0, problem.patches)
 
     def pull(self, magnetic_pressure: Any, speed: float | None) -> Array:
-        """Pull (n,) [Pa] of a magnetic pressure, None for the scene's, at a speed [m/s]."""
+        """Attraction (n,) [Pa] by a magnetic pressure, None for the scene's, at a speed [m/s]."""
         problem = self.problem
         spec = self.scene.magnetic_pressure if magnetic_pressure is None else magnetic_pressure
         if spec is None:
@@ -566,7 +566,7 @@ class Source:
                 ask(questions)
 
     def loads(self, magnetic_pressure: Any, speed: float) -> _mtb_rs.Loading:
-        """Gap before contact and work on each motion under a magnetic pressure."""
+        """Gap before contact and generalised load on each motion under a magnetic pressure."""
         pull = self.pull(magnetic_pressure, speed)
         below = pull if self.scene.attraction == "both" else np.zeros_like(pull)
         return self.problem.loading_by(pull, below)
