@@ -157,7 +157,7 @@ fn work_between_two_looks_is_bounded() {
         values.fetch_add(1, Ordering::Relaxed);
         1.0 / (1 + i + j) as f64
     };
-    let (looks, seen, most) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    let (looks, seen, most) = (Cell::new(0_u32), Cell::new(0), Cell::new(0));
     let look = |_: crate::Progress| {
         let now = values.load(Ordering::Relaxed);
         most.set(most.get().max(now - seen.get()));
@@ -182,7 +182,7 @@ fn work_between_two_looks_is_bounded() {
     let [mx, my] = transform.padded();
     let work = 2.0 * n as f64 * transform_work(mx) + mx as f64 * transform_work(my);
     assert!(
-        looks.get() as f64 > work / WORK_UNWATCHED - 4.0,
+        f64::from(looks.get()) > work / WORK_UNWATCHED - 4.0,
         "{}",
         looks.get()
     );
