@@ -88,7 +88,7 @@ def _works() -> dict[str, Callable[[], Callable[[], object]]]:
             )
         ),
         # normals turn over the rail: no convolution
-        "sliding-dense": lambda: shoe(2.4e-3, "solve", "half-space"),
+        "sliding-dense": lambda: shoe(9e-4, "solve", "half-space"),
         "sliding-convolution": lambda: field(1024),
         "condensation": lambda: shoe(1.5e-3, "solve", "elastic-upper"),
         "prepare": lambda: shoe(1.5e-3, "prepare", "elastic-upper"),
