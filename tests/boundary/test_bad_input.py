@@ -142,7 +142,7 @@ def fails(_x: np.ndarray, _y: np.ndarray) -> float:
     ],
 )
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
-@pytest.mark.filterwarnings("ignore:magnetic_pressure (reaches|is at most)")
+@pytest.mark.filterwarnings("ignore:magnetic_pressure (reaches|is)")
 @pytest.mark.filterwarnings("ignore:width is .* is usual")
 def test_bad_arguments_are_named(build: Callable[..., Any], changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):

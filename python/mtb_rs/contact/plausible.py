@@ -56,13 +56,17 @@ def _material(body: Any) -> Material | None:
 
 
 def _of_pull(spec: Any) -> list[str]:
-    peak = max((abs(value) for value in numbers_in(spec)), default=0.0)
-    tesla = float(np.sqrt(2.0 * VACUUM_PERMEABILITY * peak))
-    if 0.0 < peak < WEAK_PULL:
+    sizes = [abs(value) for value in numbers_in(spec) if value]
+    weakest, peak = min(sizes, default=0.0), max(sizes, default=0.0)
+    # a field may well fall to nothing at its rim; of numbers given one by one each is meant
+    least = weakest if isinstance(spec, (int, float, list, tuple)) else peak
+    if 0.0 < least < WEAK_PULL:
+        tesla = float(np.sqrt(2.0 * VACUUM_PERMEABILITY * least))
         return [
-            f"magnetic_pressure is at most {peak:g} Pa, that of a flux density of {1e3 * tesla:.2g} mT: "
+            f"magnetic_pressure is {least:g} Pa, that of a flux density of {1e3 * tesla:.2g} mT: "
             "pressures are in pascals (3 MPa is 3e6)"
         ]
+    tesla = float(np.sqrt(2.0 * VACUUM_PERMEABILITY * peak))
     if peak > STRONG_PULL:
         return [
             f"magnetic_pressure reaches {peak:g} Pa, that of a flux density of {tesla:.2g} T: iron "

@@ -30,14 +30,20 @@ USUAL_LENGTHS = {
     "tape_circle": (0.01, 0.2),
     "lateral": (-0.06, 0.06),
 }
-#: Vertical force [N] that no wheel carries: those of the heaviest trains have a quarter of it.
-STRONG_FORCE = 1e6
+#: Vertical forces [N] that no wheel carries: those of the heaviest trains have a quarter of the upper one,
+#: small roller rigs ten times the lower one.
+WEAK_FORCE, STRONG_FORCE = 100.0, 1e6
 
 
 def of_wheel(given: Mapping[str, Any]) -> list[str]:
     """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
     profiles as such."""
     questions = unusual({name: number(name, given[name], "m") for name in USUAL_LENGTHS}, USUAL_LENGTHS)
+    if given["force"] < WEAK_FORCE:
+        questions.append(
+            f"force is {given['force']:g} N: it is the vertical force on one wheel, and forces are in "
+            "newtons (36 kN is 36e3)"
+        )
     if given["force"] > STRONG_FORCE:
         questions.append(
             f"force is {given['force']:g} N: no wheel carries more than {STRONG_FORCE:g} N, and forces are "

@@ -17,9 +17,10 @@ from ..base.check import choice, number, positive, reals, warn
 from ..base.errors import ConvergenceError
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Convolution, Edge
-from ..bodies.material import Material
+from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
 from ..geometry.contact_points import spacing_pair
 from ..results.fields import Field, fields_of, totals_of
@@ -221,6 +222,9 @@ def solve_normal(
     heights = _gap(gap)
     sides = spacing_pair(spacing)
     bodies = as_body("lower", lower), as_body("upper", upper)
+    for side, body in zip(("lower", "upper"), bodies, strict=True):
+        material = getattr(body, "material", None)
+        ask([] if material is None else of_material(side, material))
     elastic = [body.elastic for body in bodies if body.elastic is not None]
     if not elastic:
         raise ValueError("both bodies are rigid: one of them must be elastic")

@@ -31,6 +31,7 @@ from .quantities import (
     STATUS_NAMES,
     colour_scale,
     quantity_of,
+    without_rounding,
 )
 
 Array = NDArray[np.float64]
@@ -219,6 +220,7 @@ def window_of(results: Sequence[Pictured], asked: Field) -> Window | None:
 def _title(label: str, values: Array, unit: str) -> str:
     if not unit or not values.size:
         return label
+    values = without_rounding(values)
     low, high = float(values.min()), float(values.max())
     if low < 0.0:
         return f"{label}, {low:.3g} to {high:.3g} {unit}".replace("-", "\N{MINUS SIGN}")

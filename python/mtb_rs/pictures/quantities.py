@@ -25,6 +25,8 @@ STATUS_COLOURS = ("#E4E4E4", "#0072B2", "#E69F00")
 OPEN_COLOUR = "#EDEDED"
 INK = "#333333"
 MILLIMETRE = 1e-3
+#: Values below this share of the largest are rounding: they have no sign.
+ROUNDING = 1e-6
 
 PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
@@ -75,6 +77,12 @@ class Scale:
     extend: str
 
 
+def without_rounding(values: Array) -> Array:
+    """The values, zero where they are rounding beside the largest."""
+    least = ROUNDING * float(np.abs(values).max(initial=0.0))
+    return np.where(np.abs(values) <= least, 0.0, values)
+
+
 def colour_scale(values: Array, asked: Field, limits: Limits | None = None) -> Scale:
     """Unit and colours for `values` [SI], or for given `limits` [SI].
 
@@ -85,18 +93,19 @@ def colour_scale(values: Array, asked: Field, limits: Limits | None = None) -> S
     spanned = values if limits is None else np.array(limits)
     factor, unit = unit_of(spanned, asked.unit)
     spanned = spanned / factor
+    spanned = without_rounding(spanned)
     low, high = (float(spanned.min()), float(spanned.max())) if spanned.size else (0.0, 1.0)
     if limits is not None:
         below = bool(values.size and values.min() < limits[0])
         above = bool(values.size and values.max() > limits[1])
         extend = "both" if below and above else "min" if below else "max" if above else "neither"
-        mixed, falling = low < 0.0 < high, low < 0.0
+        mixed, falling = low < 0.0 < high, high <= 0.0 and low < 0.0
         colours = "RdBu_r" if mixed else "viridis_r" if falling or asked.is_distance else "viridis"
         return Scale(factor, unit, colours, Normalize(low, high), extend)
     if min(-low, high) > 0.02 * max(-low, high):
         bound = max(-low, high)
         return Scale(factor, unit, "RdBu_r", Normalize(-bound, bound), "neither")
-    if low < 0.0:
+    if -low > high:
         return Scale(factor, unit, "viridis_r", Normalize(low, high), "neither")
     robust = float(np.percentile(spanned, 97.0)) if spanned.size else high
     peaked = high > 1.4 * robust > 0.0

@@ -53,7 +53,7 @@ _BODY_COLOUR, _EDGE_COLOUR, _INK = "#CDD2DA", "#4A5560", "#333333"
 
 
 #: Address space [bytes] that a 3-D picture may take: VTK and its driver end the process where they get less.
-_ROOM = 1.5e9
+_ROOM = 3.5e9
 
 
 def missing_for_view() -> str | None:

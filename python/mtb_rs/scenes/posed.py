@@ -512,6 +512,11 @@ class PosedScene(Told):
         A ready scene is made anew, so that everything that depends on an argument is updated. For example the
         grid of a paraboloid depends on its force, and the contact plane of a wheel on its vertical force.
         """
+        words = [*self.inputs, *(f.name for f in fields(self) if f.compare and f.name not in _MADE)]
+        for name in changes:
+            if name not in words:
+                known = ", ".join(dict.fromkeys(words))
+                raise TypeError(f"with_({name}=...): a {self.name or 'scene'} has no {name}; it has {known}")
         asked = of_scene(self.upper, self.lower, self.magnetic_pressure)
         with gathered() as found:
             made = self._changed(changes, asked)
