@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,3 +140,50 @@ def test_the_command_line_says_it_in_a_line(tmp_path: Path, capsys: pytest.Captu
     case.write_text('scene = "paraboloid_on_plane"\npoints = 12\n[solve]\ntolerance = 0.5\n')
     assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().err == ""
+
+
+BOX = block_mesh(np.linspace(-0.05, 0.05, 11), np.linspace(-0.05, 0.05, 11), 0.09)
+
+
+def tilting(friction: float) -> mtb.Scene:
+    """A block of one's own, driven at its top and free to tilt."""
+    held = [
+        mtb.Support(((0.0, 0.0), (0.0, 0.0), (0.09, 0.09)), x=0, y=0),
+        mtb.Support(((0.01, 0.01), (0.0, 0.0), (0.09, 0.09)), y=0),
+    ]
+    body = mtb.ElasticBody.from_mesh(BOX, mtb.steel, contact="bottom", supports=held)
+    return mtb.Scene(upper=body, lower=mtb.steel, spacing=1e-2, friction=friction, force=3e4)
+
+
+def driven(height: float, spacing: float | None) -> mtb.Scene:
+    return mtb.scenes.block_on_plane(height=height, friction=0.5, supports="driven-top", spacing=spacing)
+
+
+@pytest.mark.parametrize("tolerance", [None, 0.02])
+@pytest.mark.parametrize(
+    ("make", "model"),
+    [
+        (lambda: driven(0.087, 10e-3), "auto"),
+        (lambda: driven(0.09, 10e-3), "auto"),
+        (lambda: driven(0.092, 10e-3), "elastic-upper"),
+        (lambda: tilting(0.49), "auto"),
+        (lambda: mtb.scenes.block_on_plane(spacing=0.033), "auto"),
+    ],
+    ids=["tall", "taller", "fullest model", "own body", "three cells a side"],
+)
+def test_where_no_error_can_be_estimated_the_result_says_so(
+    make: Callable[[], mtb.Scene], model: Any, tolerance: float | None
+) -> None:
+    with pytest.warns(mtb.ToleranceWarning, match=r"^No error can be estimated: it needs cells of ") as told:
+        result = make().solve(model, tolerance=tolerance)
+    assert not result.report.error_estimates
+    assert str(told[0].message) == result.report.missed
+    assert result.report.status == "solved, not resolved"
+    assert result.report.converged
+
+
+@pytest.mark.slow
+def test_a_free_spacing_goes_on_until_an_error_can_be_estimated() -> None:
+    result = driven(0.09, None).solve(tolerance=0.3)
+    assert result.error_estimate <= 0.3
+    assert not result.report.missed

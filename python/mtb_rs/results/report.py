@@ -57,8 +57,8 @@ class Report(Told):
     aim : (quantity, tolerance) or None
         The quantity and the tolerance that were asked for.
     missed : str
-        The accuracy that was reached and the cells that would meet the tolerance, if the estimate exceeds it;
-        otherwise empty.
+        The accuracy that was reached and the cells that would meet the tolerance, if the estimate exceeds it,
+        or why no error can be estimated; otherwise empty.
     spacing : (dx, dy) [m] or None
         Spacing of the contact points, if they lie on grids.
     operations : Mapping[str, float]

@@ -363,9 +363,15 @@ def resolved(
     spacing, spent = start, 0.0
     while True:
         level, errors = solve(spacing, before)
-        if errors is None or errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
+        if errors is None and (before or not level.is_solved):
             return level, errors, spent
-        factor = float(np.clip(finer_by(errors, tolerance, quantity), FINEST_STEP, WIDEST_STEP))
+        if errors is None:
+            # without a solution on wider cells: those half as wide have these to be compared with
+            factor = 0.5
+        elif errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
+            return level, errors, spent
+        else:
+            factor = float(np.clip(finer_by(errors, tolerance, quantity), FINEST_STEP, WIDEST_STEP))
         growth = 6.0
         if before and before[0].operations < level.operations:
             growth = float(np.log(level.operations / before[0].operations))

@@ -70,9 +70,10 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     besides = chosen.operations
     # the same on wider cells, the least wide first
     copies = [] if chosen.coarse is None else [chosen.coarse]
+    failed: list[Level] = []
 
     def at(spacing: Spacing, before: Sequence[Level]) -> tuple[Level, Errors | None]:
-        nonlocal besides
+        nonlocal besides, failed
         level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
         wider, layers = [*before, *copies], None
         if level.is_solved and (free or chosen.errors):
@@ -103,6 +104,9 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
                     break
                 wider.append(copies[-1])
                 besides += copies[-1].operations
+        # what has no solution on wider cells tells nothing
+        failed = [found for found in (*wider, *(layers or ())) if not found.is_solved]
+        wider = [] if layers is not None and failed else [found for found in wider if found.is_solved]
         errors = estimated(level, wider, chosen, layers, skip_border=geometry.is_body_edge)
         if errors is not None and scene.own_model is not None:
             errors = errors.with_mesh(*mesh_errors(level))
@@ -141,11 +145,17 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)
     report = replace(result.report, time_s=dict(problem.time_s))
-    if errors is not None and chosen.errors and not errors.total(quantity) <= allowed:
+    width, along = level.width
+    is_known = errors is not None and np.isfinite(errors.total(quantity))
+    if errors is not None and is_known and chosen.errors and not errors.total(quantity) <= allowed:
         missed = _missed(scene, errors, level, tolerance, quantity)
         report = replace(report, missed=missed, status=f"{report.status}, above the tolerance")
-    elif errors is None and chosen.errors and level.is_solved and level.width[0] <= NARROW:
-        missed = f"No error can be estimated: it needs {_narrower(level.width[1])}."
+    elif level.is_solved and chosen.errors and not is_known:
+        needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
+        missed = f"No error can be estimated: it needs {needed}."
+        report = replace(report, missed=missed, status=f"{report.status}, not resolved")
+    elif level.is_solved and not chosen.errors and width <= NARROW and quantity == "pressure":
+        missed = f"The pressure is not resolved: it needs {_narrower(along)}."
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
     return replace(result, report=report)
 
@@ -190,6 +200,21 @@ def _narrower(along: str) -> str:
         f"narrower cells (the contact is at most {NARROW} points wide along {along}, which does not tell how "
         "narrow they must be)"
     )
+
+
+def _to_compare(scene: PosedScene, level: Level, chosen: Choice, failed: bool) -> str:
+    """What a result needs that could not be compared with one on wider cells, and why it could not."""
+    # cells half as wide have those of the result to be compared with
+    _, size = _finer(scene, level, 0.5, is_bound=True)
+    if scene.element_size is not None:
+        size += f" and an element_size of {0.5e3 * scene.element_size:.3g} mm"
+    if not np.isfinite(list(chosen.errors.values())).all():
+        why = "a fuller model has no solution on wider cells, so nothing tells what this one leaves out"
+    elif failed:
+        why = "the contact has no solution on wider cells, with which it would be compared"
+    else:
+        why = "it cannot be compared with wider cells, because the contact has too few of them"
+    return f"{size} ({why})"
 
 
 def _finer(scene: PosedScene, level: Level, ratio: float, *, is_bound: bool) -> tuple[str, str]:
