@@ -194,7 +194,7 @@ def test_why_bodies_do_not_touch() -> None:
         body = mtb.ElasticBody(small_mesh(), STEEL, supports=[mtb.Support("top", x=0, y=0, **held)])  # type: ignore[arg-type]
         return mtb.Scene(body, STEEL, spacing=1e-2, magnetic_pressure=pull)
 
-    with refused("never touch: magnetic_pressure pulls them by -800 N, it must be positive"):
+    with refused("never touch: the attraction by magnetic_pressure is -800 N, it must be positive"):
         scene(-1e6, z=0).solve()
     with refused("never touch: without load they lie on each other", "supports lift them apart"):
         scene(z=1e-3).solve()

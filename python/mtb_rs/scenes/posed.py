@@ -512,7 +512,7 @@ class PosedScene(Told):
         A ready scene is made anew, so that everything that depends on an argument is updated. For example the
         grid of a paraboloid depends on its force, and the contact plane of a wheel on its vertical force.
         """
-        words = [*self.inputs, *(f.name for f in fields(self) if f.compare and f.name not in _MADE)]
+        words = [*self.inputs, *(f.name for f in fields(self) if f.name not in ("inputs", "recipe"))]
         for name in changes:
             if name not in words:
                 known = ", ".join(dict.fromkeys(words))
