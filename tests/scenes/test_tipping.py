@@ -44,12 +44,17 @@ def pushed(share: float) -> mtb.Scene:
 
 @pytest.mark.coarse
 @pytest.mark.parametrize(
-    ("make", "start", "model"),
-    [(block, 0.2, "elastic-upper"), (leaning, 0.1, "auto"), (pushed, 1.0, "half-space")],
+    ("make", "start", "model", "tips_at"),
+    [
+        # the moment of the friction about the middle takes the resultant to the border of the face
+        (block, 0.2, "elastic-upper", 0.05 / 0.09),
+        (leaning, 0.1, "auto", 0.03 / 0.05),
+        (pushed, 1.0, "half-space", 5.0),
+    ],
     ids=["ready elastic", "own body", "half-space with free tilts"],
 )
 def test_the_margin_says_at_which_load_a_body_tips_over(
-    make: Callable[[float], mtb.Scene], start: float, model: str
+    make: Callable[[float], mtb.Scene], start: float, model: str, tips_at: float
 ) -> None:
     first, second = (make(k * start).solve(model).report.tipping_margin for k in (1.0, 1.5))
     assert first is not None
@@ -57,15 +62,46 @@ def test_the_margin_says_at_which_load_a_body_tips_over(
     # linear in what moves the resultant: where it is 1 the body tips
     slope = (second - first) / (0.5 * start)
     limit = start + (1.0 - first) / slope
-    near = make(limit - 0.01 / slope).solve(model)
+    assert limit == pytest.approx(tips_at, rel=1e-6)
+    near = make(0.88 * limit).solve(model)
     assert near.report.converged
     assert "jammed" not in near.report.status
-    assert near.report.tipping_margin == pytest.approx(0.99, abs=1e-6)
+    assert near.report.tipping_margin == pytest.approx(0.88, abs=1e-6)
     assert near.report.wedging_margin >= near.report.tipping_margin
-    assert "0.99 of the way to tipping over" in str(near)
+    assert "0.88 of the way to tipping over" in str(near)
     with pytest.raises(mtb.ResultantError) as caught:
-        make(limit + 0.01 / slope).solve(model)
+        make(1.01 * limit).solve(model)
     assert caught.value.result.report.tipping_margin == pytest.approx(1.01, abs=1e-6)
+    assert "Narrower cells" not in str(caught.value)
+    # a load that only narrower cells carry, the resultant beyond the middle of the last cell
+    with pytest.raises(
+        mtb.ResultantError, match=r"0\.990 of the way .* Narrower cells would carry it"
+    ) as caught:
+        make(0.99 * limit).solve(model)
+    assert caught.value.result.report.tipping_margin == pytest.approx(0.99, abs=1e-6)
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (1.0, 2.0)])
+def test_the_tipping_margin_is_that_of_the_face_whatever_the_cells(along: tuple[float, float]) -> None:
+    height, friction = 0.07, 0.5
+    # moments about the middle: friction shifts the resultant by mu h against the sliding
+    ahead = friction * height * np.array(along) / np.hypot(*along)
+    exact = np.abs(ahead / np.array([0.05, 0.04])).max()
+    for spacing in (0.02, 0.0125, 0.01, (0.01, 0.016)):
+        block = mtb.scenes.block_on_plane(
+            height=height,
+            length=0.08,
+            friction=friction,
+            supports="driven-top",
+            spacing=spacing,
+            sliding_direction=along,
+        )
+        try:
+            report = block.solve("elastic-upper").report
+        except mtb.ResultantError as error:
+            report = error.result.report
+        assert report.tipping_margin == pytest.approx(exact, abs=1e-6)
 
 
 @pytest.mark.coarse

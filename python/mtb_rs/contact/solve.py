@@ -363,7 +363,8 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
     if solution.status == "unreachable":
         return (
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
-            f"{problem.n} contact points balances it ({_loads_in_words(problem)}){_lost_hold(problem)}"
+            f"{problem.n} contact points balances it ({_loads_in_words(problem)})"
+            f"{_lost_hold(problem, solution)}"
         )
     margin = solution.wedging_margin
     if solution.status == "no solution" or (margin is not None and margin > 1.0):
@@ -422,13 +423,19 @@ def _loads_in_words(problem: ContactProblem) -> str:
     return ", ".join(words) or "no force"
 
 
-def _lost_hold(problem: ContactProblem) -> str:
+def _lost_hold(problem: ContactProblem, solution: Solution) -> str:
     """Why no pressure balances the load: it pulls the bodies apart, or friction tips them over."""
     for side, works, up in zip((problem.upper, problem.lower), problem.work, (1.0, -1.0), strict=True):
         lifts = [(part.body.name, lift) for part in side.state or () for lift in part.lifts]
         for (name, lift), work in zip(lifts, works, strict=False):
             if up * lift * work > 0.0:
                 return f": in all {up * work / lift:.6g} N pull {name} off the contact"
+    share = tipping_margin(problem, solution.friction)
+    if share is not None and share < 1.0:
+        return (
+            f": it is {share:.3f} of the way to the border of the contact, where a body tips over, but "
+            "nearer to it than these cells can carry a load. Narrower cells would carry it"
+        )
     if problem.averages is not None and problem.direction.any():
         smooth = replace(problem, direction=np.zeros_like(problem.direction), time_s={})
         if solve_direct(smooth, with_margin=False).status == "solved":

@@ -154,9 +154,6 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
         missed = f"No error can be estimated: it needs {needed}."
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
-    elif level.is_solved and not chosen.errors and width <= NARROW and quantity == "pressure":
-        missed = f"The pressure is not resolved: it needs {_narrower(along)}."
-        report = replace(report, missed=missed, status=f"{report.status}, not resolved")
     return replace(result, report=report)
 
 
