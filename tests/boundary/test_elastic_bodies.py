@@ -351,6 +351,7 @@ def test_a_load_that_no_contact_carries_is_explained(
         scene.solve()
 
 
+@pytest.mark.coarse
 def test_an_approach_needs_a_body_held_along_z() -> None:
     with pytest.raises(ValueError, match="supports leave pad free along z and nothing presses it"):
         mtb.Scene(standing(0.02), STEEL, spacing=1e-2, approach=1e-5, friction=0.3).solve()
