@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,8 @@ class StartOfSliding:
     displacement : (m, 2) [m]
         Displacement of the upper body over the lower one, far from the contact.
     force : (m, 2) [N]
-        Friction on the lower body, along the tangents.
+        Load of the contact on the lower body along x and y, as :attr:`mtb_rs.Result.force`: friction, and
+        what the pressure adds on a surface that is not level.
     normal_force : (m,) [N]
         Sum of pressure times area.
     slip_share : (m,) [-]
@@ -100,7 +102,24 @@ def start_of_sliding(
     ConvergenceError
         Naming the step; with the steps before it as ``.result``.
     """
-    p, a = np.asarray(pressure, dtype=float).ravel(), np.asarray(area, dtype=float).ravel()
+    a = np.asarray(area, dtype=float).ravel()
+    return start_with_held_pressure(
+        compliance, pressure, a, friction, displacements, layer, tolerance, lambda traction: traction[:2] @ a
+    )
+
+
+def start_with_held_pressure(
+    compliance: _mtb_rs.Compliance,
+    pressure: ArrayLike,
+    a: Array,
+    friction: float | ArrayLike,
+    displacements: ArrayLike,
+    layer: InterfaceLayer | None,
+    tolerance: float,
+    force_of: Callable[[Array], Array],
+) -> StartOfSliding:
+    """As :func:`start_of_sliding`, with the force (2,) [N] of tractions (3, n) [Pa] by `force_of`."""
+    p = np.asarray(pressure, dtype=float).ravel()
     n = compliance.points
     for name, values in (("pressure", p), ("area", a)):
         if values.shape != (n,) or not np.all(np.isfinite(values)) or np.any(values < 0.0):
@@ -115,7 +134,7 @@ def start_of_sliding(
     contact = p > 0.0
     q = np.zeros(2 * n)
     before = np.zeros(2)
-    force: list[list[float]] = []
+    force: list[Array] = []
     share: list[float] = []
     counts: list[int] = []
     status = np.zeros(n, dtype=np.int8)
@@ -146,7 +165,7 @@ def start_of_sliding(
         moves = np.any(found.image.reshape(2, n) != 0.0, axis=0)
         status = np.where(contact & (found.status == 0), np.where(moves, 2, 1), found.status)
         status = status.astype(np.int8)
-        force.append([float(q[:n] @ a), float(q[n:] @ a)])
+        force.append(force_of(np.concatenate([q, p]).reshape(3, n)))
         share.append(float(a[status == 2].sum() / a[contact].sum()) if np.any(contact) else 0.0)
         counts.append(found.iterations)
     return history()
@@ -186,7 +205,6 @@ def start_with_pressure(
         Naming the step; with the steps before it as ``.result``.
     """
     steps = pushes(displacements)
-    area = problem.area
     states = problem.core.stick_or_slip(
         problem.loading,
         np.ascontiguousarray(np.broadcast_to(friction, (problem.n,))),
@@ -198,17 +216,26 @@ def start_with_pressure(
         k = len(states) - 1
         raise ConvergenceError(
             f"no state found for the displacement {steps[k].tolist()} m, step {k + 1}, not even in small "
-            "parts of it; the friction coefficient may be above the wedging limit, or the body tips over",
-            _history(steps[:k], states[:k], area) if k else None,
+            "parts of it: the friction coefficient may be above the wedging limit, the body may tip over, or "
+            "smaller displacements before this one may find a way to it",
+            _history(steps[:k], states[:k], problem) if k else None,
         )
-    return _history(steps, states, area)
+    return _history(steps, states, problem)
 
 
-def _history(steps: Array, states: list[_mtb_rs.Outcome], area: Array) -> StartOfSliding:
+def force_on(problem: ContactProblem, traction: Array) -> Array:
+    """Force (2,) [N] on the lower body along x and y by tractions (3, n) [Pa] in the frames of the points."""
+    return np.asarray(problem.geometry.loads(np.ascontiguousarray(traction)).sum(axis=1)[:2])
+
+
+def _history(steps: Array, states: list[_mtb_rs.Outcome], problem: ContactProblem) -> StartOfSliding:
+    area = problem.area
     contact = [float(area[state.points > 0].sum()) for state in states]
     return StartOfSliding(
         displacement=steps,
-        force=np.array([state.traction @ area for state in states]),
+        force=np.array(
+            [force_on(problem, np.concatenate([state.traction, state.pressure[None]])) for state in states]
+        ),
         normal_force=np.array([float(state.pressure @ area) for state in states]),
         slip_share=np.array(
             [

@@ -19,6 +19,7 @@ from .. import _mtb_rs
 from ..base import memory
 from ..base.check import warn
 from ..base.errors import ConvergenceError, ResultantError
+from ..base.owning import check_finite
 from ..base.questions import ask
 from ..bodies.sides import Side
 from ..friction.fields import field as load_field
@@ -167,6 +168,7 @@ def finish(
         If `solution` is none; the state is attached.
     """
     points, area, n = problem.points, problem.area, problem.n
+    check_finite("pressure", solution.pressure)
     coefficients = solution.coefficients(problem)
     tangential, pressure = coefficients[:2], coefficients[2]
     mean = mean_tractions(problem, coefficients)
@@ -259,8 +261,7 @@ def finish(
         motion=solution.motion,
     )
     if not converged:
-        kind = ResultantError if solution.status == "unreachable" else ConvergenceError
-        raise kind(report.status, result)
+        raise failure(problem, solution, result)
     ask(of_result(result, deformation))
     return result
 
@@ -351,6 +352,12 @@ def _approach(problem: ContactProblem, solution: Solution) -> float | Array:
     if not amplitudes:
         return 0.0
     return amplitudes[0] if len(amplitudes) == 1 else np.array(amplitudes)
+
+
+def failure(problem: ContactProblem, solution: Solution, result: Any = None) -> ConvergenceError:
+    """The error of a solution that is none, in words a user can act on; its state is attached."""
+    kind = ResultantError if solution.status == "unreachable" else ConvergenceError
+    return kind(_explain(problem, solution), result)
 
 
 def _explain(problem: ContactProblem, solution: Solution) -> str:

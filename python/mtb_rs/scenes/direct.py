@@ -140,7 +140,6 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         choosing=besides + spent,
         spacing=level.cell,
     )
-    fixed.check_reach(problem, result)
     stages = sum(problem.time_s.values()) + time.perf_counter() - clock
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)

@@ -19,10 +19,11 @@ from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
     StartOfSliding,
     check_room,
-    start_of_sliding,
+    force_on,
+    start_with_held_pressure,
     start_with_pressure,
 )
-from ..contact.solve import JAMMED, solve_direct
+from ..contact.solve import JAMMED, failure, solve_direct
 from ..contact.staggered import staggered, with_half_space
 from ..contact.standing import hats_of
 from ..results.result import Result
@@ -77,10 +78,13 @@ def slide_from_rest(
     problem = replace(problem, direction=np.zeros((2, problem.n)))
     solution = solve_direct(problem, with_margin=False)
     if solution.status != "solved":
-        raise ConvergenceError(f"the bodies at rest: {solution.status}", None)
-    friction = problem.friction_at(solution.pressure)
+        raise failure(problem, solution)
+    scene.check_touching(bool((solution.pressure > 0.0).any()), problem.points, problem.loads)
+    scene.check_edge(problem.patches, solution.pressure)
+    friction = scene.friction_from_rest(problem, solution.pressure)
     if pressure == "follows":
         start = start_with_pressure(problem, friction, displacements, scene.layer, tolerance)
+        scene.check_edge(problem.patches, start.pressure)
         pressed = float(solution.pressure @ problem.area)
         if start.normal_force[-1] > JAMMED * pressed:
             warn(
@@ -89,7 +93,7 @@ def slide_from_rest(
                 "limit."
             )
     else:
-        start = start_of_sliding(
+        start = start_with_held_pressure(
             problem.core.pair,
             solution.pressure,
             problem.area,
@@ -97,6 +101,7 @@ def slide_from_rest(
             displacements,
             scene.layer,
             tolerance,
+            lambda traction: force_on(problem, traction),
         )
     mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
     return replace(start, traction=mean[:2], pressure=mean[2])
@@ -107,9 +112,7 @@ def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Re
     refuse_beyond(scene, "load increments")
     problem = scene.problem(model)
     solution, accumulated = solve_incremental(problem, scene.sliding_direction, chosen)
-    result = finish_incremental(accumulated, lambda: scene.finished(problem, solution, "incremental"))
-    scene.check_reach(problem, result)
-    return result
+    return finish_incremental(accumulated, lambda: scene.finished(problem, solution, "incremental"))
 
 
 def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,9 +45,6 @@ from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
 from ..results.result import Result
 from ..results.sweep_table import ARGUMENT_UNITS
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 
@@ -258,7 +255,16 @@ class PosedScene(Told):
         method: Method,
         **known: Any,
     ) -> Result:
-        return finish(
+        """The result of a solution.
+
+        Raises
+        ------
+        ConvergenceError, ResultantError
+            If `solution` is none; the state is attached.
+        ValueError
+            If the bodies do not touch, or touch up to the edge of a grid beyond which they go on.
+        """
+        result = finish(
             problem,
             solution,
             method=method,
@@ -267,6 +273,11 @@ class PosedScene(Told):
             bodies=(self.lower, self.upper),
             **known,
         )
+        self.check_touching(result.report.contact_area > 0.0, problem.points, problem.loads)
+        if self.own_model is not None:
+            check_faces(self.solids.values(), problem, result)
+        self.check_edge(problem.patches, result.pressure.reshape(-1))
+        return result
 
     def has_model(self, model: Model) -> bool:
         """Whether the scene has the geometry and the bodies of a model."""
@@ -393,6 +404,10 @@ class PosedScene(Told):
             return self.friction
         return self.friction_at(points, patches, kept, self.velocity)
 
+    def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
+        """Friction coefficients (n,) of bodies that rest and start to slide under a pressure (n,) [Pa]."""
+        return problem.friction_at(pressure)
+
     def friction_at(
         self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None, velocity: float | None
     ) -> Array:
@@ -464,22 +479,23 @@ class PosedScene(Told):
             is_pulled=np.array(is_pulled, dtype=bool),
         )
 
-    def check_reach(self, problem: ContactProblem, result: Result) -> None:
-        """Contact must exist, and must not be cut off by the edge of the grid."""
-        contact = result.report.contact_area > 0.0
+    def check_touching(self, is_touching: bool, points: ContactPoints, loads: Mapping[str, Any]) -> None:
+        """ValueError where the bodies do not touch under the load of the scene."""
+        if is_touching:
+            return
         if self.own_model is not None:
-            if not contact:
-                raise ValueError(self._why_apart(problem.points, problem.loads))
-            check_faces(self.solids.values(), problem, result)
-        if not contact:
-            raise ValueError(
-                f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
-                f"{float(problem.points.gap.min()):.6g} m"
-            )
+            raise ValueError(self._why_apart(points, loads))
+        raise ValueError(
+            f"the bodies never touch: approach is {self.approach!r} m, the smallest gap is "
+            f"{float(points.gap.min()):.6g} m"
+        )
+
+    def check_edge(self, patches: tuple[Patch, ...], pressure: Array) -> None:
+        """ValueError where the edge of a grid cuts the contact off; `pressure` (n,) at all of its points."""
         if self.geometry.is_body_edge:
             return
-        for patch in problem.patches:
-            p = patch.view(result.pressure.reshape(-1)) > 0.0
+        for patch in patches:
+            p = patch.view(pressure) > 0.0
             if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
                 raise ValueError(
                     f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, where the "

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any, cast
 
@@ -16,12 +16,20 @@ from ..base.errors import ToleranceWarning
 from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.words import Method, Model, Pressing, Quantity, Wheels
-from ..contact.problem import Kept
+from ..contact.problem import ContactProblem, Kept
 from ..contact.sliding_start import (
     StartOfSliding,
 )
 from ..friction.fields import PressureDependentFriction
-from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction
+from ..friction.laws import (
+    Coulomb,
+    FallingFriction,
+    Friction,
+    InterfaceLayer,
+    RailFriction,
+    StaticKinetic,
+    TabulatedFriction,
+)
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.geometries import WheelOnRail
 from ..results.chart import Chart
@@ -315,3 +323,20 @@ class WheelScene(Scene):
         if self.sliding_direction is None:
             return np.zeros(points.gap.size)
         return super()._friction(points, patches, kept)
+
+    def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
+        """As of other scenes, of a law whose coefficient does not depend on slip or place."""
+        law = self.friction
+        if isinstance(law, (StaticKinetic, FallingFriction, TabulatedFriction, RailFriction)):
+            raise ValueError(
+                f"friction is {law!r}: from rest the wheel slides with a coefficient that does not change, "
+                "a number or Coulomb, is needed"
+            )
+        coefficient = law.coefficient if isinstance(law, Coulomb) else law
+        sliding = Scene._friction(
+            replace(self, friction=coefficient, sliding_direction=(1.0, 0.0)),
+            problem.points,
+            problem.patches,
+            problem.kept,
+        )
+        return sliding.at(pressure) if isinstance(sliding, PressureDependentFriction) else sliding

@@ -276,7 +276,10 @@ class PreparedContact:
         Raises
         ------
         ValueError
-            If something cannot be as given.
+            If something cannot be as given, or the contact reaches the edge of a grid beyond which the
+            bodies go on; a contact from a file does not know where they end.
+        ResultantError
+            If no pressure carries the load.
         ConvergenceError
             If the body wedges: no sliding state exists. The last state is its `result`.
         """
@@ -318,7 +321,8 @@ class PreparedContact:
                 refactored=out.factorisations > 0,
                 products=out.products,
                 fell_back=out.fell_back,
-                residual=out.residual,
+                # where nothing balances the load there is no state, and nothing of it is solved
+                residual=1.0 if out.status == "unreachable" else out.residual,
                 unstable=out.unstable,
             ),
             _grid=self._grid,
@@ -327,6 +331,7 @@ class PreparedContact:
         if out.status != "solved":
             raise _failure(out, result)
         if self._source is not None:
+            self._source.scene.check_edge(self._source.problem.patches, out.pressure)
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
             speed = float(np.hypot(*sliding))
@@ -622,7 +627,7 @@ def prepare(
     pressure = np.full(problem.n, contact._pull(None, None) / float(problem.area.sum()))
     if any(source.may_deform(name, pressure) for name in ("upper", "lower")):
         # a step under the scene's own load asks; where there is none, steps will say so
-        with contextlib.suppress(ConvergenceError):
+        with contextlib.suppress(ConvergenceError, ValueError):
             contact.copy().step(velocity=moving.velocity)
     return contact
 

@@ -523,6 +523,7 @@ def _by_convolution(scene: PosedScene) -> Solve:
             edge="sharp" if geometry.is_body_edge else "error",
             method="fft",
         )
+        scene.check_touching(result.normal_force > 0.0, grid.cells, {})
         fields = Fields(
             [(patch, *patch.axes())],
             result.pressure.ravel(),
