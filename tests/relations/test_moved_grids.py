@@ -12,6 +12,9 @@ from hypothesis import strategies as st
 
 import mtb_rs as mtb
 
+# bodies are made twenty and forty times as stiff
+pytestmark = pytest.mark.filterwarnings("ignore:young_modulus of the")
+
 FEW = settings(max_examples=6, deadline=None, derandomize=True)
 SPACING, SHAPE = (1e-4, 1.5e-4), (11, 16)
 SOFT, STIFF = (2e10, 0.1), (2.1e11, 0.3)

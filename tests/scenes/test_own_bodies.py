@@ -298,6 +298,7 @@ def test_a_chart_has_all_grids_that_the_mesh_is_fine_enough_for(
     assert not any("half-space" in p.series for p in points)
 
 
+@pytest.mark.coarse
 def test_a_given_gap_is_thinned_on_wider_cells() -> None:
     """Its means over the hats: of a linear one the same line, but for the border."""
     line = np.broadcast_to(1e-6 * np.linspace(0.0, 1.0, 7), (5, 7)).copy()

@@ -88,17 +88,14 @@ def test_find_package_links_shared_and_static(installed: Path, shoe: Path, tmp_p
     assert len(rides[0].splitlines()) > 20
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="sonames are those of ELF")
-def test_pkg_config_knows_it_and_programs_name_its_version(
-    installed: Path, shoe: Path, tmp_path: Path
-) -> None:
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads a program of ELF")
+def test_pkg_config_knows_it_and_programs_find_it(installed: Path, shoe: Path, tmp_path: Path) -> None:
     where = {"PKG_CONFIG_PATH": str(installed / "lib" / "pkgconfig")}
     assert run(program("pkg-config"), "--modversion", "mtb", **where).strip() == mtb.__version__
     flags = run(program("pkg-config"), "--cflags", "--libs", "mtb", **where).split()
     ride = tmp_path / "ride"
     posix = "-D_POSIX_C_SOURCE=200809L"
     run(program("gcc"), posix, CAPI / "examples" / "ride.c", *flags, "-lm", "-o", ride)
-    major = mtb.__version__.partition(".")[0]
     needed = re.findall(r"\[(libmtb_capi[^\]]*)\]", run(program("readelf"), "-d", ride))
-    assert needed == [f"libmtb_capi.so.{major}"]
+    assert needed == ["libmtb_capi.so"]
     assert run(ride, shoe, LD_LIBRARY_PATH=str(installed / "lib"))

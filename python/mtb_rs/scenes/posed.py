@@ -529,6 +529,7 @@ class PosedScene(Told):
         grid of a paraboloid depends on its force, and the contact plane of a wheel on its vertical force.
         """
         words = [*self.inputs, *(f.name for f in fields(self) if f.name not in ("inputs", "recipe"))]
+        words += [] if self.recipe is None else inspect.signature(self.recipe[0]).parameters
         for name in changes:
             if name not in words:
                 known = ", ".join(dict.fromkeys(words))
