@@ -61,7 +61,8 @@ def draw_lines(
     )
     figure, ax = canvas(ax, (7.2, 3.9))
     for pieces, colour in zip(chosen, cycle(LINE_COLOURS), strict=False):
-        label: str | None = f"{cut} = {pieces[0].of(place).mean():.3g} mm".replace("-", "\N{MINUS SIGN}")
+        at = round(float(pieces[0].of(place).mean()), 9)  # the middle of a grid is zero but for rounding
+        label: str | None = f"{cut} = {at + 0.0:.3g} mm".replace("-", "\N{MINUS SIGN}")
         for line in pieces:
             centres = line.of(along)
             field = line.of(values) / factor

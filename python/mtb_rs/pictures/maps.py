@@ -299,6 +299,9 @@ def _friction_arrow(figure: Figure, ax: Axes, result: Pictured, traction: Array)
     size = float(np.hypot(*pull))
     if size <= 1e-3 * float(flat(result, result.pressure) @ area):
         return
+    if np.ptp(ax.get_xlim()) < np.ptp(ax.get_ylim()):
+        # both would not stand side by side below the middle of a narrow map
+        ax.set_xlabel(ax.get_xlabel(), loc="left")
     # in points from the lower right corner of the axes, on the line of the x label
     place: Any = Affine2D().scale(1 / 72) + figure.dpi_scale_trans + ScaledTranslation(1.0, 0.0, ax.transAxes)  # type: ignore[arg-type]
     middle, half = np.array([-9.0, -27.0]), 9.0 * pull / size

@@ -521,11 +521,7 @@ def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyDat
         np.array([place]),
         [{"upper": "upper body", "lower": "lower body"}.get(surface.name, surface.name)],
         show_points=False,
-        # legible over a dark body as well
-        shape="rounded_rect",
-        shape_color="white",
-        shape_opacity=0.7,
-        margin=4,
+        shape=None,
         always_visible=True,
         justification_horizontal="center",
         font_size=26,
