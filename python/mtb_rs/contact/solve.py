@@ -318,9 +318,6 @@ def displaced(
     pull : (n,) [Pa] or None
         In place of the body's own.
     """
-    if not np.isfinite(coefficients).all():
-        # lost numbers are told where a result is made
-        return np.full((3, problem.n), np.nan)
     side = problem.upper if body == "upper" else problem.lower
     pull = side.pull if pull is None else pull
     at_face = np.ascontiguousarray(pull) if side.is_pulled_at_face else None
