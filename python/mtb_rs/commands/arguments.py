@@ -19,6 +19,18 @@ from ..studies.sweeps import MOST_CASES, most_processes
 LONGEST_BUDGET, MOST_REPEATS = 604_800.0, 1000
 
 
+def add_case(parser: argparse.ArgumentParser) -> None:
+    """The case file that a command solves, and where it writes."""
+    parser.add_argument("case", type=Path, metavar="CASE.toml")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: a directory named as the case, here)",
+    )
+
+
 def directory_of(options: argparse.Namespace) -> Path:
     """Where to write: as told, or a directory named as the case."""
     if options.output is not None:

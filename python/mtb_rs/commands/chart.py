@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from ..results.chart import check_saveable
 from ..results.report import QUANTITIES
-from .arguments import directory_of, repeats, seconds
+from .arguments import add_case, directory_of, repeats, seconds
 from .console import console_on
 
 
@@ -25,14 +24,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "resolutions, and charts time against error: chart.png, chart.html (hover over it), chart.csv. "
         "The options of [solve] are not used.",
     )
-    chart.add_argument("case", type=Path, metavar="CASE.toml")
-    chart.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="where to write (default: a directory named as the case, here)",
-    )
+    add_case(chart)
     chart.add_argument(
         "--budget",
         type=seconds,

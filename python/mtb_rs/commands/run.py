@@ -7,9 +7,8 @@ import argparse
 import sys
 import time
 import warnings
-from pathlib import Path
 
-from .arguments import directory_of
+from .arguments import add_case, directory_of
 from .console import console_on, print_report
 
 
@@ -21,14 +20,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         description="Solves the scene of a case file, prints a report, and writes summary.json, the fields "
         "(NPZ, VTK) and pictures.",
     )
-    run.add_argument("case", type=Path, metavar="CASE.toml")
-    run.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="where to write (default: a directory named as the case, here)",
-    )
+    add_case(run)
     run.set_defaults(command=_run)
 
 

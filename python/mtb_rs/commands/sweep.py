@@ -13,7 +13,7 @@ from rich.progress import MofNCompleteColumn, Progress
 
 from ..base.files import DATA, check_folder, read_text
 from ..studies.sweeps import sweep
-from .arguments import directory_of, processes, variation
+from .arguments import add_case, directory_of, processes, variation
 from .console import console_on
 from .exits import NO_SOLUTION
 
@@ -30,7 +30,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "sweep.csv and, where xarray is installed, sweep.nc. What is solved is kept in sweep.jsonl: the same "
         "command goes on where it was stopped; other values need another DIR.",
     )
-    sweep.add_argument("case", type=Path, metavar="CASE.toml")
+    add_case(sweep)
     sweep.add_argument(
         "--vary",
         action="append",
@@ -42,13 +42,6 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     )
     sweep.add_argument(
         "-j", "--jobs", type=processes, default=None, metavar="N", help="processes (default: this one alone)"
-    )
-    sweep.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="where to write (default: a directory named as the case, here)",
     )
     sweep.set_defaults(command=_sweep)
 
