@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import mtb_rs as mtb
+from mtb_rs.base import cache, memory
 from mtb_rs.base.cache import Memory
 from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.contact import elastic, standing
 
 LINE = np.linspace(-0.02, 0.02, 6)
 MESH = block_mesh(LINE, LINE, 0.02, halved=False, clamped=True)
@@ -69,3 +73,62 @@ def test_a_further_load_reads_no_matrix_again(monkeypatch: pytest.MonkeyPatch) -
     again = scene.with_(magnetic_pressure=2.1e6).solve("elastic-upper")
     half = again.pressure.size // 2
     assert max(read) < half**2
+
+
+@pytest.mark.parametrize("spacing", [6e-3, 1.15e-3])
+def test_another_friction_makes_no_contact_anew(spacing: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither on a coarse shoe nor on one of more than 2000 points, with the grids of its estimate."""
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=spacing, friction=0.3)
+    cache.forget()
+    first = scene.solve("half-space")
+    assert (first.pressure.size > 2000) == (spacing < 2e-3)
+    made: list[Any] = []
+    real = standing.Contact
+
+    def counted(*parts: Any, **named: Any) -> Any:
+        made.append(real(*parts, **named))
+        return made[-1]
+
+    monkeypatch.setattr(elastic, "Contact", counted)
+    core = scene.problem("half-space").core
+    for changed in ({"friction": 0.2}, {"magnetic_pressure": 2e6}, {"velocity": 3.0}):
+        other = scene.with_(**changed)
+        other.solve("half-space")
+        assert other.problem("half-space").core is core
+    assert made == []
+    cache.forget()
+    scene.solve("half-space")
+    assert made
+
+
+class Heavy:
+    def __init__(self, nbytes: float) -> None:
+        self.nbytes = nbytes
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.floats(0.0, 4.0 * cache.OBJECTS_LIMIT), min_size=1, max_size=12))
+def test_what_is_kept_is_bounded(sizes: list[float]) -> None:
+    cache.forget()
+    for k, size in enumerate(sizes):
+        cache.recalled(str(k), lambda size=size: Heavy(size))  # type: ignore[misc]
+        kept = [thing.nbytes for thing in cache._objects.values()]
+        assert sum(kept) <= max(kept) + cache.OBJECTS_LIMIT
+        assert kept[-1] == size
+    assert cache.forget_objects()
+    assert not cache.forget_objects()
+
+
+def test_what_is_kept_goes_where_the_memory_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def free() -> float:
+        return 2e9 - sum(thing.nbytes for thing in cache._objects.values())
+
+    cache.forget()
+    monkeypatch.setattr(memory, "available", free)
+    cache.recalled("contact", lambda: Heavy(1.5e9))
+    memory.refuse(0.4e9, "what fits beside it", "")
+    assert cache._objects
+    memory.refuse(1.8e9, "what does not fit beside it", "")
+    assert not cache._objects
+    with pytest.raises(ValueError, match=r"would take 2\.5 GB of memory; 2\.0 GB are free: take less"):
+        memory.refuse(2.5e9, "what fits nowhere", "take less")

@@ -49,6 +49,16 @@ def test_a_step_equals_a_solve(name):
         assert step.report.residual < 1e-11
 
 
+def test_steps_are_as_near_to_convolutions_as_they_say():
+    """More than 2000 points of a flat grid: the solve iterates, the step has the matrices."""
+    scene = mtb.scenes.paraboloid_on_plane(points=46, upper=rubber, friction=0.3)
+    solved, step = scene.solve("half-space"), scene.prepare("half-space").step(velocity=1.0)
+    assert "FFT" in solved.report.solver
+    largest = solved.pressure.max()
+    np.testing.assert_allclose(step.pressure, solved.pressure.ravel(), rtol=0, atol=1e-6 * largest)
+    np.testing.assert_allclose(step.force, solved.force, rtol=0, atol=1e-9 * abs(solved.force[2]))
+
+
 def test_backwards_is_the_mirror_image_of_forwards():
     scene, model = SCENES["elastic"]
     contact = scene.prepare(model)

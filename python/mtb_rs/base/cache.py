@@ -39,7 +39,7 @@ VARIABLE = "MTB_RS_CACHE"
 DISK_LIMIT = 4e9
 #: Results kept in memory.
 MEMORY_LIMIT = 8
-#: Memory for objects besides the newest one [bytes].
+#: Memory for objects besides the largest one [bytes].
 OBJECTS_LIMIT = 1e9
 
 
@@ -155,7 +155,10 @@ def fetch(
 
 
 def recalled(key: str, build: Callable[[], Kept]) -> Kept:
-    """The object under `key` in the memory of this process, built if need be."""
+    """The object under `key` in the memory of this process, built if need be.
+
+    The largest one is kept whatever its size: a fine contact stays while coarse ones come for its estimate.
+    """
     with _lock:
         if key in _objects:
             _objects.move_to_end(key)
@@ -163,9 +166,17 @@ def recalled(key: str, build: Callable[[], Kept]) -> Kept:
     made = build()
     with _lock:
         _objects[key] = made
-        while len(_objects) > 1 and sum(o.nbytes for o in _objects.values()) - made.nbytes > OBJECTS_LIMIT:
+        while sum(sizes := [o.nbytes for o in _objects.values()]) - max(sizes) > OBJECTS_LIMIT:
             _objects.popitem(last=False)
     return made
+
+
+def forget_objects() -> bool:
+    """Drops the objects in memory, and says whether there were any."""
+    with _lock:
+        had_any = bool(_objects)
+        _objects.clear()
+    return had_any
 
 
 class Memory:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .. import _mtb_rs
+from . import cache
 from .check import warn
 
 #: Share of the free memory above which a solve says what it will take.
@@ -65,6 +66,12 @@ def of_matrices(points: float, matrices: int) -> float:
     return 8.0 * matrices * float(points) ** 2
 
 
+def _free_for(needed: float) -> float | None:
+    """Memory [bytes] that is free; what was kept for further solves goes where `needed` is more."""
+    free = available()
+    return available() if free is not None and needed > free and cache.forget_objects() else free
+
+
 def say(needed: float, what: str) -> None:
     """Warns of a solve that takes more than half of the free memory.
 
@@ -74,7 +81,7 @@ def say(needed: float, what: str) -> None:
     what : str
         What is solved, as the subject of the sentence.
     """
-    free = available()
+    free = _free_for(needed)
     # what there is not is refused by the solve itself
     if free is not None and SAID_FROM * free < needed <= free:
         warn(f"{what} may take {amount(needed)} of memory; {amount(free)} are free")
@@ -96,7 +103,7 @@ def refuse(needed: float, what: str, advice: str) -> None:
     ValueError
         If there is less.
     """
-    free = available()
+    free = _free_for(needed)
     if free is not None and needed > free:
         raise ValueError(
             f"{what} would take {amount(needed)} of memory; {amount(max(free, 0.0))} are free: {advice}"

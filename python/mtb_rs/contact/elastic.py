@@ -54,10 +54,6 @@ class Held:
     thinner: float = 1.0
 
 
-#: Contacts of more points are made anew for each solve: their matrices are not kept.
-LARGEST_KEPT = 2000
-
-
 def half_spaces(
     geometry: Geometry, upper: HalfSpace | Rigid, lower: HalfSpace | Rigid, spacing: tuple[float, float]
 ) -> Contact:
@@ -74,8 +70,6 @@ def half_spaces(
         )
 
     grid = geometry.grid(spacing)
-    if grid.area.size > LARGEST_KEPT:
-        return build()
     key = {"cells": grid.cells.points, "gap": grid.cells.gap, "bodies": fingerprint((upper, lower))}
     return cache.recalled(cache.content_key(key), build)
 

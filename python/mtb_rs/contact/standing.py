@@ -169,8 +169,12 @@ class Contact:
 
     @property
     def nbytes(self) -> float:
-        """Memory of the matrices [bytes]: the blocks of two bodies, their halves, those of the pair."""
-        return 24.0 * 8.0 * self.area.size**2
+        """Memory of the matrices [bytes] at most.
+
+        Cells have two of the pair, and those of its mirror half. Hats have the blocks of both bodies as well.
+        """
+        matrices = 2.5 if self.averages is None else 24.0
+        return matrices * 8.0 * self.area.size**2
 
     @property
     def shape(self) -> tuple[int, ...]:
