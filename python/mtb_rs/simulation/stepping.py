@@ -204,9 +204,9 @@ class PreparedContact:
     last one (active points, factors). The memory changes only the time that a step takes.
 
     Wherever the sliding state is unique, the pressures of a step equal those of ``scene.solve`` to 1e-9 of
-    the largest one if `solve` uses dense matrices. Half-spaces on more than 2000 points of a flat grid are solved
-    by convolutions, which are iterated until a residual of 1e-9 is reached; the pressures of a step then
-    equal them to 1e-6 of the largest one. Forces agree to 1e-9 in both cases.
+    the largest one if `solve` uses dense matrices. Half-spaces on more than 2000 points of a flat grid are
+    solved by convolutions, which are iterated until a residual of 1e-9 is reached; the pressures of a step
+    then equal them to 1e-6 of the largest one. Forces agree to 1e-9 in both cases.
 
     One object is for one contact in one simulation; :meth:`copy` makes another one that shares the matrices.
     Calls from several threads wait for each other.
