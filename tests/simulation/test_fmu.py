@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Functional mock-up units: FMPy, an importer of the standard, gets the numbers of Python."""
 
+import shutil
 import zipfile
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2Discard, fmi2LastSuccessfulTime
 from fmpy.validation import validate_fmu
 
 import mtb_rs as mtb
+from mtb_rs.simulation import fmu
 
 pytestmark = pytest.mark.slow  # compiles units
 
@@ -294,6 +296,24 @@ def test_what_cannot_be_packed(contact, library, tmp_path):
     with pytest.raises(ValueError, match="it is a directory"):
         contact.save_fmu(tmp_path, library, velocity=20.0)
     assert not path.exists()
+
+
+def test_without_a_library_the_message_says_where_to_get_one(contact, library, monkeypatch, tmp_path):
+    monkeypatch.setattr(fmu, "PLATFORMS", {})
+    with pytest.raises(ValueError, match=r"library is missing: .* `cargo build --release -p mtb-fmu`"):
+        contact.save_fmu(tmp_path / "shoe.fmu", velocity=20.0)
+
+
+def test_the_library_of_the_installation_is_taken(contact, library, monkeypatch, tmp_path):
+    package = tmp_path / "mtb_rs"
+    (package / "runtime").mkdir(parents=True)
+    shutil.copy(library, package / "runtime")
+    monkeypatch.setattr(fmu, "__file__", str(package / "simulation" / "fmu.py"))
+    contact.save_fmu(tmp_path / "own.fmu", velocity=20.0)
+    contact.save_fmu(tmp_path / "given.fmu", library, velocity=20.0)
+    with zipfile.ZipFile(tmp_path / "own.fmu") as own, zipfile.ZipFile(tmp_path / "given.fmu") as given:
+        binary = next(name for name in given.namelist() if name.startswith("binaries/"))
+        assert own.read(binary) == given.read(binary)
 
 
 def test_the_crates_readme_runs(library, tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import os
 import zipfile
 from collections.abc import Mapping
 from io import BytesIO
+from pathlib import Path
 from xml.etree import ElementTree
 
 from .._mtb_rs import __version__
@@ -44,14 +45,27 @@ UNITS = {
 }
 
 
+def own_library() -> Path:
+    """The library that this installation brings along, for the system on which it runs."""
+    folder = Path(__file__).parents[1] / "runtime"
+    found = sorted(path for path in folder.glob("*mtb_fmu.*") if path.suffix in PLATFORMS)
+    if not found:
+        raise ValueError(
+            "library is missing: this installation of mtb_rs has no library of units. Released wheels "
+            "bring one. Give the path to the one that `cargo build --release -p mtb-fmu` makes "
+            "(target/release/libmtb_fmu.so on Linux)"
+        )
+    return found[0]
+
+
 def packed(
     contact: bytes,
-    library: str | os.PathLike[str],
+    library: str | os.PathLike[str] | None,
     name: str,
     starts: Mapping[str, float],
 ) -> bytes:
     """The unit of a contact, given as the bytes of its file, whose inputs are those with a start value."""
-    source = path_of("library", library)
+    source = own_library() if library is None else path_of("library", library)
     platform = PLATFORMS.get(source.suffix)
     fitting = f"mtb-fmu-{__version__}-"
     needed = (

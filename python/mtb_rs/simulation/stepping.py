@@ -373,7 +373,7 @@ class PreparedContact:
     def save_fmu(
         self,
         path: str | os.PathLike[str],
-        library: str | os.PathLike[str],
+        library: str | os.PathLike[str] | None = None,
         pose: Mapping[str, float] | None = None,
         velocity: float | Sequence[float] | None = None,
         magnetic_pressure: float | None = None,
@@ -389,9 +389,10 @@ class PreparedContact:
         ----------
         path : str or path object
             For example "shoe.fmu".
-        library : str or path object
-            The compiled `mtb_fmu` of this version: ``cargo build --release -p mtb-fmu``. The unit runs on
-            systems like the one for which the library was built.
+        library : str or path object, optional
+            The compiled `mtb_fmu` of this version, which the unit contains. Released wheels bring their own.
+            In a clone, and for another system, ``cargo build --release -p mtb-fmu`` makes one. The unit runs
+            on systems like the one for which the library was built.
         pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
             First values of the components of the pose that are inputs.
         velocity, magnetic_pressure
