@@ -34,7 +34,7 @@ def examine(ratio: float, cells: int, frictions: Sequence[float]) -> list[dict[s
     """What both solvers make of a block `ratio` times as high as wide, at some friction coefficients."""
     block = mtb.scenes.block_on_plane(height=0.1 * ratio, friction=1.0, spacing=0.1 / cells)
     problem = block.problem("elastic-upper")
-    one = problem.friction
+    one = problem.friction.fixed
     sides = ((problem.lower, False), (problem.upper, True))
     smooth, rubbing = (
         sum(sided_influence(s.compliance, problem.direction, mu, upper=upper) for s, upper in sides)

@@ -24,7 +24,7 @@ from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
 from .material import Material
 from .mesh import TetraMesh, check_unknowns, quadratic
-from .supports import Guide, Support, Where, is_box, select
+from .supports import Support, Where, is_box, select
 
 if TYPE_CHECKING:
     from .mesh_files import Geometry
@@ -447,10 +447,7 @@ class ElasticBody:
     @cached_property
     def _shared(self) -> _Core:
         """What all living bodies share that differ by no more than their loads and contact faces."""
-        words = [
-            (s.name, self.support_nodes(k).tolist(), tuple(_word(v) for v in s.values))
-            for k, s in enumerate(self.supports)
-        ]
+        words = [(s.name, self.support_nodes(k).tolist(), s.words) for k, s in enumerate(self.supports)]
         elastic = self.material.shear_modulus, self.material.poisson_ratio
         parts: dict[str, Any] = {
             "nodes": np.asarray(self.mesh.nodes, dtype=np.float64),
@@ -488,8 +485,7 @@ class ElasticBody:
     @property
     def case_values(self) -> Array:
         """What the support components are given (k,): displacement [m], or force on a guide [N]."""
-        values = [self.supports[support].values[component] for support, component, _ in self.core.cases]
-        return np.array([v.force if isinstance(v, Guide) else v for v in values], dtype=float)
+        return np.array([self.supports[k].given[component] for k, component, _ in self.core.cases])
 
     def support_nodes(self, support: int) -> Index:
         """Nodes of one of the supports."""
@@ -515,9 +511,9 @@ class ElasticBody:
         for component in range(3):
             seen = np.full(len(self.mesh.nodes), np.nan)
             for k, support in enumerate(self.supports):
-                value = support.values[component]
-                if value is None or isinstance(value, Guide):
+                if component not in support.prescribed:
                     continue
+                value = support.prescribed[component]
                 nodes = self.support_nodes(k)
                 clash = nodes[~np.isnan(seen[nodes]) & (seen[nodes] != value)]
                 if clash.size:
@@ -567,7 +563,7 @@ class ElasticBody:
         frames = np.stack([points.tangent_x, points.tangent_y, into]).transpose(2, 0, 1)
         parts = []
         for patch in patches:
-            cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+            cut = patch.cut
             parts.append(
                 self.core_mesh.sample(
                     (patch.nx, patch.ny),
@@ -651,7 +647,7 @@ class ElasticBody:
         }
         parts.update({f"sampling {name}": value for name, value in sampling.arrays().items()})
         for k, support in enumerate(self.supports):
-            parts[f"support {k}"] = tuple(_word(v) for v in support.values)
+            parts[f"support {k}"] = support.words
             parts[f"support {k} nodes"] = self.support_nodes(k)
         return cache.content_key(parts)
 
@@ -738,12 +734,6 @@ class ElasticBody:
         used = self.surface_nodes
         triangles = np.searchsorted(used, self.faces[:, :3].astype(np.int64))
         return Surface(self.name, np.ascontiguousarray(self.mesh.nodes[used].T), triangles.astype(np.int64))
-
-
-def _word(value: float | Guide | None) -> str:
-    if value is None:
-        return "free"
-    return "guided" if isinstance(value, Guide) else "prescribed"
 
 
 def _in_words(where: Where) -> str:

@@ -16,7 +16,6 @@ from ..base.plain import plain
 from ..geometry.contact_points import ContactPoints, Patch
 from .elastic_body import Balance, BodyState, Condensed, ElasticBody
 from .faces import Hats, thinned
-from .supports import Guide
 
 Array = NDArray[np.float64]
 
@@ -141,9 +140,10 @@ class ElasticPart:
             given = ", ".join(f"{m:.4g}" for m in moment)
             words.append(f"moment ({given}) N m about the centre of {self.body.name}")
         for name, support in zip(self.body.support_names, self.body.supports, strict=True):
-            for axis, value in zip("xyz", support.values, strict=True):
-                if isinstance(value, Guide) and value.force:
-                    words.append(f"guide {name!r} of {self.body.name} {value.force:.6g} N along {axis}")
+            for component, guide in support.guides.items():
+                if guide.force:
+                    along = "xyz"[component]
+                    words.append(f"guide {name!r} of {self.body.name} {guide.force:.6g} N along {along}")
         return words
 
     def _tractions(self, coefficients: Array) -> tuple[Array, Array]:

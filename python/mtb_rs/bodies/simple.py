@@ -97,6 +97,7 @@ class Rigid:
 
     surface: Any = None
     is_half_space: ClassVar[bool] = False
+    material: ClassVar[None] = None
     elastic: ClassVar[None] = None
     normal_compliance: ClassVar[float] = 0.0
     plane_strain_compliance: ClassVar[float] = 0.0

@@ -96,6 +96,30 @@ class Support:
         """What x, y and z are given."""
         return self.x, self.y, self.z
 
+    @property
+    def guides(self) -> dict[int, Guide]:
+        """The guides, by component."""
+        return {k: value for k, value in enumerate(self.values) if isinstance(value, Guide)}
+
+    @property
+    def prescribed(self) -> dict[int, float]:
+        """The displacements [m], by component."""
+        given = {k: value for k, value in enumerate(self.values) if value is not None}
+        return {k: value for k, value in given.items() if not isinstance(value, Guide)}
+
+    @property
+    def given(self) -> dict[int, float]:
+        """What each component that is not free is given: displacement [m], or force on its guide [N]."""
+        return self.prescribed | {k: guide.force for k, guide in self.guides.items()}
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """How x, y and z are held, as the core names it."""
+        return tuple(
+            "guided" if k in self.guides else "prescribed" if k in self.prescribed else "free"
+            for k in range(3)
+        )
+
 
 def held_by(supports: Any) -> str | tuple[Support, ...]:
     """What a ready scene is given for its supports, checked."""

@@ -28,7 +28,7 @@ from ..base.files import read_bytes
 from ..base.questions import gathered
 from ..base.words import Method
 from ..friction.fields import check_friction
-from ..friction.laws import Coulomb, Friction
+from ..friction.laws import Friction, law_of
 from ..half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
 from ..results.result import Result
 from ..scenes import ready as scenes
@@ -154,10 +154,9 @@ class Case(BaseModel):
 
 def _law(friction: Any) -> Any:
     """The friction of a motion: a number is Coulomb's."""
-    if isinstance(friction, float):
-        return Coulomb(friction)
-    if isinstance(friction, typing.get_args(Friction)):
-        return friction
+    law = law_of(friction)
+    if isinstance(law, Friction):
+        return law
     raise ValueError(
         f"friction is a {type(friction).__name__}: a number is needed to roll or to shift (laws: in Python)"
     )

@@ -15,7 +15,7 @@ from typing import Any, TextIO
 from rich.console import Console
 from rich.table import Table
 
-from ..results.result import Drawn, Result
+from ..results.result import Drawn
 
 
 @contextlib.contextmanager
@@ -67,13 +67,11 @@ def leave_standard_output() -> None:
 
 def print_report(result: Drawn, console: Console, elapsed: float | None = None) -> None:
     """A short report: what was solved, what carries what, how well, how long it took, if that is known."""
-    report = getattr(result, "report", None)
-    if not isinstance(result, Result):
-        console.print(repr(result), markup=False, soft_wrap=True)
+    if result.heading:
+        console.print(result.heading, markup=False, soft_wrap=True)
     rows = result.told()
-    stages = ", ".join(
-        f"{name} {1e3 * value:.3g} ms" for name, value in (report.time_s if report else {}).items()
-    )
+    times: dict[str, float] = result.facts().get("report", {}).get("time_s", {})
+    stages = ", ".join(f"{name} {1e3 * value:.3g} ms" for name, value in times.items())
     if elapsed is not None:
         rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
     elif stages:

@@ -161,7 +161,7 @@ def upper_bodies(
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
     for patch in patches:
-        cut = slice(patch.start, patch.start + patch.nx * patch.ny)
+        cut = patch.cut
         places = points.at(cut)
         solid = _upper_body(geometry, grid, patch, material, held, time_s)
         if parts and isinstance(held.supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):

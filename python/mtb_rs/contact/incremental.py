@@ -14,7 +14,6 @@ from .. import _mtb_rs
 from ..base.check import positive
 from ..base.errors import ConvergenceError
 from ..base.plain import plain
-from ..friction.fields import PressureDependentFriction
 from ..results.result import Displacement, Result
 from .problem import ContactProblem, Solution
 from .solve import displaced
@@ -105,7 +104,8 @@ def solve_incremental(
         raise ValueError(f'method is "incremental": it takes half-spaces, this model is {problem.model!r}')
     if problem.approach is not None:
         raise ValueError('method is "incremental": it presses with a force, an approach is given')
-    if isinstance(problem.friction, PressureDependentFriction):
+    friction = problem.friction.fixed
+    if friction is None:
         raise ValueError('method is "incremental": it takes a friction coefficient that does not vary')
     if any(np.ptp(motion[2][motion[2] != 0.0]) > 0.0 for motion in motions):
         raise ValueError('method is "incremental": tilts are locked in it, moments are given')
@@ -123,7 +123,7 @@ def solve_incremental(
         np.ascontiguousarray(points.points + problem.loading.gap * points.normal),
         [(p.nx, p.ny) for p in problem.patches],
         np.ascontiguousarray(problem.area),
-        np.ascontiguousarray(problem.friction),
+        np.ascontiguousarray(friction),
         (0.0, 0.0, 0.0) if direction is None else (direction[0], direction[1], 0.0),
         force,
         _mtb_rs.IncrementalOptions(
@@ -140,7 +140,7 @@ def solve_incremental(
         pressure=out.pressure,
         gap=out.gap,
         motion=np.full(len(motions), -out.approach),
-        friction=problem.friction,
+        friction=friction,
         status=out.status,
         solver="load increments, active set, dense factorisation",
         iterations=out.resolutions,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies.material import NORMALISED, Material, of_material
-from ..friction.fields import numbers_in
+from ..bodies.material import NORMALISED, of_material
+from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
 from ..results.grids import flat, patches
 from ..results.result import Result
@@ -37,7 +37,7 @@ def of_scene(upper: Any, lower: Any, magnetic_pressure: Any, force: float | None
     questions = []
     normalised = False
     for side, body in (("upper", upper), ("lower", lower)):
-        material = _material(body)
+        material = body.material
         if material is not None:
             questions += of_material(side, material)
             normalised |= material.young_modulus <= NORMALISED
@@ -50,16 +50,12 @@ def of_scene(upper: Any, lower: Any, magnetic_pressure: Any, force: float | None
     return questions
 
 
-def _material(body: Any) -> Material | None:
-    """The material of a body that deforms."""
-    return getattr(body, "material", None)
-
-
 def _of_pull(spec: Any) -> list[str]:
-    sizes = [abs(value) for value in numbers_in(spec) if value]
+    form = as_form(spec)
+    sizes = [abs(value) for value in form.numbers() if value]
     weakest, peak = min(sizes, default=0.0), max(sizes, default=0.0)
     # a field may well fall to nothing at its rim; of numbers given one by one each is meant
-    least = weakest if isinstance(spec, (int, float, list, tuple)) else peak
+    least = weakest if form.is_list or form.number is not None else peak
     if 0.0 < least < WEAK_PULL:
         tesla = float(np.sqrt(2.0 * VACUUM_PERMEABILITY * least))
         return [
@@ -136,8 +132,9 @@ def of_result(result: Result, deformation: Mapping[str, Array]) -> list[str]:
     if not (result.status > 0).any():
         return questions
     materials = []
+    bodies: dict[str, Any] = {"upper": result.upper, "lower": result.lower}
     for side, moved in deformation.items():
-        material = _material(getattr(result, side))
+        material = bodies[side].material
         if material is None:
             continue
         materials.append(material)

@@ -16,7 +16,7 @@ from ..base.cache import Memory
 from ..base.plain import plain
 from ..base.words import Model
 from ..bodies.sides import Side
-from ..friction.fields import PressureDependentFriction
+from ..friction.fields import Coefficients
 from ..geometry.contact_points import ContactPoints, Patch
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class ContactProblem:
     patches : tuple of Patch
         The grids that the contact points are nodes or cells of.
     friction
-        Number field (n,) or :class:`PressureDependentFriction`.
+        At the contact points.
     direction : (2, n) [-]
         Sliding direction of the upper body in the tangent plane; zero where nothing slides.
     gap : (n,) [m]
@@ -82,7 +82,7 @@ class ContactProblem:
     points: ContactPoints
     area: Array
     patches: tuple[Patch, ...]
-    friction: Array | PressureDependentFriction
+    friction: Coefficients
     direction: Array
     gap: Array
     upper: Side
@@ -157,9 +157,7 @@ class ContactProblem:
 
     def friction_at(self, pressure: Array) -> Array:
         """Friction coefficient (n,)."""
-        if isinstance(self.friction, PressureDependentFriction):
-            return self.friction.at(pressure)
-        return self.friction
+        return self.friction.at(pressure)
 
     @property
     def relative_motions(self) -> Array:

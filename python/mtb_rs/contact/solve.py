@@ -96,7 +96,7 @@ def _of_both_halves(solution: Solution, symmetry: MirrorSymmetry, problem: Conta
 def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     clock = time.perf_counter()
     law = problem.friction
-    frictional = bool(problem.direction.any()) and not (isinstance(law, np.ndarray) and not law.any())
+    frictional = bool(problem.direction.any()) and law.may_act
     memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
     core, direction = problem.core, np.ascontiguousarray(problem.direction)
     core.prepare(direction, frictional)
@@ -105,7 +105,7 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     out = core.slide(
         problem.loading,
         direction,
-        np.ascontiguousarray(law) if isinstance(law, np.ndarray) else law.at,
+        law.at if law.fixed is None else np.ascontiguousarray(law.fixed),
     )
     problem.time_s["complementarity"] = time.perf_counter() - clock
     clock = time.perf_counter()

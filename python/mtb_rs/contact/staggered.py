@@ -67,8 +67,8 @@ def staggered(
         problem = symmetry.half
         assert half_space.compliance is not None
         half_space = replace(half_space, compliance=half_space.compliance.folded(symmetry.image.tolist()))
-    friction = problem.friction
-    if not isinstance(friction, np.ndarray):
+    friction = problem.friction.fixed
+    if friction is None:
         raise ValueError("method is 'staggered': friction that depends on pressure is not part of it")
     # the blocks of half-spaces are those of the whole, in whose units a half's own matrices are few
     matrices = 18 if symmetry is None else 12

@@ -200,7 +200,7 @@ class Contact:
     def middle(self, patch: Patch) -> Array:
         """The middle (3,) [m] of a grid."""
         points = self.points if self.kept is None else self.kept.nodes
-        return np.asarray(points.points[:, patch.start : patch.start + patch.nx * patch.ny].mean(axis=1))
+        return np.asarray(points.points[:, patch.cut].mean(axis=1))
 
 
 def cells_of(

@@ -51,8 +51,8 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     friction = problem.friction
     # both gaps: before the loads that move the faces, and after
     fields: list[Array] = [problem.area, problem.loading.gap, problem.direction[0], points.gap]
-    if isinstance(friction, np.ndarray):
-        fields.append(friction)
+    if friction.fixed is not None:
+        fields.append(friction.fixed)
     if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
@@ -98,7 +98,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         problem,
         points=points.at(kept),
         area=problem.area[kept] * weight,
-        friction=friction[kept] if isinstance(friction, np.ndarray) else friction,
+        friction=friction.of(kept),
         direction=np.ascontiguousarray(problem.direction[:, kept]),
         gap=problem.loading.gap[kept],
         upper=halves[0],

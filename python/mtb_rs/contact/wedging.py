@@ -57,7 +57,7 @@ def _to_border(problem: ContactProblem, motions: Array) -> list[Array]:
     else:
         half = np.zeros((2, problem.n))
         for patch in problem.patches:
-            half[:, patch.start : patch.start + patch.nx * patch.ny] = 0.5 * np.array(patch.spacing)[:, None]
+            half[:, patch.cut] = 0.5 * np.array(patch.spacing)[:, None]
         steps = [s * half[0] * frame[0] + t * half[1] * frame[1] for s in (-1, 1) for t in (-1, 1)]
     turns = np.zeros((len(motions), 3))
     for turn, motion in zip(turns, motions, strict=True):

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,10 +32,147 @@ _VALUES |= {"N/m2": 1.0, "N/m²": 1.0, "N/mm2": 1e6, "N/mm²": 1e6}
 LARGEST_FRICTION = 1e3
 
 
+#: Grids, and others to which what is given on them is carried.
+Grids = tuple[Patch, ...]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a field is asked for: its values at contact points.
+
+    Attributes
+    ----------
+    name : str
+        Of the field, for messages.
+    points : (3, n) [m]
+    patches : tuple of Patch
+        Their grids.
+    velocity : float or None [m/s]
+        For tables.
+    lowest, highest : float
+        Smallest and largest value accepted.
+    kept : (n,) int or None
+        The contact points among those of the patches, where these are not all; arrays have a value for
+        each of the latter.
+    """
+
+    name: str
+    points: Array
+    patches: Grids
+    velocity: float | None
+    lowest: float | None = None
+    highest: float = LARGEST
+    kept: NDArray[np.intp] | None = None
+
+
+class Form(ABC):
+    """A form in which users state a field over the contact points; :func:`as_form` finds it.
+
+    A new form is one class that answers this.
+    """
+
+    #: Whether it is a list, of values or of forms.
+    is_list: ClassVar[bool] = False
+    #: Whether its values are known only with the pressure.
+    depends_on_pressure: ClassVar[bool] = False
+
+    @abstractmethod
+    def values(self, asked: Asked) -> Array:
+        """Values (n,) at the contact points; see :func:`field`."""
+
+    def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
+        """The same field on other grids: arrays at the nearest points of these, all else as it is.
+
+        Parameters
+        ----------
+        choices : sequence of (grids, others)
+            Arrays are over the first grids that they fit.
+        """
+        return self
+
+    def numbers(self) -> Iterator[float]:
+        """The numbers in it: alone, in arrays (the least and the largest), in lists, as peaks, in tables."""
+        return iter(())
+
+    def tables(self) -> Iterator[VelocityTable]:
+        """The tables in it."""
+        return iter(())
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether it has values on a grid in it."""
+        return False
+
+    @property
+    def number(self) -> float | None:
+        """The number that it is; None for all other forms."""
+        return None
+
+    def coefficients(self, values: Callable[[], Array]) -> Coefficients:
+        """As friction of a contact problem, with `values` at its points."""
+        return FixedFriction(values())
+
+
+def as_form(spec: Any) -> Form:
+    """The form in which a user states a field."""
+    if isinstance(spec, Form):
+        return spec
+    if isinstance(spec, (list, tuple)):
+        return _Listed(spec)
+    return _Function(spec) if callable(spec) else _Values(spec)
+
+
+class Coefficients(ABC):
+    """Friction coefficients at the contact points, as the contact problem asks for them."""
+
+    @abstractmethod
+    def at(self, pressure: Array) -> Array:
+        """Coefficients (n,) at `pressure` (n,) [Pa]."""
+
+    @property
+    def fixed(self) -> Array | None:
+        """The coefficients (n,) where the pressure does not change them."""
+        return None
+
+    @property
+    def may_act(self) -> bool:
+        """Whether any coefficient may differ from zero."""
+        return True
+
+    def of(self, kept: NDArray[np.intp]) -> Coefficients:
+        """Those of some of the points."""
+        return self
+
+
+@dataclass(frozen=True)
+class FixedFriction(Coefficients):
+    """Coefficients (n,) that the pressure does not change."""
+
+    coefficients: Array
+
+    def at(self, pressure: Array) -> Array:
+        """The coefficients, whatever the pressure."""
+        return self.coefficients
+
+    @property
+    def fixed(self) -> Array:
+        """The coefficients."""
+        return self.coefficients
+
+    @property
+    def may_act(self) -> bool:
+        """Whether any differs from zero."""
+        return bool(self.coefficients.any())
+
+    def of(self, kept: NDArray[np.intp]) -> FixedFriction:
+        """Those of some of the points."""
+        return FixedFriction(self.coefficients[kept])
+
+
 @owning
 @dataclass(frozen=True)
 @plain
-class GaussianPressure:
+class GaussianPressure(Form):
     """Magnetic pressure with a floor and a Gaussian hill, thesis (4.1).
 
     ``p(x, y) = peak (floor + (1 - floor) exp(-(x - cx)^2 / 2 sx^2) exp(-(y - cy)^2 / 2 sy^2))``
@@ -68,11 +206,19 @@ class GaussianPressure:
         hill = np.exp(-((x - cx) ** 2) / (2 * sx**2) - (np.abs(y) - cy) ** 2 / (2 * sy**2))
         return np.asarray(self.peak * (self.floor + (1.0 - self.floor) * hill))
 
+    def values(self, asked: Asked) -> Array:
+        """Values (n,) at the contact points."""
+        return _Function(self).values(asked)
+
+    def numbers(self) -> Iterator[float]:
+        """Its peak."""
+        return as_form(self.peak).numbers()
+
 
 @owning
 @dataclass(frozen=True)
 @plain
-class VelocityTable:
+class VelocityTable(Form):
     """A quantity tabulated over the sliding velocity, thesis 2.2.1.
 
     Parameters
@@ -143,10 +289,36 @@ class VelocityTable:
         low, high = self.velocity[upper - 1], self.velocity[upper]
         return self.value[upper - 1], self.value[upper], (velocity - low) / (high - low)
 
+    def values(self, asked: Asked) -> Array:
+        """Values (n,) at the velocity, linear between those of the table."""
+        if asked.velocity is None:
+            raise ValueError(f"{asked.name} is a table over velocity: give velocity=... [m/s]")
+        first, second, weight = self.bracket(asked.velocity)
+        return (1.0 - weight) * as_form(first).values(asked) + weight * as_form(second).values(asked)
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether one of its values has values on a grid in it."""
+        return any(as_form(value).has_arrays for value in self.value)
+
+    def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> VelocityTable:
+        """The same table on other grids."""
+        return VelocityTable(self.velocity, [as_form(value).carried(choices) for value in self.value])
+
+    def numbers(self) -> Iterator[float]:
+        """Those in its values."""
+        return (number for value in self.value for number in as_form(value).numbers())
+
+    def tables(self) -> Iterator[VelocityTable]:
+        """Itself, and those in its values."""
+        yield self
+        for value in self.value:
+            yield from as_form(value).tables()
+
 
 @dataclass(frozen=True)
 @plain
-class PressureDependentFriction:
+class PressureDependentFriction(Form, Coefficients):
     """A friction coefficient that depends on the local pressure.
 
     Parameters
@@ -156,6 +328,7 @@ class PressureDependentFriction:
     """
 
     function: Callable[[Array], ArrayLike]
+    depends_on_pressure: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not callable(self.function):
@@ -164,6 +337,126 @@ class PressureDependentFriction:
     def at(self, pressure: Array) -> Array:
         """Friction coefficient (n,) at `pressure` (n,) [Pa], checked."""
         return _called("friction", self.function, (pressure,), "pressure (n,) [Pa]", 0.0, LARGEST_FRICTION)
+
+    def values(self, asked: Asked) -> Array:
+        """It has none before the pressure is known."""
+        return _Values(self).values(asked)
+
+    def coefficients(self, values: Callable[[], Array]) -> PressureDependentFriction:
+        """Itself."""
+        return self
+
+
+@dataclass(frozen=True)
+class _Listed(Form):
+    """One entry for each pole, left first, or the values of an array."""
+
+    parts: Sequence[Any]
+    is_list: ClassVar[bool] = True
+
+    def values(self, asked: Asked) -> Array:
+        if not self._is_of(asked.patches):
+            return _Values(self.parts).values(asked)
+        out = np.empty(asked.points.shape[1])
+        for patch, part in zip(asked.patches, self.parts, strict=True):
+            here = replace(
+                asked,
+                name=f"{asked.name}[{patch.name}]",
+                points=asked.points[:, patch.cut],
+                patches=(replace(patch, start=0),),
+                kept=None,
+            )
+            out[patch.cut] = as_form(part).values(here)
+        return out
+
+    @property
+    def has_arrays(self) -> bool:
+        return any(form.is_list or form.has_arrays for form in map(as_form, self.parts))
+
+    def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
+        if not self._is_of(choices[0][0]):
+            return _Values(self.parts).carried(choices)
+        own = [
+            [((replace(given[k], start=0),), (replace(to[k], start=0),)) for given, to in choices]
+            for k in range(len(self.parts))
+        ]
+        return [as_form(part).carried(pairs) for part, pairs in zip(self.parts, own, strict=True)]
+
+    def numbers(self) -> Iterator[float]:
+        return (number for part in self.parts for number in as_form(part).numbers())
+
+    def tables(self) -> Iterator[VelocityTable]:
+        return (table for part in self.parts for table in as_form(part).tables())
+
+    def _is_of(self, patches: Grids) -> bool:
+        return len(self.parts) == len(patches) > 1
+
+
+@dataclass(frozen=True)
+class _Function(Form):
+    """A function of x and y [m]."""
+
+    function: Callable[[Array, Array], ArrayLike]
+
+    def values(self, asked: Asked) -> Array:
+        x, y = asked.points[:2]
+        return _called(asked.name, self.function, (x, y), "x and y (n,) [m]", asked.lowest, asked.highest)
+
+    def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
+        return self.function
+
+
+@dataclass(frozen=True)
+class _Values(Form):
+    """A number, an array over the grid, or what is none of the forms and is refused."""
+
+    given: Any
+
+    def values(self, asked: Asked) -> Array:
+        name, patches, n = asked.name, asked.patches, asked.points.shape[1]
+        if self.given is None or isinstance(self.given, (bool, str, bytes, dict)):
+            raise ValueError(f"{name} is {self.given!r}: {_FORMS} is needed")
+        values = reals(name, self.given)
+        if values.ndim == 0:
+            values = np.full(n, float(values))
+        elif not fits(values, patches):
+            raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
+        else:
+            values = values.reshape(-1) if asked.kept is None else values.reshape(-1)[asked.kept]
+        return _within(name, values, asked.lowest, asked.highest)
+
+    @property
+    def has_arrays(self) -> bool:
+        return isinstance(self.given, np.ndarray) and self.given.ndim > 0
+
+    @property
+    def number(self) -> float | None:
+        return float(self.given) if isinstance(self.given, (int, float)) else None
+
+    def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
+        if not isinstance(self.given, (list, tuple, np.ndarray)):
+            return self.given
+        try:
+            values = reals("values on a grid", self.given)
+        except ValueError:  # for the field to name
+            return self.given
+        found = next(((given, to) for given, to in choices if fits(values, given)), None)
+        if values.ndim == 0 or found is None:
+            return self.given
+        carried = np.empty(sum(patch.nx * patch.ny for patch in found[1]))
+        for patch, here in zip(*found, strict=True):
+            rows = np.minimum(((np.arange(here.ny) + 0.5) * patch.ny / here.ny).astype(int), patch.ny - 1)
+            columns = np.minimum(((np.arange(here.nx) + 0.5) * patch.nx / here.nx).astype(int), patch.nx - 1)
+            carried[here.cut] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()
+        return carried
+
+    def numbers(self) -> Iterator[float]:
+        if not isinstance(self.given, (int, float, np.ndarray, np.number)):
+            return
+        values = np.asarray(self.given)
+        values = values[np.isfinite(values)] if values.dtype.kind in "fiu" else np.empty(0)
+        if values.size:
+            yield from (float(values.min()), float(values.max()))
 
 
 def field(
@@ -196,52 +489,12 @@ def field(
         Anything else, values that are not finite or out of range, arrays of another shape, functions that
         fail or give another length.
     """
-    n = points.shape[1]
-    if isinstance(spec, VelocityTable):
-        if velocity is None:
-            raise ValueError(f"{name} is a table over velocity: give velocity=... [m/s]")
-        first, second, weight = spec.bracket(velocity)
-        parts = [
-            field(name, part, points, patches, velocity, lowest, highest, kept) for part in (first, second)
-        ]
-        return (1.0 - weight) * parts[0] + weight * parts[1]
-    if isinstance(spec, (list, tuple)) and len(spec) == len(patches) > 1:
-        out = np.empty(n)
-        for patch, part in zip(patches, spec, strict=True):
-            cut = slice(patch.start, patch.start + patch.nx * patch.ny)
-            whole = (replace(patch, start=0),)
-            place = f"{name}[{patch.name}]"
-            out[cut] = field(place, part, points[:, cut], whole, velocity, lowest, highest)
-        return out
-    if callable(spec):
-        return _called(name, spec, (points[0], points[1]), "x and y (n,) [m]", lowest, highest)
-    if spec is None or isinstance(spec, (bool, str, bytes, dict)):
-        raise ValueError(f"{name} is {spec!r}: {_FORMS} is needed")
-    values = reals(name, spec)
-    if values.ndim == 0:
-        values = np.full(n, float(values))
-    elif not fits(values, patches):
-        raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
-    else:
-        values = values.reshape(-1) if kept is None else values.reshape(-1)[kept]
-    return _within(name, values, lowest, highest)
+    return as_form(spec).values(Asked(name, points, patches, velocity, lowest, highest, kept))
 
 
 def numbers_in(spec: Any) -> Iterator[float]:
-    """Numbers in a field as users state it: alone, in arrays (the least and the largest), in lists, as peaks
-    and in tables."""
-    if isinstance(spec, (list, tuple)):
-        for part in spec:
-            yield from numbers_in(part)
-    elif hasattr(spec, "value"):
-        yield from numbers_in(spec.value)
-    elif hasattr(spec, "peak"):
-        yield from numbers_in(spec.peak)
-    elif isinstance(spec, (int, float, np.ndarray, np.number)):
-        values = np.asarray(spec)
-        values = values[np.isfinite(values)] if values.dtype.kind in "fiu" else np.empty(0)
-        if values.size:
-            yield from (float(values.min()), float(values.max()))
+    """The numbers in a field as users state it; see :meth:`Form.numbers`."""
+    return as_form(spec).numbers()
 
 
 def check_friction(spec: Any) -> None:

@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +22,9 @@ from ..base.renamed import renamed
 from ..geometry.contact_points import window
 
 Array = NDArray[np.float64]
+#: A coefficient over the rail, as the core takes it: places along the track and across the rail [m], flat
+#: coefficients.
+RailMap = tuple[list[float], list[float], list[float]]
 
 
 #: Coefficients of friction above this are mostly percentages, or a slip of the pen: clean metals in vacuum
@@ -43,10 +49,82 @@ def _number(name: str, value: float, lowest: float = 0.0, strictly: bool = False
     return checked
 
 
+class WheelFriction(ABC):
+    """What wheels in steps ask of their friction: a law, or a coefficient over the rail."""
+
+    @abstractmethod
+    def native_of_wheels(self) -> _mtb_rs.Friction | RailMap:
+        """The law as wheels take it, whose patches move; `ValueError` where it is fixed to a patch."""
+
+    def coefficient_from_rest(self) -> float | Array:
+        """Coefficient by which a wheel slides that has not rolled."""
+        raise ValueError(
+            f"friction is {self!r}: from rest the wheel slides with a coefficient that does not change, "
+            "a number or Coulomb, is needed"
+        )
+
+
+class Friction(WheelFriction):
+    """A friction law: what solvers of stick and slip ask of it. A new law is one class that answers this."""
+
+    #: Whether the coefficient is the same at rest and in sliding.
+    is_constant: ClassVar[bool] = False
+    #: Whether the coefficient depends on the slip speed.
+    depends_on_speed: ClassVar[bool] = False
+
+    @abstractmethod
+    def at_rest(self) -> float:
+        """Largest coefficient at rest [-]."""
+
+    @abstractmethod
+    def of_sliding(
+        self, slip_speed: Array, pressure: Array, shape: tuple[int, int], cut: tuple[slice, slice]
+    ) -> Array:
+        """Mean coefficients (n,) of continuous sliding at slip speeds (n,) [m/s].
+
+        The mean is that over a pressure [Pa] on the rectangle `cut` of a grid of `shape` (ny, nx).
+        """
+
+    @abstractmethod
+    def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
+        """The law as the solver takes it, on the rectangle `cut` of a grid of `shape` (ny, nx)."""
+
+    @property
+    def lacks_memory(self) -> bool:
+        """Whether the coefficient follows the slip speed at once."""
+        return False
+
+    def native_of_wheels(self) -> _mtb_rs.Friction:
+        """The law as wheels take it."""
+        return self.native((1, 1), (slice(0, 1), slice(0, 1)))
+
+
+def as_law(friction: Any) -> Friction:
+    """A friction law, checked."""
+    if not isinstance(friction, Friction):
+        raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
+    return friction
+
+
+def as_wheel_friction(friction: Any) -> WheelFriction:
+    """The friction of wheels in steps, checked."""
+    return friction if isinstance(friction, WheelFriction) else as_law(friction)
+
+
+def law_of(friction: Any) -> Any:
+    """The law of a scene's friction: a number is the coefficient of Coulomb's, all else is as it is."""
+    return Coulomb(float(friction)) if isinstance(friction, Real) else friction
+
+
+def coefficient_from_rest(friction: Any) -> Any:
+    """The coefficients by which what rests starts to slide: a law gives its own, all else is them."""
+    return friction.coefficient_from_rest() if isinstance(friction, WheelFriction) else friction
+
+
 @owning
 @dataclass(frozen=True)
 @plain
-class Coulomb:
+class Coulomb(Friction):
     """A coefficient of friction that does not change with slip.
 
     Parameters
@@ -56,6 +134,7 @@ class Coulomb:
     """
 
     coefficient: float | Array
+    is_constant: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         values = reals("coefficient", self.coefficient)
@@ -71,10 +150,44 @@ class Coulomb:
         """Largest coefficient at rest [-]."""
         return float(np.max(self.coefficient))
 
+    def of_sliding(
+        self, slip_speed: Array, pressure: Array, shape: tuple[int, int], cut: tuple[slice, slice]
+    ) -> Array:
+        """Mean coefficients (n,), weighted by the pressure."""
+        values = self._on_grid(shape)[cut]
+        return np.full(len(slip_speed), float(np.average(values, weights=pressure)))
+
+    def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
+        """The law as the solver takes it."""
+        return _mtb_rs.Friction.coulomb(window(self._on_grid(shape), cut).ravel())
+
+    def native_of_wheels(self) -> _mtb_rs.Friction:
+        """The law as wheels take it, with one coefficient."""
+        if np.ndim(self.coefficient):
+            raise ValueError(
+                "friction varies over the patch: patches move, one coefficient is needed, or a "
+                "RailFriction, which varies over the rail"
+            )
+        return super().native_of_wheels()
+
+    def coefficient_from_rest(self) -> float | Array:
+        """The coefficient."""
+        return self.coefficient
+
+    def _on_grid(self, shape: tuple[int, ...]) -> Array:
+        """The coefficient (ny, nx) on a grid of that shape."""
+        values = np.asarray(self.coefficient, dtype=float)
+        if values.ndim and values.shape != shape:
+            raise ValueError(
+                f"coefficient has shape {values.shape}: one number, or the shape of the patch, {shape}, is "
+                "needed"
+            )
+        return np.broadcast_to(values, shape)
+
 
 @dataclass(frozen=True)
 @plain
-class StaticKinetic:
+class StaticKinetic(Friction):
     """One coefficient for points that stick, another for points that slip.
 
     The jump between the two makes the result depend on the grid: single cells decide where the slip area ends
@@ -106,10 +219,51 @@ class StaticKinetic:
         """Coefficient at rest [-]."""
         return self.static
 
+    def of_sliding(
+        self, slip_speed: Array, pressure: Array, shape: tuple[int, int], cut: tuple[slice, slice]
+    ) -> Array:
+        """The kinetic coefficient at each slip speed."""
+        return np.full(len(slip_speed), self.kinetic)
+
+    def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
+        """The law as the solver takes it."""
+        return _mtb_rs.Friction.static_kinetic(float(self.static), float(self.kinetic))
+
+
+class SpeedDependentFriction(Friction):
+    """A coefficient that depends on the slip speed, at once or by a memory."""
+
+    depends_on_speed: ClassVar[bool] = True
+    memory: float | None
+    memory_min_slip: float
+
+    @abstractmethod
+    def sliding(self, slip_speed: float | Array) -> Array:
+        """Coefficient [-] of continuous sliding at the slip speed [m/s]."""
+
+    def of_sliding(
+        self, slip_speed: Array, pressure: Array, shape: tuple[int, int], cut: tuple[slice, slice]
+    ) -> Array:
+        """Coefficients (n,) at the slip speeds, the same over the whole patch."""
+        return self.sliding(slip_speed)
+
+    @property
+    def lacks_memory(self) -> bool:
+        """Whether the coefficient follows the slip speed at once."""
+        return self.memory is None
+
+    def _check_memory(self) -> None:
+        if self.memory is not None:
+            _number("memory", self.memory, strictly=True)
+        _number("memory_min_slip", self.memory_min_slip, strictly=True)
+
+    def _native_memory(self) -> tuple[float, float] | None:
+        return None if self.memory is None else (float(self.memory), float(self.memory_min_slip))
+
 
 @dataclass(frozen=True)
 @plain
-class FallingFriction:
+class FallingFriction(SpeedDependentFriction):
     """A coefficient that falls exponentially with the slip speed [Vollebregt2012, eq. 3, 4].
 
     ``mu_s(s) = kinetic + (static - kinetic) exp(-ln 2 s / half_slip)``; with a memory the coefficient of a
@@ -138,9 +292,7 @@ class FallingFriction:
         _number("static", self.static)
         _number("kinetic", self.kinetic)
         _number("half_slip", self.half_slip, strictly=True)
-        if self.memory is not None:
-            _number("memory", self.memory, strictly=True)
-        _number("memory_min_slip", self.memory_min_slip, strictly=True)
+        self._check_memory()
         for name in ("static", "kinetic"):
             ask(of_friction(name, getattr(self, name)))
 
@@ -154,11 +306,17 @@ class FallingFriction:
         fall = np.exp(-math.log(2.0) * np.asarray(slip_speed, dtype=float) / self.half_slip)
         return np.asarray(self.kinetic + (self.static - self.kinetic) * fall)
 
+    def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
+        """The law as the solver takes it."""
+        return _mtb_rs.Friction.exponential(
+            float(self.static), float(self.kinetic), float(self.half_slip), self._native_memory()
+        )
+
 
 @owning
 @dataclass(frozen=True)
 @plain
-class TabulatedFriction:
+class TabulatedFriction(SpeedDependentFriction):
     """A coefficient given at slip speeds, linear between them and constant beyond the last.
 
     Parameters
@@ -186,9 +344,7 @@ class TabulatedFriction:
         if np.any(values < 0.0):
             at = int(np.argmin(values))
             raise ValueError(f"coefficient[{at}] is {values[at]:g}: numbers of at least 0 are needed")
-        if self.memory is not None:
-            _number("memory", self.memory, strictly=True)
-        _number("memory_min_slip", self.memory_min_slip, strictly=True)
+        self._check_memory()
         ask(of_friction("coefficient", float(values.max())))
 
     def at_rest(self) -> float:
@@ -200,14 +356,17 @@ class TabulatedFriction:
         """Coefficient [-] of continuous sliding at the slip speed [m/s]."""
         return np.asarray(np.interp(slip_speed, self.slip_speed, self.coefficient))
 
-
-Friction = Coulomb | StaticKinetic | FallingFriction | TabulatedFriction
+    def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
+        """The law as the solver takes it."""
+        speed = np.array(self.slip_speed, dtype=float)
+        coefficient = np.array(self.coefficient, dtype=float)
+        return _mtb_rs.Friction.table(speed, coefficient, self._native_memory())
 
 
 @owning
 @dataclass(frozen=True)
 @plain
-class RailFriction:
+class RailFriction(WheelFriction):
     """A coefficient of friction over the rail, for wheels in steps (:meth:`mtb_rs.Scene.prepare`).
 
     The coefficient is fixed to the rail, and each step evaluates it at the cells of its patches. It is linear
@@ -252,6 +411,11 @@ class RailFriction:
         for name, field in (("rail_position", position), ("coefficient", values), ("x", along)):
             object.__setattr__(self, name, field)
 
+    def native_of_wheels(self) -> RailMap:
+        """Places along the track and across the rail, flat coefficients."""
+        along = [0.0] if self.x is None else self.x.tolist()
+        return along, self.rail_position.tolist(), self.coefficient.ravel().tolist()
+
 
 def _places(name: str, values: ArrayLike) -> Array:
     places = reals(name, values, "m")
@@ -282,30 +446,3 @@ class InterfaceLayer:
     def flexibility(self) -> float:
         """Displacement per traction, thickness over shear modulus [m/Pa]."""
         return self.thickness / self.shear_modulus
-
-
-def coulomb_field(friction: Coulomb, shape: tuple[int, int]) -> Array:
-    """The coefficient (ny, nx) on a grid of that shape."""
-    values = np.asarray(friction.coefficient, dtype=float)
-    if values.ndim and values.shape != shape:
-        raise ValueError(
-            f"coefficient has shape {values.shape}: one number, or the shape of the patch, {shape}, is needed"
-        )
-    return np.broadcast_to(values, shape)
-
-
-def native_law(friction: Friction, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
-    """The law as the solver takes it, on the rectangle `cut` of a grid of `shape` (ny, nx)."""
-    if isinstance(friction, Coulomb):
-        return _mtb_rs.Friction.coulomb(window(coulomb_field(friction, shape), cut).ravel())
-    if isinstance(friction, StaticKinetic):
-        return _mtb_rs.Friction.static_kinetic(float(friction.static), float(friction.kinetic))
-    if not isinstance(friction, (FallingFriction, TabulatedFriction)):
-        raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
-    memory = None if friction.memory is None else (float(friction.memory), float(friction.memory_min_slip))
-    if isinstance(friction, FallingFriction):
-        return _mtb_rs.Friction.exponential(
-            float(friction.static), float(friction.kinetic), float(friction.half_slip), memory
-        )
-    speed = np.array(friction.slip_speed, dtype=float)
-    return _mtb_rs.Friction.table(speed, np.array(friction.coefficient, dtype=float), memory)

@@ -42,10 +42,14 @@ class Patch:
         (x0, y0), (dx, dy) = self.origin, self.spacing
         return np.asarray(x0 + dx * np.arange(self.nx)), np.asarray(y0 + dy * np.arange(self.ny))
 
+    @property
+    def cut(self) -> slice:
+        """Its points among those of the flat arrays."""
+        return slice(self.start, self.start + self.nx * self.ny)
+
     def view(self, values: NDArray[Any]) -> NDArray[Any]:
         """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""
-        part = values[..., self.start : self.start + self.nx * self.ny]
-        return part.reshape(*values.shape[:-1], self.ny, self.nx)
+        return values[..., self.cut].reshape(*values.shape[:-1], self.ny, self.nx)
 
 
 #: Coordinates, gaps, loads that differ by less, relative to their size, count as images of each other.

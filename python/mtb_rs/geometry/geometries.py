@@ -431,7 +431,7 @@ class ShoeOnRail(Placed):
         shoe = self.shoe
         if shoe.lateral == 0.0 and shoe.yaw == 0.0:
             return 0.0
-        nodes = grid.nodes.at(slice(patch.start, patch.start + patch.nx * patch.ny))
+        nodes = grid.nodes.at(patch.cut)
         own = turn.T @ (nodes.points + nodes.gap * nodes.normal - aside[:, None])
         return float(np.mean(own[2] - shoe.sole(own[1])))
 

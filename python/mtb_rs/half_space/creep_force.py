@@ -16,15 +16,7 @@ from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.stored import stored
 from ..base.words import Bound
-from ..friction.laws import (
-    Coulomb,
-    FallingFriction,
-    Friction,
-    StaticKinetic,
-    TabulatedFriction,
-    coulomb_field,
-    native_law,
-)
+from ..friction.laws import Friction, as_law
 from ..results.result import TangentialFields
 from .pressure_field import PressureField, pressure_field
 
@@ -158,6 +150,7 @@ def _fastsim(
     positive("velocity", velocity, "m/s")
     field = pressure_field(normal)
     shape = field.pressure.shape
+    law = as_law(friction)
     modulus, ratio = field.pair_modulus()
     whole = {
         "forces": np.zeros((len(rows), 3)),
@@ -176,7 +169,7 @@ def _fastsim(
             ratio,
             _local(rows, centre),
             float(velocity),
-            native_law(friction, shape, cut),
+            law.native(shape, cut),
             flexibilities == 1,
             order == 2,
         )
@@ -307,20 +300,13 @@ def polach(
     rows = _rows(creepage)
     positive("velocity", velocity, "m/s")
     reductions = pair("reduction", reduction)
+    law = as_law(friction)
     modulus, ratio = field.pair_modulus()
     forces = np.zeros((len(rows), 3))
     for part, cut, axes, centre in _ellipses(field, semi_axes, "Polach's formula"):
         local = _local(rows, centre)
-        if isinstance(friction, Coulomb):
-            coefficient = coulomb_field(friction, field.pressure.shape)[cut]
-            mean = float(np.average(coefficient, weights=part.pressure))
-            mu = np.full(len(rows), mean)
-        elif isinstance(friction, StaticKinetic):
-            mu = np.full(len(rows), friction.kinetic)
-        elif isinstance(friction, (FallingFriction, TabulatedFriction)):
-            mu = friction.sliding(velocity * np.hypot(local[:, 0], local[:, 1]))
-        else:
-            raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
+        slip_speed = velocity * np.hypot(local[:, 0], local[:, 1])
+        mu = law.of_sliding(slip_speed, part.pressure, field.pressure.shape, cut)
         force = _mtb_rs.polach_curve(
             axes, modulus, ratio, part.normal_force, local, np.ascontiguousarray(mu), reductions
         )

@@ -230,7 +230,7 @@ def hertz(
 
 def _questions(bodies: tuple[Simple, Simple], radius: float, short: float, approach: float) -> list[str]:
     """Questions about moduli, and about a contact that is not small against the radius of the bodies [m]."""
-    materials = {"lower": getattr(bodies[0], "material", None), "upper": getattr(bodies[1], "material", None)}
+    materials = {"lower": bodies[0].material, "upper": bodies[1].material}
     asked = [words for side, of in materials.items() if of is not None for words in of_material(side, of)]
     if short > WIDEST * radius:
         asked.append(

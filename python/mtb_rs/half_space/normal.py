@@ -223,8 +223,7 @@ def solve_normal(
     sides = spacing_pair(spacing)
     bodies = as_body("lower", lower), as_body("upper", upper)
     for side, body in zip(("lower", "upper"), bodies, strict=True):
-        material = getattr(body, "material", None)
-        ask([] if material is None else of_material(side, material))
+        ask([] if body.material is None else of_material(side, body.material))
     elastic = [body.elastic for body in bodies if body.elastic is not None]
     if not elastic:
         raise ValueError("both bodies are rigid: one of them must be elastic")

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,15 +24,7 @@ from ..base.renamed import renamed
 from ..base.stored import stored
 from ..base.words import Coupling
 from ..bodies.material import Material
-from ..friction.laws import (
-    Coulomb,
-    FallingFriction,
-    Friction,
-    InterfaceLayer,
-    StaticKinetic,
-    TabulatedFriction,
-    native_law,
-)
+from ..friction.laws import Friction, InterfaceLayer, as_law
 from ..geometry.contact_points import window
 from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
@@ -43,12 +36,58 @@ Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
 
+class Motion(ABC):
+    """What the tangential problem asks of a motion of the upper body over the lower one."""
+
+    #: Units of slip and of dissipation.
+    slip_unit: ClassVar[str]
+    dissipation_unit: ClassVar[str]
+    force: Forces | None
+
+    @property
+    @abstractmethod
+    def rigid(self) -> tuple[float, float, float]:
+        """What is given along x and y, and the rotation about z."""
+
+    @property
+    @abstractmethod
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip."""
+
+    @abstractmethod
+    def operator(self, field: PressureField) -> tuple[str, Pair]:
+        """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether it has no state before."""
+        return False
+
+    @property
+    def advice(self) -> str:
+        """How a step that has no solution may have one, to be put behind the advice of a memory."""
+        return ""
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a force is given along x or y."""
+        return self.force is not None and any(f is not None for f in self.force)
+
+    def drive(self) -> list[tuple[float, bool]]:
+        """What is given along x and y, and whether it is a force."""
+        forces = self.force if self.force is not None else (None, None)
+        return [
+            (float(given), False) if force is None else (float(force), True)
+            for given, force in zip(self.rigid[:2], forces, strict=True)
+        ]
+
+
 @stored
 @renamed(speed="velocity")
 @owning
 @dataclass(frozen=True)
 @plain
-class Rolling:
+class Rolling(Motion):
     """Rolling contact: the upper body rolls over the lower one.
 
     The rigid slip of the upper body over the lower one, relative to the rolling velocity, is
@@ -82,6 +121,8 @@ class Rolling:
     velocity: float = 10.0
     transient: bool = False
     step: float | None = None
+    slip_unit: ClassVar[str] = "-"
+    dissipation_unit: ClassVar[str] = "Pa"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "creepage", numbers("creepage", self.creepage, 3))
@@ -93,18 +134,57 @@ class Rolling:
         if self.step is not None:
             positive("step", self.step, "m")
 
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """Creepages and spin."""
+        return self.creepage
+
+    @property
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip: slip is relative to the velocity."""
+        return self.velocity
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether there is no state before."""
+        return not self.transient
+
+    @property
+    def advice(self) -> str:
+        """How a step that has no solution may have one."""
+        return ", or roll over a longer step; a shorter one makes it worse" if self.transient else ""
+
+    def operator(self, field: PressureField) -> tuple[str, Pair]:
+        """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
+        along, across = self.step_vector(field.spacing)
+        if field.reference is not None:
+            # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
+            if abs(across) > 1e-9 * math.hypot(along, across):
+                raise ValueError(
+                    f"angle is {self.angle:g} rad: a line contact rolls along +x (0) or -x (pi) only"
+                )
+            across = 0.0
+        if self.step is not None and self.is_steady:
+            cell = math.hypot(*replace(self, step=None).step_vector(field.spacing))
+            if self.step < _SHORTEST_STEP * cell:
+                raise ValueError(
+                    f"step is {self.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
+                    f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
+                )
+        return "steady" if self.is_steady else "transient", (along, across)
+
     def step_vector(self, spacing: Pair) -> Pair:
         """The step (x, y) [m] on cells of the size `spacing` [m]."""
-        c, s = math.cos(self.angle), math.sin(self.angle)
-        length = self.step if self.step is not None else spacing[0] * c * c + spacing[1] * s * s
-        return (length * c, length * s)
+        c, sine = math.cos(self.angle), math.sin(self.angle)
+        length = self.step if self.step is not None else spacing[0] * c * c + spacing[1] * sine * sine
+        return (length * c, length * sine)
 
 
 @stored
 @owning
 @dataclass(frozen=True)
 @plain
-class Shift:
+class Shift(Motion):
     """One finite displacement of the upper body over the lower one.
 
     Parameters
@@ -123,6 +203,8 @@ class Shift:
     force: Forces | None = None
     spin: float = 0.0
     duration: float = 1.0
+    slip_unit: ClassVar[str] = "m"
+    dissipation_unit: ClassVar[str] = "J/m2"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "displacement", pair("displacement", self.displacement, "m"))
@@ -130,32 +212,26 @@ class Shift:
         number("spin", self.spin, "rad")
         positive("duration", self.duration, "s")
 
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """Displacement [m] and rotation [rad]."""
+        return (*self.displacement, self.spin)
+
+    @property
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip."""
+        return 1.0 / self.duration
+
+    def operator(self, field: PressureField) -> tuple[str, Pair]:
+        """The kind of operator, without a step."""
+        return "shift", (0.0, 0.0)
+
 
 #: Distance over the one before up to which a creep curve is continued by its last two points.
 _FARTHEST = 3.0
 
 #: Shortest step, over a cell, by which the slip of steady rolling is measured.
 _SHORTEST_STEP = 0.1
-
-
-def _rolling_step(field: PressureField, motion: Rolling) -> Pair:
-    """The step (x, y) [m] on the cells of `field`, checked."""
-    along, across = motion.step_vector(field.spacing)
-    if field.reference is not None:
-        # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
-        if abs(across) > 1e-9 * math.hypot(along, across):
-            raise ValueError(
-                f"angle is {motion.angle:g} rad: a line contact rolls along +x (0) or -x (pi) only"
-            )
-        across = 0.0
-    if motion.step is not None and not motion.transient:
-        cell = math.hypot(*replace(motion, step=None).step_vector(field.spacing))
-        if motion.step < _SHORTEST_STEP * cell:
-            raise ValueError(
-                f"step is {motion.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
-                f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
-            )
-    return along, across
 
 
 def _check_force(force: Any) -> None:
@@ -303,12 +379,12 @@ class TangentialResult(TangentialFields):
     @property
     def slip_unit(self) -> str:
         """Relative in rolling, metres in a shift."""
-        return "m" if isinstance(self.motion, Shift) else "-"
+        return self.motion.slip_unit
 
     @property
     def dissipation_unit(self) -> str:
         """Work per area and distance rolled, or per area in a shift."""
-        return "J/m2" if isinstance(self.motion, Shift) else "Pa"
+        return self.motion.dissipation_unit
 
     def fields(self) -> dict[str, Field]:
         """Its fields over the contact points, by name: values with unit and label."""
@@ -376,10 +452,7 @@ def _prepare(
         loaded = np.concatenate([loaded, np.argwhere(carried) + state.cells_before(field)])
     first, last = loaded.min(axis=0).tolist(), loaded.max(axis=0).tolist()
     cut = (slice(first[0], last[0] + 1), slice(first[1], last[1] + 1))
-    if isinstance(motion, Shift):
-        kind, step = "shift", (0.0, 0.0)
-    else:
-        kind, step = "transient" if motion.transient else "steady", _rolling_step(field, motion)
+    kind, step = motion.operator(field)
     key = _Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
@@ -449,23 +522,17 @@ def solve_tangential(
     """
     choice("coupling", coupling, Coupling)
     _check_problem(motion, layer, state)
+    as_law(friction)
     number("tolerance", tolerance)
     if coupling == "full":
         return _alternate(normal, motion, friction, layer, state, tolerance)
     started = time.perf_counter()
     field = pressure_field(normal)
-    steady = isinstance(motion, Rolling) and not motion.transient
-    if steady and state is not None:
+    if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
     shape = field.pressure.shape
     operators, cut, origin = _prepare(field, motion, layer, state)
     prepared = time.perf_counter()
-    if isinstance(motion, Rolling):
-        given, spin, velocity = motion.creepage[:2], motion.creepage[2], motion.velocity
-    else:
-        given, spin, velocity = motion.displacement, motion.spin, 1.0 / motion.duration
-    forces = motion.force if motion.force is not None else (None, None)
-    drive = [(float(g), False) if f is None else (float(f), True) for g, f in zip(given, forces, strict=True)]
     earlier = None
     if state is not None:
         before = state.cells_before(field)
@@ -478,10 +545,10 @@ def solve_tangential(
     found = operators.solve(
         window(field.pressure, cut),
         origin,
-        drive,
-        float(spin),
-        float(velocity),
-        native_law(friction, shape, cut),
+        motion.drive(),
+        float(motion.rigid[2]),
+        float(motion.slip_speed),
+        friction.native(shape, cut),
         earlier,
         float(tolerance),
         around=(shape[::-1], (cut[1].start, cut[0].start)),
@@ -500,21 +567,19 @@ def solve_tangential(
 
 def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
     """What may stand against a solution, to be put behind a message."""
-    if isinstance(friction, Coulomb):
+    if friction.is_constant:
         return ""
     causes = []
-    if motion.force is not None and any(f is not None for f in motion.force):
+    if motion.is_driven:
         causes.append("the force prescribed may be above the largest one that this friction law carries")
-    if isinstance(friction, (FallingFriction, TabulatedFriction)) and friction.memory is None:
+    if friction.lacks_memory:
         advice = "friction that depends on the slip may have no state without a memory: give it one"
-        if isinstance(motion, Rolling) and motion.transient:
-            advice += ", or roll over a longer step; a shorter one makes it worse"
-        causes.append(advice)
+        causes.append(advice + motion.advice)
     return f"; {', or '.join(causes)}" if causes else ""
 
 
 def _check_problem(motion: Any, layer: Any, state: Any) -> None:
-    if not isinstance(motion, (Rolling, Shift)):
+    if not isinstance(motion, Motion):
         raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed")
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed, or None")
@@ -535,11 +600,10 @@ def _alternate(
     tolerance: float,
 ) -> TangentialResult:
     """Normal and tangential problem in turn [Kalker1990, ch. 4] until the pressure stays."""
-    from .normal import solve_normal
+    from .normal import NormalResult, solve_normal
 
-    for name in ("initial_gap", "normal_force", "approach", "tilts"):
-        if not hasattr(normal, name):
-            raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
+    if not isinstance(normal, NormalResult):
+        raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
     if any(normal.tilts):
         raise ValueError(
             "coupling='full' keeps the tilts of the bodies locked, and in the normal contact they were free: "
@@ -629,7 +693,7 @@ def _result(
     tangential = whole(found.traction)
     traction = np.concatenate([tangential, np.zeros((1, *shape))])
     force = np.array([*found.force, -field.normal_force])
-    spin = motion.creepage[2] if isinstance(motion, Rolling) else motion.spin
+    spin = motion.rigid[2]
     area = field.spacing[0] * field.spacing[1]
     report = Report(
         converged=found.converged,
@@ -716,12 +780,12 @@ def creep_curve(
     field = pressure_field(normal)
     _check_problem(Rolling(velocity=velocity), layer, None)
     operators, cut, origin = _prepare(field, Rolling(velocity=velocity), layer, None)
-    law = native_law(friction, field.pressure.shape, cut)
+    law = as_law(friction).native(field.pressure.shape, cut)
     pressure = window(field.pressure, cut)
     forces: Array = np.zeros((len(rows), 3))
     converged = np.zeros(len(rows), dtype=bool)
     # where friction falls with slip there may be several states, and the start would choose among them
-    is_unique = isinstance(friction, (Coulomb, StaticKinetic))
+    is_unique = not friction.depends_on_speed
     size = math.sqrt(np.count_nonzero(pressure) * field.spacing[0] * field.spacing[1])
     places = rows * np.array([1.0, 1.0, size])
     last: list[Array] = []

@@ -70,6 +70,15 @@ class Drawn(Told):
         """Its forces, moments and motions, by name: values with unit and label."""
         return self._picture().totals()
 
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
+        return self._picture().facts()
+
+    @property
+    def heading(self) -> str:
+        """What it is, where :meth:`told` does not say it."""
+        return repr(self)
+
     def told(self) -> list[Row]:
         """Its forces, moments and motions in words: what a notebook and the command line show."""
         return [(total.label, in_words(total.values, total.unit)) for total in self.totals().values()]
@@ -428,6 +437,11 @@ class Result(Pictured):
             aimed = f" ({percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
             words.append(f"{percent(errors[name])} of the {name}{aimed}")
         return ", ".join(words)
+
+    @property
+    def heading(self) -> str:
+        """Nothing that :meth:`told` does not say."""
+        return ""
 
     def told(self) -> list[Row]:
         """What was solved, what carries what, how well: what a notebook and the command line show."""

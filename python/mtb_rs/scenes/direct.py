@@ -369,9 +369,7 @@ def with_wider_elements(scene: PosedScene, spacing: Spacing, wider: Spacing) -> 
 
 def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
     """Whether friction changes the gap between two half-spaces: something rubs, and materials are unlike."""
-    if not problem.direction.any() or (
-        isinstance(problem.friction, np.ndarray) and not problem.friction.any()
-    ):
+    if not problem.direction.any() or not problem.friction.may_act:
         return False
     mixed = [body.mixed_compliance for body in scene.simple]
     return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
@@ -421,7 +419,8 @@ def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None
             break
         steep = beta * float(np.abs(solution.friction[contact]).max(initial=0.0))
         opening += change / (1.0 + steep**2)
-    is_uniform = isinstance(problem.friction, np.ndarray) and bool(np.ptp(problem.friction) == 0.0)
+    fixed = problem.friction.fixed
+    is_uniform = fixed is not None and bool(np.ptp(fixed) == 0.0)
     return replace(
         solution,
         solver=f"{solution.solver}, friction in turn",

@@ -33,9 +33,8 @@ from ..contact.standing import Contact
 from ..contact.symmetry import mirror_symmetry
 from ..friction.fields import (
     LARGEST_FRICTION,
-    PressureDependentFriction,
-    VelocityTable,
-    fits,
+    Coefficients,
+    as_form,
     friction_field,
     numbers_in,
 )
@@ -390,7 +389,7 @@ class PosedScene(Told):
     def _check_pull(self, pull: Array, patches: tuple[Patch, ...]) -> None:
         """ValueError where the magnetic pressure does not press a ready elastic body."""
         for patch in patches:
-            total = float(pull[_cut(patch)].sum())
+            total = float(pull[patch.cut].sum())
             if total < 1.0 / LARGEST:
                 raise ValueError(
                     f"magnetic_pressure on patch {patch.name!r} is {total / (patch.nx * patch.ny):.6g} Pa "
@@ -399,10 +398,10 @@ class PosedScene(Told):
 
     def _friction(
         self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None = None
-    ) -> Array | PressureDependentFriction:
-        if isinstance(self.friction, PressureDependentFriction):
-            return self.friction
-        return self.friction_at(points, patches, kept, self.velocity)
+    ) -> Coefficients:
+        return as_form(self.friction).coefficients(
+            lambda: self.friction_at(points, patches, kept, self.velocity)
+        )
 
     def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
         """Friction coefficients (n,) of bodies that rest and start to slide under a pressure (n,) [Pa]."""
@@ -428,19 +427,20 @@ class PosedScene(Told):
 
     def _on(self, patches: tuple[Patch, ...], spec: Any) -> Any:
         """Values given at the cells or nodes of the scene's own grid, carried to the nearest of `patches`."""
-        if not _has_arrays(spec):
+        form = as_form(spec)
+        if not form.has_arrays:
             return spec
         own = self.geometry.grid(self.known_spacing)
-        return _carried(spec, [(given, patches) for given in (patches, own.patches, own.node_patches)])
+        return form.carried([(given, patches) for given in (patches, own.patches, own.node_patches)])
 
     def on_cells(self, spacing: tuple[float, float]) -> Self:
         """The same scene on other cells, to which fields given on its own grid are carried."""
         changes: dict[str, Any] = {"spacing": spacing}
-        fields = {name: getattr(self, name) for name in ("friction", "magnetic_pressure")}
-        if any(map(_has_arrays, fields.values())):
+        fields = {name: as_form(getattr(self, name)) for name in ("friction", "magnetic_pressure")}
+        if any(form.has_arrays for form in fields.values()):
             own, other = self.geometry.grid(self.known_spacing), self.geometry.grid(spacing)
             choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
-            changes |= {name: _carried(spec, choices) for name, spec in fields.items()}
+            changes |= {name: form.carried(choices) for name, form in fields.items()}
         return self.with_(**changes)
 
     def _pressed(self, upper: Side, contact: Contact, load: Array, loads: dict[str, Any]) -> Side:
@@ -452,7 +452,7 @@ class PosedScene(Told):
             here = np.ones(n)
             if len(patches) > 1:
                 here[:] = 0.0
-                here[_cut(patch)] = 1.0
+                here[patch.cut] = 1.0
             if self.force is not None or self.magnetic_pressure is not None:
                 share = float(load[2] @ here) if self.force is None else -self.force / len(patches)
                 if contact.kept is None and -share < 1.0 / LARGEST:
@@ -517,7 +517,7 @@ class PosedScene(Told):
         said = {
             name: value
             for name, value in besides.items()
-            if not (value is None or same(value, default[name]) or _has_arrays(value))
+            if not (value is None or same(value, default[name]) or as_form(value).has_arrays)
         }
         return {"scene": self.name, **self.inputs, **said}
 
@@ -595,49 +595,3 @@ def tilts(arm: Array) -> Array:
     """Displacement (2, 3, n) by unit rotations about x and y, of points at `arm` (3, n) from the axes."""
     zero = np.zeros(arm.shape[1])
     return np.array([[zero, -arm[2], arm[1]], [arm[2], zero, -arm[0]]])
-
-
-def _cut(patch: Patch) -> slice:
-    return slice(patch.start, patch.start + patch.nx * patch.ny)
-
-
-def _has_arrays(spec: Any) -> bool:
-    """Whether a number or a field as users state it has values on a grid in it."""
-    if isinstance(spec, VelocityTable):
-        return any(_has_arrays(value) for value in spec.value)
-    if isinstance(spec, (list, tuple)):
-        return any(isinstance(part, (list, tuple)) or _has_arrays(part) for part in spec)
-    return isinstance(spec, np.ndarray) and spec.ndim > 0
-
-
-def _carried(spec: Any, choices: Sequence[tuple[tuple[Patch, ...], tuple[Patch, ...]]]) -> Any:
-    """Arrays over the first grids that they fit at the nearest points of others; all else as it is.
-
-    Parameters
-    ----------
-    choices : sequence of (grids, others)
-    """
-    if isinstance(spec, VelocityTable):
-        return VelocityTable(spec.velocity, [_carried(value, choices) for value in spec.value])
-    count = len(choices[0][0])
-    if isinstance(spec, (list, tuple)) and len(spec) == count > 1:
-        own = [
-            [((replace(given[k], start=0),), (replace(to[k], start=0),)) for given, to in choices]
-            for k in range(count)
-        ]
-        return [_carried(part, pairs) for part, pairs in zip(spec, own, strict=True)]
-    if not isinstance(spec, (list, tuple, np.ndarray)):
-        return spec
-    try:
-        values = reals("values on a grid", spec)
-    except ValueError:  # for the field to name
-        return spec
-    found = next(((given, to) for given, to in choices if fits(values, given)), None)
-    if values.ndim == 0 or found is None:
-        return spec
-    carried = np.empty(sum(patch.nx * patch.ny for patch in found[1]))
-    for patch, here in zip(*found, strict=True):
-        rows = np.minimum(((np.arange(here.ny) + 0.5) * patch.ny / here.ny).astype(int), patch.ny - 1)
-        columns = np.minimum(((np.arange(here.nx) + 0.5) * patch.nx / here.nx).astype(int), patch.nx - 1)
-        carried[_cut(here)] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()
-    return carried

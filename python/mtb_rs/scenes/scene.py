@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from numbers import Real
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -20,15 +19,13 @@ from ..contact.problem import ContactProblem, Kept
 from ..contact.sliding_start import (
     StartOfSliding,
 )
-from ..friction.fields import PressureDependentFriction
+from ..friction.fields import Coefficients, FixedFriction
 from ..friction.laws import (
-    Coulomb,
-    FallingFriction,
     Friction,
     InterfaceLayer,
     RailFriction,
-    StaticKinetic,
-    TabulatedFriction,
+    coefficient_from_rest,
+    law_of,
 )
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.geometries import WheelOnRail
@@ -302,15 +299,11 @@ class WheelScene(Scene):
         self.check_model(model)
         if tolerance is not None:
             self._judged(self, model, tolerance, quantity)
-        law = friction
-        if law is None:
-            own = self.friction
-            law = Coulomb(float(own)) if isinstance(own, Real) else own
         return prepare_wheels(
             self,
             self.geometry,
             side or "left",
-            law,
+            law_of(self.friction) if friction is None else friction,
             self.layer if layer is None else layer,
             reference_point,
             standstill_speed,
@@ -318,25 +311,19 @@ class WheelScene(Scene):
 
     def _friction(
         self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None = None
-    ) -> Array | PressureDependentFriction:
+    ) -> Coefficients:
         # pressed and not moved; the law is that of the rolling to come
         if self.sliding_direction is None:
-            return np.zeros(points.gap.size)
+            return FixedFriction(np.zeros(points.gap.size))
         return super()._friction(points, patches, kept)
 
     def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
         """As of other scenes, of a law whose coefficient does not depend on slip or place."""
-        law = self.friction
-        if isinstance(law, (StaticKinetic, FallingFriction, TabulatedFriction, RailFriction)):
-            raise ValueError(
-                f"friction is {law!r}: from rest the wheel slides with a coefficient that does not change, "
-                "a number or Coulomb, is needed"
-            )
-        coefficient = law.coefficient if isinstance(law, Coulomb) else law
+        coefficient = coefficient_from_rest(self.friction)
         sliding = Scene._friction(
             replace(self, friction=coefficient, sliding_direction=(1.0, 0.0)),
             problem.points,
             problem.patches,
             problem.kept,
         )
-        return sliding.at(pressure) if isinstance(sliding, PressureDependentFriction) else sliding
+        return sliding.at(pressure)

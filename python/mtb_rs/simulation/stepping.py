@@ -25,7 +25,7 @@ from ..bodies.sides import Side
 from ..contact.plausible import of_deformation, width_of
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
-from ..friction.fields import PressureDependentFriction, VelocityTable
+from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
 from ..results.fields import Field, fields_of, totals_of
 from ..results.result import Pictured
@@ -587,7 +587,7 @@ def prepare(
     scene: PosedScene, model: Model, reference_point: ArrayLike, standstill_speed: float | None
 ) -> PreparedContact:
     """Prepares the contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
-    if isinstance(scene.friction, PressureDependentFriction):
+    if as_form(scene.friction).depends_on_pressure:
         raise ValueError("friction depends on the pressure: a step takes numbers, fields and tables")
     if standstill_speed is not None:
         positive("standstill_speed", standstill_speed, "m/s")
@@ -675,16 +675,8 @@ def _component(side: Side, motion: Array, points: Array) -> int | None:
 
 def _speeds(spec: Any) -> list[float]:
     """Velocities [m/s] of all tables in `spec`, inside the range they have in common."""
-    tables = [part for part in _parts(spec) if isinstance(part, VelocityTable)]
+    tables = list(as_form(spec).tables())
     if not tables:
         return []
     first, last = max(t.velocity[0] for t in tables), min(t.velocity[-1] for t in tables)
     return sorted({v for t in tables for v in t.velocity if first <= v <= last})
-
-
-def _parts(spec: Any) -> list[Any]:
-    if isinstance(spec, (list, tuple)):
-        return [inner for part in spec for inner in _parts(part)]
-    if isinstance(spec, VelocityTable):
-        return [spec, *(inner for part in spec.value for inner in _parts(part))]
-    return [spec]

@@ -17,7 +17,7 @@ from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
 from ..base.words import Wheels
-from ..friction.laws import Coulomb, Friction, InterfaceLayer, RailFriction, native_law
+from ..friction.laws import InterfaceLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import WheelOnRail
 from ..geometry.profiles import as_profile
@@ -159,7 +159,7 @@ def prepare_wheels(
     scene: PosedScene,
     geometry: WheelOnRail,
     side: Wheels,
-    friction: Friction | RailFriction,
+    friction: Any,
     layer: InterfaceLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
@@ -176,16 +176,11 @@ def prepare_wheels(
         point = tuple(centre.tolist())
     if scene.force is None:
         raise ValueError("nothing presses the wheel: a scene with a force [N] is needed")
-    if isinstance(friction, Coulomb) and np.ndim(friction.coefficient):
-        raise ValueError(
-            "friction varies over the patch: patches move, one coefficient is needed, or a RailFriction, "
-            "which varies over the rail"
-        )
+    law = as_wheel_friction(friction).native_of_wheels()
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
     if geometry.on_flange is not None:
         warn(geometry.on_flange)
-    law = _native_law(friction)
     place = geometry.placement
     upper, lower = scene.simple
     cos = float(np.cos(place.contact_angle))
@@ -211,16 +206,6 @@ def prepare_wheels(
             else positive("standstill_speed", standstill_speed, "m/s"),
         )
     )
-
-
-def _native_law(
-    friction: Friction | RailFriction,
-) -> _mtb_rs.Friction | tuple[list[float], list[float], list[float]]:
-    """The law as wheels take it; of a map places along the track and across the rail, flat coefficients."""
-    if not isinstance(friction, RailFriction):
-        return native_law(friction, (1, 1), (slice(0, 1), slice(0, 1)))
-    along = [0.0] if friction.x is None else friction.x.tolist()
-    return along, friction.rail_position.tolist(), friction.coefficient.ravel().tolist()
 
 
 def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:

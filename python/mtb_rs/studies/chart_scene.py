@@ -21,6 +21,7 @@ from ..base.words import Model, Quantity
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace, as_body
 from ..contact.estimate import GridField, difference, extrapolated
+from ..friction.fields import as_form
 from ..geometry.contact_points import Patch, spacing_pair
 from ..geometry.geometries import centred
 from ..results.chart import Chart, ChartPoint
@@ -292,10 +293,10 @@ def closed_form(scene: PosedScene) -> Fields | None:
     if not all(body.is_half_space for body in scene.simple):
         return None
     upper, lower = cast(tuple[HalfSpace, HalfSpace], scene.simple)
-    mu = scene.friction if isinstance(scene.friction, (int, float)) else None
+    mu = as_form(scene.friction).number
     if mu is None or scene.sliding_direction not in (None, (1.0, 0.0)):
         return None
-    mu = 0.0 if scene.sliding_direction is None else float(mu)
+    mu = 0.0 if scene.sliding_direction is None else mu
     radius, width = known
     exact = SlidingParaboloid(radius, scene.force, mu, lower.material, upper.material)
     n = CLOSED_FORM_CELLS
@@ -472,8 +473,7 @@ def _by_model(scene: PosedScene, model: Model, copies: _Copies | None = None, **
 
 def _rubs(scene: PosedScene) -> bool:
     """Whether friction acts at all."""
-    smooth = isinstance(scene.friction, (int, float)) and scene.friction == 0.0
-    return scene.sliding_direction is not None and not smooth
+    return scene.sliding_direction is not None and as_form(scene.friction).number != 0.0
 
 
 def _uncoupled(scene: PosedScene) -> bool:
@@ -493,7 +493,7 @@ def _is_convolved(scene: PosedScene) -> bool:
         scene.own_model is None
         and scene.geometry.is_grid
         and _uncoupled(scene)
-        and all(value is None or isinstance(value, (int, float)) for value in given)
+        and all(value is None or as_form(value).number is not None for value in given)
         and not beyond(scene, "convolutions of a chart")
     )
 
