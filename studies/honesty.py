@@ -22,9 +22,7 @@ from matplotlib.figure import Figure
 from other_meshes import truths
 
 import mtb_rs as mtb
-from mtb_rs.bodies.simple import HalfSpace
 from mtb_rs.geometry.contact_points import spacing_pair
-from mtb_rs.scenes.auto import LADDER, rungs
 from mtb_rs.studies.chart_scene import fields_of
 
 TOLERANCE = 0.05
@@ -251,17 +249,10 @@ FAMILY: tuple[Member, ...] = (
 )
 
 
-def models_of(scene: mtb.Scene) -> list[str]:
-    """The models a scene has, cheapest first."""
-    if scene.magnetic_pressure is None:
-        return ["half-space"]
-    return rungs(scene.geometry, isinstance(scene.upper, HalfSpace), isinstance(scene.lower, HalfSpace))
-
-
 def examine(member: Member) -> Finding:
     """Solves a member by "auto", by all its models, and finely by the fullest one."""
     scene, fine = member.at(1), member.at(member.finer)
-    models = models_of(scene)
+    models = scene.models
     with truths():
         exact = fields_of(fine, fine.solve(models[-1]), spacing_pair(fine.spacing))
 
@@ -296,7 +287,9 @@ def draw(findings: list[Finding]) -> Figure:
     )
     axes.plot(limits, limits, color="0.5", lw=1, label="estimate = truth")
     kinds = {"block": "s", "shoe": "^", "paraboloid": "o", "wheel": "D"}
-    colours = dict(zip(LADDER, ("#0072B2", "#E69F00", "#009E73"), strict=True))
+    colours = dict(
+        zip(("half-space", "elastic-upper", "elastic-both"), ("#0072B2", "#E69F00", "#009E73"), strict=True)
+    )
     seen: set[str] = set()
     for f in findings:
         kind = f.member.name.split(",")[0]

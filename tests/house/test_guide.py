@@ -70,7 +70,7 @@ def test_what_a_hop_names_is_there(number: str, hop: str) -> None:
             ["    layer: InterfaceLayer | None = None", "        problem = ContactProblem("],
         ),
         ("python/mtb_rs/scenes/taken.py", ["TAKEN = {", "def beyond("]),
-        ("python/mtb_rs/scenes/ready.py", ["        layer=layer,"]),
+        ("python/mtb_rs/scenes/ready.py", ["_those_of(Scene, given)"]),
         ("python/mtb_rs/case/values.py", ["_BY_NAME: "]),
         ("python/mtb_rs/results/sweep_table.py", ["ARGUMENT_UNITS = {"]),
         ("python/mtb_rs/_mtb_rs.pyi", ["class Problem:"]),

@@ -12,7 +12,7 @@ import pytest
 
 from mtb_rs.friction.fields import Coefficients, Form
 from mtb_rs.friction.laws import WheelFriction
-from mtb_rs.geometry.geometries import Placed
+from mtb_rs.geometry.geometries import Geometry
 from mtb_rs.half_space.tangential import Motion
 from mtb_rs.results.result import Drawn
 
@@ -31,7 +31,7 @@ def family(made: type) -> set[str]:
 #: Classes of which only doors ask.
 KINDS = {
     "bodies": {"HalfSpace", "Rigid", "Simple", "ElasticBody"},
-    "geometries": family(Placed) - {"Placed"},
+    "geometries": family(Geometry),
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
     "supports": {"Guide"},

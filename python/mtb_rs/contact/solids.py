@@ -21,7 +21,7 @@ from ..bodies.sides import ElasticPart
 from ..bodies.simple import Simple
 from ..bodies.surfaces import BodySurface, height_of
 from ..geometry.contact_points import ContactGrid, ContactPoints
-from ..geometry.geometries import Placed, cells_over, check_room, flat_grid, flat_points
+from ..geometry.geometries import Geometry, cells_over, check_room, flat_grid, flat_points
 from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
 from ..results.result import Result
@@ -73,7 +73,7 @@ OVERLAP = 1e-4
 
 @dataclass(frozen=True)
 @plain
-class OwnBodies(Placed):
+class OwnBodies(Geometry):
     """The contact face of an elastic body of any geometry, against a plane or another body.
 
     Contact points lie in the plane z through the end of the face, on a regular grid over its bounding box, or

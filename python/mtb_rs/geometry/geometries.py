@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol
@@ -67,95 +68,65 @@ class UpperBody(NamedTuple):
     element: float
 
 
-class Geometry(Protocol):
-    """Geometry of a scene, as far as its contact points and its pictures need it."""
+class Geometry(ABC):
+    """Geometry of a scene, as far as its contact points, its bodies and its pictures need it."""
+
+    #: The models that it has bodies for, cheapest first.
+    models: ClassVar[tuple[Model, ...]] = ("half-space",)
+    #: Whether its lengths are metres for certain; fields may be in normalised units.
+    is_metric: ClassVar[bool] = True
+    #: Whether it has finer grids than its own.
+    can_be_refined: ClassVar[bool] = True
 
     @property
+    @abstractmethod
     def is_body_edge(self) -> bool:
         """Whether the border of the grid is the edge of a body, so that contact may reach it."""
 
     @property
+    @abstractmethod
     def is_grid(self) -> bool:
         """Whether results have the shape (ny, nx) of one grid."""
 
     @property
+    @abstractmethod
     def start(self) -> Spacing | None:
         """Where the choice of a spacing starts [m]; None if there is nothing to choose."""
 
-    @property
-    def models(self) -> tuple[Model, ...]:
-        """The models that it has bodies for, cheapest first."""
+    @abstractmethod
+    def grid(self, spacing: Spacing) -> ContactGrid:
+        """The potential contact at `spacing` (dx, dy) [m]."""
 
-    @property
-    def is_metric(self) -> bool:
-        """Whether its lengths are metres for certain; fields may be in normalised units."""
+    @abstractmethod
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The undeformed bodies, for pictures."""
 
     @property
     def on_flange(self) -> str | None:
         """What is to be said where a wheel runs on its flange."""
-
-    def check_elastic(self, spacing: Spacing) -> None:
-        """Refuses, before it is laid, a contact too large for elastic bodies."""
-
-    def grid(self, spacing: Spacing) -> ContactGrid:
-        """The potential contact at `spacing` (dx, dy) [m]."""
+        return None
 
     @property
     def paraboloid(self) -> tuple[float, float] | None:
         """Radius and width of the grid [m] of a paraboloid on a plane, for which there is a closed form."""
+        return None
 
-    @property
-    def can_be_refined(self) -> bool:
-        """Whether it has finer grids than its own."""
+    def check_elastic(self, spacing: Spacing) -> None:  # noqa: B027 (most are checked where they are laid)
+        """Refuses, before it is laid, a contact too large for elastic bodies."""
 
     def is_coarser_than(self, spacing: Spacing) -> bool:
         """Whether a mesh that was given is too coarse for cells of `spacing` (dx, dy) [m]."""
-
-    def upper_body(
-        self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
-    ) -> UpperBody:
-        """The elastic upper body on a grid of nodes, with elements about as `lines` (x, y) [m] lie."""
-
-    def rail(self) -> tuple[Profile, float]:
-        """Profile and length [m] of the elastic rail."""
-
-    def surfaces(self) -> tuple[Surface, ...]:
-        """The undeformed bodies, for pictures."""
-
-
-class Placed:
-    """What most geometries share."""
-
-    models: ClassVar[tuple[Model, ...]] = ("half-space",)
-    is_metric: ClassVar[bool] = True
-    can_be_refined: ClassVar[bool] = True
-
-    @property
-    def paraboloid(self) -> tuple[float, float] | None:
-        """It is none."""
-        return None
-
-    def is_coarser_than(self, spacing: Spacing) -> bool:
-        """No mesh was given."""
         return False
 
     def upper_body(
         self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
-        """There is none."""
+        """The elastic upper body on a grid of nodes, with elements about as `lines` (x, y) [m] lie."""
         raise ValueError("this geometry has no elastic upper body")
 
     def rail(self) -> tuple[Profile, float]:
-        """There is none."""
+        """Profile and length [m] of the elastic rail."""
         raise ValueError("this geometry has no rail")
-
-    def check_elastic(self, spacing: Spacing) -> None:
-        """What is laid for any model is checked where it is laid."""
-
-    @property
-    def on_flange(self) -> str | None:
-        """There is no flange."""
-        return None
 
 
 def flat_grid(cells: ContactPoints, nodes: ContactPoints, nx: int, ny: int, spacing: Spacing) -> ContactGrid:
@@ -239,7 +210,7 @@ def _check_room(sides: Sequence[tuple[int, int]], given: str, dense: float = 0.0
 @owning
 @dataclass(frozen=True)
 @plain
-class GapField(Placed):
+class GapField(Geometry):
     """A gap given as a height field (ny, nx) [m] on a grid of `step` (dx, dy) [m], centred at the origin."""
 
     gap: Array
@@ -277,7 +248,7 @@ class GapField(Placed):
 
 @dataclass(frozen=True)
 @plain
-class ParaboloidOnPlane(Placed):
+class ParaboloidOnPlane(Geometry):
     """A paraboloid of `radius` [m] above a plane; its square grid spans `width` [m] between outer points."""
 
     radius: float
@@ -320,7 +291,7 @@ class ParaboloidOnPlane(Placed):
 
 @dataclass(frozen=True)
 @plain
-class BlockOnPlane(Placed):
+class BlockOnPlane(Geometry):
     """A block of `width` (x) by `length` (y) by `height` [m] standing on a plane."""
 
     width: float
@@ -371,7 +342,7 @@ class BlockOnPlane(Placed):
 
 @dataclass(frozen=True)
 @plain
-class ShoeOnRail(Placed):
+class ShoeOnRail(Geometry):
     """A pole shoe on the head of a rail of `rail_length` [m]."""
 
     shoe: PoleShoe
@@ -465,7 +436,7 @@ class ShoeOnRail(Placed):
 @owning
 @dataclass(frozen=True)
 @plain
-class WheelOnRail(Placed):
+class WheelOnRail(Geometry):
     """A wheel on a rail, in the frame of the contact plane: x along the rail, y to the field side, z normal.
 
     Attributes

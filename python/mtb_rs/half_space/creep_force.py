@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, number, pair, positive, reals
+from ..base.check import choice, number, pair, positive
 from ..base.owning import check_finite, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
@@ -18,7 +18,7 @@ from ..base.stored import stored
 from ..base.words import Bound
 from ..friction.laws import Friction, as_law
 from ..results.result import TangentialFields
-from .pressure_field import PressureField, pressure_field
+from .pressure_field import PressureField, creepage_rows, pressure_field
 
 Array = NDArray[np.float64]
 
@@ -89,13 +89,6 @@ def _bound(field: PressureField, bound: Bound) -> Array:
     return np.ascontiguousarray(square * (field.pressure.sum() / square.sum()))
 
 
-def _rows(creepages: ArrayLike) -> Array:
-    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
-    return rows
-
-
 class _Ellipse(NamedTuple):
     """One contact as the approximations see it."""
 
@@ -133,7 +126,7 @@ def _local(rows: Array, centre: tuple[float, float]) -> Array:
 
 def _fastsim(
     normal: Any,
-    rows: Array,
+    creepages: ArrayLike,
     friction: Friction,
     bound: Bound,
     flexibilities: int,
@@ -142,6 +135,7 @@ def _fastsim(
     semi_axes: tuple[float, float] | None,
 ) -> tuple[PressureField, dict[str, Array]]:
     """Forces (n, 3) over the creepages, and the fields at the last one."""
+    rows = creepage_rows(creepages)
     choice("bound", bound, Bound)
     if isinstance(flexibilities, bool) or flexibilities not in (1, 3):
         raise ValueError(f"flexibilities is {flexibilities!r}: 1 or 3 is needed")
@@ -225,9 +219,7 @@ def fastsim(
         Ellipse whose linear theory determines the flexibilities, for a single contact; None takes the ellipse
         of equal second moments.
     """
-    field, found = _fastsim(
-        normal, _rows(creepage), friction, bound, flexibilities, order, velocity, semi_axes
-    )
+    field, found = _fastsim(normal, creepage, friction, bound, flexibilities, order, velocity, semi_axes)
     status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
     fx, fy, moment = found["forces"][0]
     return FoundationResult(
@@ -254,7 +246,9 @@ def fastsim_curve(
     semi_axes: tuple[float, float] | None = None,
 ) -> Array:
     """Forces (n, 3) of :func:`fastsim` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
-    _, found = _fastsim(normal, _rows(creepages), friction, bound, flexibilities, order, velocity, semi_axes)
+    _, found = _fastsim(
+        normal, creepage_rows(creepages), friction, bound, flexibilities, order, velocity, semi_axes
+    )
     forces: Array = found["forces"]
     check_finite("forces", forces)
     return forces
@@ -297,7 +291,7 @@ def polach(
         forces act at the centre of their ellipse, so that Mz is zero for one contact about its own centre.
     """
     field = pressure_field(normal)
-    rows = _rows(creepage)
+    rows = creepage_rows(creepage)
     positive("velocity", velocity, "m/s")
     reductions = pair("reduction", reduction)
     law = as_law(friction)

@@ -20,6 +20,7 @@ from ..base.owning import check_finite, owning
 from ..base.plain import plain
 from ..bodies.material import Material
 from ..friction.laws import Coulomb
+from .pressure_field import creepage_rows
 from .reference import elliptic_pressure
 from .tangential import creep_curve
 
@@ -163,9 +164,7 @@ class CreepForceTable:
         if not low * (1 - 1e-9) <= ratio <= high * (1 + 1e-9):
             raise ValueError(f"semi_axes have the ratio {ratio:g}: the table holds {low:g} to {high:g}")
         limit = friction * normal_force
-        rows = np.atleast_2d(reals("creepages", creepages))
-        if rows.ndim != 2 or rows.shape[1] != 3:
-            raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+        rows = creepage_rows(creepages)
         if limit == 0.0:
             return np.zeros((len(rows), 3))
         c = rows * (a * b * shear_modulus / limit) * np.array([1.0, 1.0, np.sqrt(a * b)])

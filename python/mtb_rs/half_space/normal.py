@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,10 +40,10 @@ FORCE_TOLERANCE = 1e-6
 ROUNDING = 1e-8
 
 _FAILURES = {
-    "stagnated": "the residual stopped falling at {residual:.1e}, above the tolerance of {tolerance:.1e}: "
-    "ask for a larger tolerance",
-    "iteration limit": "no convergence in {iterations} iterations: the residual is {residual:.1e}, "
-    "the tolerance {tolerance:.1e}",
+    "stagnated": "the residual stopped falling at {0.residual:.1e}, above the tolerance of "
+    "{0.tolerance:.1e}: ask for a larger tolerance",
+    "iteration limit": "no convergence in {0.iterations} iterations: the residual is {0.residual:.1e}, "
+    "the tolerance {0.tolerance:.1e}",
     "unreachable": "no pressure on this grid carries that force with these moments",
 }
 
@@ -266,25 +266,6 @@ def solve_normal(
 
 
 @dataclass(frozen=True)
-class _Found:
-    """What the core found, with the approach of the whole gap."""
-
-    status: str
-    is_dense: bool
-    pressure: Array
-    gap: Array
-    approach: float
-    tilts: tuple[float, float]
-    iterations: int
-    products: float
-    preconditionings: float
-    residual: float
-    tolerance: float
-    history: list[float]
-    discretisation_error: float | None
-
-
-@dataclass(frozen=True)
 class _Problem:
     """Everything but the gap and the tolerance."""
 
@@ -298,13 +279,14 @@ class _Problem:
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
-    ) -> _Found:
+    ) -> _mtb_rs.NormalOutcome:
+        """What the core finds; its approach is that of the gap above its least value."""
         # a common distance says nothing about the contact, but costs digits
         base = float(gap.min())
         ny, nx = gap.shape
         needed = memory.of_normal_contact(gap.size, self.method)
         memory.say(needed, f"the contact of {nx} x {ny} cells")
-        solution = _mtb_rs.solve_normal(
+        return _mtb_rs.solve_normal(
             np.ascontiguousarray(gap - base),
             spacing or self.spacing,
             self.elastic,
@@ -315,8 +297,6 @@ class _Problem:
             self.periodic,
             self.method,
         )
-        found = _Found(**{f.name: getattr(solution, f.name) for f in fields(_Found)})
-        return replace(found, approach=found.approach + base)
 
 
 def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
@@ -486,7 +466,7 @@ def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, in
     )
 
 
-def _is_met(solution: _Found, force: float | None, normal_force: float) -> bool:
+def _is_met(solution: _mtb_rs.NormalOutcome, force: float | None, normal_force: float) -> bool:
     """Whether the solution holds to the tolerance asked for, after all rounding."""
     if force is not None and not abs(normal_force - force) <= FORCE_TOLERANCE * force:
         return False
@@ -500,7 +480,7 @@ def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
 
 
 def _result(
-    solution: _Found,
+    solution: _mtb_rs.NormalOutcome,
     gap: Array,
     problem: _Problem,
     bodies: tuple[Simple, Simple],
@@ -510,9 +490,11 @@ def _result(
     cell = problem.spacing[0] * problem.spacing[1]
     loaded = pressure > 0.0
     normal_force = float(pressure.sum()) * cell
-    converged = solution.status == "solved"
-    if converged and not _is_met(solution, problem.force, normal_force):
-        converged, solution = False, replace(solution, status="stagnated")
+    approach = solution.approach + float(gap.min())
+    outcome = solution.status
+    if outcome == "solved" and not _is_met(solution, problem.force, normal_force):
+        outcome = "stagnated"
+    converged = outcome == "solved"
     balance: dict[str, float] = {"contact": normal_force}
     if problem.force is not None:
         balance |= {
@@ -521,9 +503,7 @@ def _result(
         }
     report = Report(
         converged=converged,
-        status=_outcome(loaded, gap, solution.approach)
-        if converged
-        else _FAILURES[solution.status].format(**vars(solution)),
+        status=_outcome(loaded, gap, approach) if converged else _FAILURES[outcome].format(solution),
         model="half-space",
         method="direct",
         solver="active set, dense LU" if solution.is_dense else "conjugate gradients, FFT",
@@ -549,7 +529,7 @@ def _result(
         gap=solution.gap,
         initial_gap=gap,
         status=loaded.astype(np.int8),
-        approach=solution.approach,
+        approach=approach,
         tilts=solution.tilts,
         normal_force=normal_force,
         contact_area=report.contact_area,

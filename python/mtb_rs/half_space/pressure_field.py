@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import pair, positive, reals
 from ..base.owning import owning
@@ -176,6 +176,14 @@ def _labelled(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.bool_], tuple[sl
             part[rows[k] - top, first[k] - left : end[k] - left] = True
         parts.append((part, cut))
     return parts
+
+
+def creepage_rows(creepages: ArrayLike) -> Array:
+    """Creepages (n, 3) [-, -, 1/m], checked; one row alone is (3,)."""
+    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    return rows
 
 
 def pressure_field(normal: Any) -> PressureField:

@@ -29,7 +29,7 @@ from ..geometry.contact_points import window
 from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import TangentialFields
-from .pressure_field import PressureField, pressure_field
+from .pressure_field import PressureField, creepage_rows, pressure_field
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -773,9 +773,7 @@ def creep_curve(
         If creepages did not converge. The message names them, and ``.result`` holds all forces, with NaN for
         these.
     """
-    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+    rows = creepage_rows(creepages)
     number("tolerance", tolerance)
     field = pressure_field(normal)
     _check_problem(Rolling(velocity=velocity), layer, None)

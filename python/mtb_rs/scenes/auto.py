@@ -21,13 +21,10 @@ from ..base.words import Model
 from ..contact.estimate import NARROW, ORDER, GridField, difference, extrapolated, width
 from ..contact.problem import ContactProblem, Solution, mean_tractions, to_global
 from ..contact.solve import displaced
-from ..geometry.geometries import Geometry
 from ..results.report import QUANTITIES
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
-
-LADDER = ("half-space", "elastic-upper", "elastic-both")
 
 #: What a rung adds to the one below it.
 EFFECTS = {
@@ -214,16 +211,6 @@ class Ladder:
 def _effect(rung: tuple[Model, bool]) -> str:
     """What a rung adds to the one below it."""
     return EFFECTS.get(rung[0], COUPLING)
-
-
-def rungs(geometry: Geometry, upper_is_elastic: bool, lower_is_elastic: bool) -> list[Model]:
-    """The models a scene has the geometry for, cheapest first."""
-    found: list[Model] = ["half-space"]
-    if upper_is_elastic and "elastic-upper" in geometry.models:
-        found.append("elastic-upper")
-        if lower_is_elastic and "elastic-both" in geometry.models:
-            found.append("elastic-both")
-    return found
 
 
 def apart(rough: Level, fine: Level, quantity: str, *, skip_border: bool) -> float:

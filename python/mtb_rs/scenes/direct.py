@@ -35,7 +35,6 @@ from .auto import (
     estimated,
     finer_by,
     resolved,
-    rungs,
 )
 from .posed import PosedScene
 from .taken import beyond
@@ -239,9 +238,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     if scene.own_model is not None:
         return given(scene, scene.own_model)
     clock = time.perf_counter()
-    models: list[Model] = ["half-space"]
-    if scene.magnetic_pressure is not None:
-        models = rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
+    models = scene.models
     spacing = scene.known_spacing
     grid = scene.geometry.grid(spacing)
     large = len(models) == 1 and grid.area.size > DENSE_POINTS
@@ -270,10 +267,8 @@ def given(scene: PosedScene, model: Model) -> Choice:
     """A model the user has chosen: what it leaves out is named, its size would cost more than the solve."""
     if scene.own_model is not None:
         return Choice(scene.own_model)
-    if scene.magnetic_pressure is None:
-        return Choice(model)
-    models = rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
-    omitted = {EFFECTS[m]: "not estimated; model='auto' does" for m in models[models.index(model) + 1 :]}
+    fuller = scene.models[scene.models.index(model) + 1 :]
+    omitted = {EFFECTS[m]: "not estimated; model='auto' does" for m in fuller}
     return Choice(model, omitted, {}) if omitted else Choice(model)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Self, cast
+from typing import Any, Self, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -285,6 +285,11 @@ class PosedScene(Told):
         except ValueError:
             return False
         return True
+
+    @property
+    def models(self) -> list[Model]:
+        """The models that the scene has, the fullest last."""
+        return [model for model in get_args(Model) if model != "auto" and self.has_model(model)]
 
     def check_model(self, model: Model) -> None:
         """Whether the scene has the geometry and the bodies of a model."""

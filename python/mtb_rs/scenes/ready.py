@@ -7,7 +7,8 @@ Arguments that are not described are those of :class:`mtb_rs.Scene`.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from numbers import Real
 from typing import Any, TypeVar
 
@@ -25,7 +26,7 @@ from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import BlockOnPlane, ParaboloidOnPlane, ShoeOnRail, WheelOnRail
 from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile, as_profile
-from ..geometry.wheel_rail import of_wheel
+from ..geometry.wheel_rail import of_wheel, wheel_on_rail_gap
 from .scene import Scene, WheelScene
 
 #: Lengths [m] that shoes and blocks have.
@@ -42,6 +43,11 @@ USUAL_BLOCK = dict.fromkeys(("width", "length", "height"), (0.0, 20.0))
 _THESIS_RADIUS = float(np.cbrt(0.75 * 5e6 * 1000.0 / (0.5 * steel.plane_strain_modulus)))
 
 F = TypeVar("F", bound=Callable[..., Scene])
+
+
+def _those_of(made: type, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a ready scene that a dataclass has as fields."""
+    return {f.name: arguments[f.name] for f in fields(made) if f.name in arguments}
 
 
 def _scene(build: F) -> F:
@@ -97,6 +103,7 @@ def paraboloid_on_plane(
     upper, lower : Material, HalfSpace or Rigid
         The bodies above and below.
     """
+    given = _those_of(Scene, locals())
     radius, force = positive("radius", radius, "m"), positive("force", force, "N")
     whole = isinstance(points, (int, np.integer)) and not isinstance(points, bool)
     if points is not None and (not whole or points < 4):
@@ -106,12 +113,8 @@ def paraboloid_on_plane(
         width = float(np.cbrt(0.75 * force * radius * compliance)) / _THESIS_RADIUS
     width = positive("width", width, "m")
     return Scene(
-        upper=upper,
-        lower=lower,
+        **given,
         spacing=None if points is None else width / (points - 1),
-        friction=friction,
-        sliding_direction=sliding_direction,
-        force=force,
         geometry=ParaboloidOnPlane(radius, width),
         name="paraboloid_on_plane",
     )
@@ -156,22 +159,11 @@ def block_on_plane(
     upper, lower : Material, HalfSpace or Rigid
         The bodies above and below.
     """
+    given = _those_of(Scene, locals())
     width, height = positive("width", width, "m"), positive("height", height, "m")
     length = width if length is None else positive("length", length, "m")
     ask(unusual({"width": width, "length": length, "height": height}, USUAL_BLOCK))
-    return Scene(
-        upper=upper,
-        lower=lower,
-        spacing=spacing,
-        friction=friction,
-        sliding_direction=sliding_direction,
-        magnetic_pressure=magnetic_pressure,
-        attraction=attraction,
-        velocity=velocity,
-        supports=supports,
-        geometry=BlockOnPlane(width, length, height),
-        name="block_on_plane",
-    )
+    return Scene(**given, geometry=BlockOnPlane(width, length, height), name="block_on_plane")
 
 
 @_scene
@@ -243,35 +235,13 @@ def pole_shoe_on_rail(
     upper, lower : Material, HalfSpace or Rigid
         The bodies above and below.
     """
+    given = locals()
     rail_length = positive("rail_length", rail_length, "m")
-    shoe = PoleShoe(
-        height=height,
-        length=length,
-        inner_edge=inner_edge,
-        outer_edge=outer_edge,
-        conforming_to=conforming_to,
-        relief_slope=relief_slope,
-        poles=poles,
-        lateral=lateral,
-        yaw=yaw,
-        rail=rail,
-    )
+    shoe = PoleShoe(**_those_of(PoleShoe, given))
     lengths = {"rail_length": rail_length} | {k: getattr(shoe, k) for k in USUAL_SHOE if k != "rail_length"}
     ask(unusual(lengths, USUAL_SHOE))
-    return Scene(
-        upper=upper,
-        lower=lower,
-        spacing=spacing,
-        friction=friction,
-        sliding_direction=sliding_direction,
-        magnetic_pressure=magnetic_pressure,
-        attraction=attraction,
-        velocity=velocity,
-        supports=supports,
-        layer=layer,
-        geometry=ShoeOnRail(shoe, rail_length),
-        name="pole_shoe_on_rail",
-    )
+    geometry = ShoeOnRail(shoe, rail_length)
+    return Scene(**_those_of(Scene, given), geometry=geometry, name="pole_shoe_on_rail")
 
 
 @_scene
@@ -324,22 +294,14 @@ def wheel_on_rail(
 
     Lengths that no railway has give a warning and are not refused.
     """
+    given = locals()
     force = positive("force", force, "N")
     compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
     first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
+    names = inspect.signature(wheel_on_rail_gap).parameters
     geometry = WheelOnRail.placed(
-        wheel=wheel,
-        rail=rail,
-        wheel_radius=wheel_radius,
-        gauge=gauge,
-        rail_inclination=rail_inclination,
-        lateral=lateral,
-        gauge_depth=gauge_depth,
-        flange_back=flange_back,
-        tape_circle=tape_circle,
-        force=force,
-        contact_modulus=1.0 / compliance,
-        spacing=spacing_pair(first),
+        **{name: value for name, value in given.items() if name in names}
+        | {"force": force, "contact_modulus": 1.0 / compliance, "spacing": spacing_pair(first)}
     )
     profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
     ask(of_wheel({**dict(geometry.arguments), **profiles}))

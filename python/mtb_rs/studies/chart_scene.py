@@ -111,7 +111,7 @@ def chart(
     told = progress or silent
     started = time.perf_counter()
     spacings = _spacings(scene)
-    fullest = _models(scene)[-1]
+    fullest = scene.models[-1]
     exact = closed_form(scene)
     convolved = None
     if _is_convolved(scene):
@@ -206,25 +206,6 @@ class _Copies:
             f"The mesh of {' and that of '.join(given)} was given and stays as it is: its error is in all "
             "points and in the reference alike, and does not show."
         )
-
-
-def _models(scene: PosedScene) -> list[Model]:
-    """The models that a scene has, the fullest last."""
-    if scene.own_model is not None:
-        return [scene.own_model]
-    known: tuple[Model, ...] = ("half-space", "elastic-upper", "elastic-both")
-    return [m for m in known if _admits(scene, m)]
-
-
-def _admits(scene: PosedScene, model: Model) -> bool:
-    if model == "half-space":
-        return True
-    elastic = scene.simple[: 1 if model == "elastic-upper" else 2]
-    return (
-        model in scene.geometry.models
-        and scene.magnetic_pressure is not None
-        and all(body.is_half_space for body in elastic)
-    )
 
 
 def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
@@ -387,7 +368,7 @@ def _candidates(scene: PosedScene, copies: _Copies, convolved: Solve | None, fin
     found: list[_Way] = []
     if scene.own_model is None:
         found += _half_spaces(scene, smooth, convolved, finer)
-    for model in _models(scene):
+    for model in scene.models:
         if model == "half-space":
             continue
         solve = _by_model(scene, model, copies)
