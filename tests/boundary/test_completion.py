@@ -35,12 +35,15 @@ def completed(line: str, tmp_path: Path) -> set[str]:
 
 
 def test_commands_options_and_words_are_completed(tmp_path: Path) -> None:
-    assert {"run", "show", "chart", "sweep", "demo", "init", "schema"} <= completed("mtb-rs ", tmp_path)
+    assert {"run", "check", "show", "chart", "sweep", "demo", "init", "schema"} <= completed(
+        "mtb-rs ", tmp_path
+    )
     assert completed("mtb-rs init ", tmp_path) >= set(CASES)
     assert "--quantity" in completed("mtb-rs chart case.toml --q", tmp_path)
     assert {"pressure", "force"} <= completed("mtb-rs chart case.toml --quantity ", tmp_path)
     (tmp_path / "shoe.toml").touch()
     assert completed("mtb-rs run sh", tmp_path) == {"shoe.toml"}
+    assert completed("mtb-rs check sh", tmp_path) == {"shoe.toml"}
 
 
 @pytest.mark.parametrize("shell", SHELLS)

@@ -247,3 +247,30 @@ def test_a_command_under_a_limit_of_the_address_space_ends_with_a_sentence(tmp_p
     assert done.returncode in ends, (done.returncode, done.stderr)
     assert done.returncode == 0 or re.search("memory|GB", done.stderr), done.stderr
     assert "Traceback" not in done.stderr
+
+
+@linux
+@pytest.mark.parametrize(
+    ("scene", "model"),
+    [
+        ("paraboloid_on_plane(points=400)", "half-space"),
+        ("wheel_on_rail(spacing=4e-5)", "auto"),
+        ("pole_shoe_on_rail(spacing=1.1e-3)", "half-space"),
+        ("block_on_plane(spacing=8e-3)", "elastic-upper"),
+        ("pole_shoe_on_rail(spacing=6e-3)", "elastic-both"),
+    ],
+)
+def test_what_a_scene_expects_to_take_is_what_it_takes(scene, model):
+    body = f"""
+warnings.simplefilter("ignore")
+mtb.scenes.paraboloid_on_plane(points=60).solve()
+mtb.scenes.block_on_plane(spacing=25e-3).solve("elastic-upper")
+scene = mtb.scenes.{scene}
+before = used()
+with cache.memory_only():
+    model = scene.solve({model!r}).report.model
+said = next(cost for cost in scene.expected_cost({model!r}).costs if cost.name == model)
+print(used() - before, said.memory)
+"""
+    taken, said = map(float, child(body).split())
+    assert 0.5 * taken < said < 2.0 * taken

@@ -13,13 +13,13 @@ from .check import warn
 SAID_FROM = 0.5
 #: What a scene takes for each cell of its contact grid, from making it to its result by convolutions [bytes];
 #: dense matrices come on top and are counted apart.
-SCENE_CELL = 950.0
+SCENE_CELL = 1800.0
 #: What it takes besides for each pair of points in one line of it, to compare it with a coarser one [bytes].
 SCENE_LINE = 8.0
 #: What a patch takes for each of its cells to roll or to be shifted, most of it spectra [bytes].
 ROLLING_CELL = {"steady": 1150.0, "transient": 950.0, "shift": 950.0}
 #: The part of it that is still to come when the grid is made [bytes].
-SOLVED_CELL = 700.0
+SOLVED_CELL = 1500.0
 
 
 def available() -> float | None:

@@ -506,6 +506,16 @@ class ElasticBody:
             )
         return found.astype(np.int64)
 
+    @cached_property
+    def unknowns(self) -> int:
+        """Number of the unknown displacements of its finite elements."""
+        held = np.zeros((len(self.mesh.nodes), 3), dtype=bool)
+        for support, component, _ in self.core.cases:
+            held[self.support_nodes(support), component] = True
+        # a guide moves all its nodes by one unknown; each motion that is left free is pinned at one component
+        guides = sum(is_guided for *_, is_guided in self.core.cases)
+        return int((~held).sum()) + guides - len(self.core.modes((0.0, 0.0, 0.0))[0])
+
     def _check_values(self) -> None:
         """Two supports that prescribe the same component of a node must agree."""
         for component in range(3):

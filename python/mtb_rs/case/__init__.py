@@ -14,10 +14,10 @@ import json
 import re
 import tomllib
 import typing
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StrictStr, ValidationError, create_model
 from pydantic_core import ErrorDetails
@@ -32,9 +32,12 @@ from ..friction.laws import Friction, law_of
 from ..half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
 from ..results.result import Result
 from ..scenes import ready as scenes
+from ..scenes.cost import ExpectedCost
 from ..scenes.methods import check_options, method_options
 from ..scenes.scene import Scene
 from .values import MOTIONS, MaterialWords, motion_of, read_by, words_of
+
+T = TypeVar("T")
 
 #: Fields of a case that are no arguments of its scene.
 _BESIDES = ("scene_name", "solve_options", *(f"{name}_words" for name in MOTIONS))
@@ -135,21 +138,63 @@ class Case(BaseModel):
         Errors as :meth:`mtb_rs.Scene.solve` and :func:`mtb_rs.solve_tangential`.
         """
         scene, motion = self.scene(), self.motion
-        options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
         try:
             if motion is None:
-                return scene.solve(**dict(options))
-            # pressed without sliding; the friction is that of the motion
-            pressed = scene.with_(sliding_direction=None).solve(**dict(options))
-            return solve_tangential(pressed, motion, _law(scene.friction), scene.layer)
+                return scene.solve(**self._options)
+            law, pressed = _law(scene.friction), _pressed(scene)
+            return solve_tangential(pressed.solve(**self._options), motion, law, scene.layer)
         except ValueError as error:
             if isinstance(error, RuntimeError):
                 raise
             raise CaseError(f"{self._source}: {error}") from error
 
+    def expected_cost(self) -> ExpectedCost:
+        """What :meth:`solve` would take, without solving; see :meth:`mtb_rs.Scene.expected_cost`.
+
+        Raises
+        ------
+        CaseError
+            If the case cannot be solved as it is stated; the message names all that is wrong.
+        """
+        scene, motion = self.scene(), self.motion
+        wrong: list[str] = []
+        pressed = scene if motion is None else scene.with_(sliding_direction=None)
+        cost = _tried(lambda: pressed.expected_cost(**self._options), wrong)
+        if motion is not None:
+            _tried(lambda: _law(scene.friction), wrong)
+            _tried(lambda: _pressed(scene), wrong)
+        if cost is None or wrong:
+            raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
+        return cost if motion is None else cost.with_motion(motion.kind)
+
+    @property
+    def _options(self) -> dict[str, Any]:
+        """The words of ``[solve]``."""
+        options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
+        return dict(options)
+
     def to_toml(self) -> str:
         """The case as TOML: what was given, in its own words."""
         return _toml(self._words)
+
+
+def _tried(made: Callable[[], T], wrong: list[str]) -> T | None:
+    """What is made, or None and why it is not among what is `wrong`."""
+    try:
+        return made()
+    except ValueError as error:
+        wrong.append(str(error))
+    return None
+
+
+def _pressed(scene: Scene) -> Scene:
+    """The scene pressed before a motion, without sliding: the friction is that of the motion."""
+    if not scene.geometry.is_grid:
+        raise ValueError(
+            f"{scene.name} has several patches: to roll or to shift, one regular patch is needed, as "
+            "paraboloid_on_plane, block_on_plane and wheel_on_rail have it"
+        )
+    return scene.with_(sliding_direction=None)
 
 
 def _law(friction: Any) -> Any:

@@ -9,12 +9,13 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, TextIO
 
 from rich.console import Console
 from rich.table import Table
 
+from ..base.told import Row
 from ..results.result import Drawn
 
 
@@ -76,6 +77,11 @@ def print_report(result: Drawn, console: Console, elapsed: float | None = None) 
         rows.append(("time", f"{elapsed:.3g} s" + (f" ({stages})" if stages else "")))
     elif stages:
         rows.append(("time", stages))
+    print_rows(rows, console)
+
+
+def print_rows(rows: Iterable[Row], console: Console) -> None:
+    """Names and what is to be said of them, in two columns."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")

@@ -195,7 +195,9 @@ def _init(options: argparse.Namespace) -> int:
     if not os.path.lexists(beside):
         beside.write_text(schema_text(), encoding="utf-8")
     console = console_on(sys.stdout)
-    console.print(f"{path} is written; next: mtb-rs run {path}", markup=False, soft_wrap=True)
+    console.print(
+        f"{path} is written; next: mtb-rs check {path}, then mtb-rs run {path}", markup=False, soft_wrap=True
+    )
     return 0
 
 

@@ -152,6 +152,20 @@ def on_rail(
     return cache.recalled(fingerprint((geometry, spacing, bodies, held, "rail", image)), build)
 
 
+def upper_solids(
+    geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
+) -> list[tuple[ElasticBody, bool]]:
+    """The meshed upper bodies, one a patch, and whether each is the mirror image of the first."""
+    found: list[tuple[ElasticBody, bool]] = []
+    for patch in grid.node_patches:
+        solid = _upper_body(geometry, grid, patch, material, held, time_s)
+        is_twin = bool(found) and isinstance(held.supports, str)
+        found.append(
+            (solid, is_twin and _is_twin(found[0][0], grid.node_patches[0], grid.nodes, solid, patch))
+        )
+    return found
+
+
 def upper_bodies(
     geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
 ) -> tuple[ElasticBodies, Array]:
@@ -160,11 +174,11 @@ def upper_bodies(
     parts: list[ElasticPart] = []
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
-    for patch in patches:
+    solids = upper_solids(geometry, grid, material, held, time_s)
+    for patch, (solid, is_twin) in zip(patches, solids, strict=True):
         cut = patch.cut
         places = points.at(cut)
-        solid = _upper_body(geometry, grid, patch, material, held, time_s)
-        if parts and isinstance(held.supports, str) and _is_twin(parts[0], patches[0], points, solid, patch):
+        if is_twin:
             part, flexible, compliance = _twin(parts[0], condensed[0], patch, places)
         else:
             own = (replace(patch, start=0),)
@@ -189,10 +203,10 @@ def upper_bodies(
 
 
 def _is_twin(
-    left: ElasticPart, first: Patch, points: ContactPoints, solid: ElasticBody, patch: Patch
+    left: ElasticBody, first: Patch, points: ContactPoints, solid: ElasticBody, patch: Patch
 ) -> bool:
     """Whether a further pole, named supports and all, is the mirror image of the first, rail and gap too."""
-    mesh, mirrored = solid.mesh, left.body.mesh.mirrored()
+    mesh, mirrored = solid.mesh, left.mesh.mirrored()
     if (patch.nx, patch.ny) != (first.nx, first.ny) or mesh.cells.shape != mirrored.cells.shape:
         return False
     if not np.array_equal(mesh.cells, mirrored.cells) or not alike(mesh.nodes, mirrored.nodes):
@@ -261,28 +275,33 @@ def rail(
     With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
     then enough.
     """
-    points, patches = grid.nodes, grid.node_patches
+    if image is not None and not geometry.rail()[0].is_symmetric:
+        image = None
+    solid, carried = rail_solid(geometry, grid, material, half=image is not None, time_s=time_s)
+    n = sum(p.nx * p.ny for p in carried)
+    own = grid.nodes.at(slice(0, n))
+    part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
+    flexible = condensed_part(part, time_s)
+    return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
+
+
+def rail_solid(
+    geometry: Geometry, grid: ContactGrid, material: Material, *, half: bool, time_s: dict[str, float]
+) -> tuple[ElasticBody, tuple[Patch, ...]]:
+    """The meshed rail, or its `half` y >= 0, and the patches that it carries."""
+    patches = grid.node_patches
     profile, length = geometry.rail()
     clock = time.perf_counter()
     lines = [_grid_lines(grid, patch) for patch in patches]
     x, rows = _thinned(_shared_lines([x for x, _ in lines])), [np.sort(np.abs(y)) for _, y in lines]
-    if image is not None and not profile.is_symmetric:
-        image = None
-    half = image is not None
     mesh = rail_mesh(profile, x, rows[0], length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
         supports.append(Support("symmetry", y=0))  # "2 symmetry" in the balance
-        carried, where = patches[:1], "left"
-    else:
-        carried, where = patches, "head"
+    carried, where = (patches[:1], "left") if half else (patches, "head")
     solid = ElasticBody(mesh, material, where, supports, "rail")
     time_s["mesh"] = time_s.get("mesh", 0.0) + time.perf_counter() - clock
-    n = sum(p.nx * p.ny for p in carried)
-    own = points.at(slice(0, n))
-    part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
-    flexible = condensed_part(part, time_s)
-    return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
+    return solid, carried
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ..base.check import warn
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
 from ..bodies.elastic_body import ElasticBody
-from ..bodies.faces import hats, joined, owners, parts, profile_parts, thinned
+from ..bodies.faces import Hats, hats, joined, owners, parts, profile_parts, thinned
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import Simple
 from ..bodies.surfaces import BodySurface, height_of
@@ -248,12 +248,13 @@ def body_contact(
     )
 
 
-def _condensed_contact(
-    geometry: OwnBodies, bodies: Bodies, grid: ContactGrid, time_s: dict[str, float]
-) -> Contact:
+def _common(
+    geometry: OwnBodies, grid: ContactGrid
+) -> tuple[dict[bool, NDArray[np.bool_]], Array, _mtb_rs.Sampling, Hats]:
+    """What all elastic faces share: which quadrature points of each body, the gap there, the nodes' hats on
+    the body that carries the grid, and the contact points with their basis."""
     nodes, patches = grid.nodes, grid.node_patches
-    solids = geometry.solids
-    whole = {upper: body.sample(nodes, patches, upper=upper) for upper, body in solids.items()}
+    whole = {upper: body.sample(nodes, patches, upper=upper) for upper, body in geometry.solids.items()}
     covered, apart = _apart(geometry, whole)
     whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
     common = whole[geometry.upper]
@@ -261,7 +262,21 @@ def _condensed_contact(
         raise ValueError("the contact faces of the bodies have no area in common")
     shape = (patches[0].ny, patches[0].nx)
     least = LEAST_SHARE * grid.spacing[0] * grid.spacing[1]
-    basis = hats(common, _parts(geometry, whole), apart, shape, least)
+    return covered, apart, common, hats(common, _parts(geometry, whole), apart, shape, least)
+
+
+def count_points(geometry: OwnBodies, spacing: Spacing) -> int:
+    """Number of the contact points on cells of `spacing`, without condensing the bodies."""
+    return int(_common(geometry, geometry.grid(spacing))[-1].kept.size)
+
+
+def _condensed_contact(
+    geometry: OwnBodies, bodies: Bodies, grid: ContactGrid, time_s: dict[str, float]
+) -> Contact:
+    nodes, patches = grid.nodes, grid.node_patches
+    solids = geometry.solids
+    covered, apart, common, basis = _common(geometry, grid)
+    shape = (patches[0].ny, patches[0].nx)
     kept = basis.kept
     own = basis.of(common)
     doubts = [_coarse(body, grid.spacing) for body in solids.values()]

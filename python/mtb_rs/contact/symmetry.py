@@ -42,8 +42,8 @@ class MirrorSymmetry:
     motion_source: Index
 
 
-def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
-    """The half of a symmetric problem; None where the problem is not symmetric."""
+def _image_of(problem: ContactProblem) -> Index | None:
+    """The mirror image of each point, where points, gaps, friction and sliding are symmetric."""
     points = problem.points
     image = problem.memory.recall("images", [points.points], lambda: _images(points.points))
     if image is None or (image == np.arange(image.size)).all():
@@ -56,6 +56,25 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
+        return None
+    return image
+
+
+def is_symmetric(problem: ContactProblem) -> bool:
+    """Whether all but the compliances of the bodies is symmetric: points, gaps, friction, sliding, loads."""
+    image = _image_of(problem)
+    sides = zip((problem.upper, problem.lower), problem.work, strict=True)
+    return image is not None and all(
+        alike(side.pull, side.pull[image]) and _half_side(side, work, image) is not None
+        for side, work in sides
+    )
+
+
+def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
+    """The half of a symmetric problem; None where the problem is not symmetric."""
+    points, friction = problem.points, problem.friction
+    image = _image_of(problem)
+    if image is None:
         return None
     upper, lower = (
         _half_side(side, work, image)

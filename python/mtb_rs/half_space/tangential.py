@@ -54,6 +54,11 @@ class Motion(ABC):
     def slip_speed(self) -> float:
         """Slip speed [m/s] of a unit of slip."""
 
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """The kind of its operator: "steady" or "transient" rolling, or "shift"."""
+
     @abstractmethod
     def operator(self, field: PressureField) -> tuple[str, Pair]:
         """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
@@ -154,6 +159,11 @@ class Rolling(Motion):
         """How a step that has no solution may have one."""
         return ", or roll over a longer step; a shorter one makes it worse" if self.transient else ""
 
+    @property
+    def kind(self) -> str:
+        """The kind of its operator."""
+        return "steady" if self.is_steady else "transient"
+
     def operator(self, field: PressureField) -> tuple[str, Pair]:
         """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
         along, across = self.step_vector(field.spacing)
@@ -171,7 +181,7 @@ class Rolling(Motion):
                     f"step is {self.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
                     f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
                 )
-        return "steady" if self.is_steady else "transient", (along, across)
+        return self.kind, (along, across)
 
     def step_vector(self, spacing: Pair) -> Pair:
         """The step (x, y) [m] on cells of the size `spacing` [m]."""
@@ -222,9 +232,14 @@ class Shift(Motion):
         """Slip speed [m/s] of a unit of slip."""
         return 1.0 / self.duration
 
+    @property
+    def kind(self) -> str:
+        """The kind of its operator."""
+        return "shift"
+
     def operator(self, field: PressureField) -> tuple[str, Pair]:
         """The kind of operator, without a step."""
-        return "shift", (0.0, 0.0)
+        return self.kind, (0.0, 0.0)
 
 
 #: Distance over the one before up to which a creep curve is continued by its last two points.

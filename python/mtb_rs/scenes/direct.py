@@ -298,7 +298,7 @@ def level_at(
     clock = time.perf_counter()
     problem = scene.problem(model, spacing, thinner=thinner)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
-    if (problem.n > DENSE_POINTS if convolved is None else convolved) and _is_plain(scene, problem):
+    if (problem.n > DENSE_POINTS if convolved is None else convolved) and is_by_convolution(scene, problem):
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
@@ -370,7 +370,7 @@ def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
     return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
 
 
-def _is_plain(scene: PosedScene, problem: ContactProblem) -> bool:
+def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
     """Whether this is one flat grid of cells between half-spaces, and nothing else."""
     flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
     return problem.model == "half-space" and flat and not beyond(scene, "convolutions")

@@ -44,9 +44,25 @@ def solve(
 ) -> Result:
     """As :meth:`mtb_rs.Scene.solve`, for callers that have their own words for a missed tolerance."""
     check_options(model=model, method=method, tolerance=tolerance, quantity=quantity, **options)
+    model = model_of(scene, model, method)
+    if method == "direct":
+        return direct.solve(scene, model, tolerance, quantity)
+    if method == "incremental":
+        return _incremental(scene, model, options)
+    return _staggered(scene, model, options)
+
+
+def model_of(scene: PosedScene, model: Model, method: Method) -> Model:
+    """The model in which a method solves a scene; "auto" where it is chosen while solving.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no such model, or the method does not take the scene.
+    """
     if method == "direct":
         scene.check_model(model)
-        return direct.solve(scene, model, tolerance, quantity)
+        return model
     if scene.own_model is not None:
         raise ValueError(
             f'method is {method!r}: a scene with an ElasticBody takes "direct"; the methods of the '
@@ -55,9 +71,10 @@ def solve(
     if model == "auto":
         model = "half-space" if method == "incremental" else "elastic-upper"
     scene.check_model(model)
-    if method == "incremental":
-        return _incremental(scene, model, options)
-    return _staggered(scene, model, options)
+    if method == "staggered" and model != "elastic-upper":
+        raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
+    refuse_beyond(scene, "load increments" if method == "incremental" else "the staggered loop")
+    return model
 
 
 def slide_from_rest(
@@ -109,16 +126,12 @@ def slide_from_rest(
 
 def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
     chosen = IncrementalOptions(**options)
-    refuse_beyond(scene, "load increments")
     problem = scene.problem(model)
     solution, accumulated = solve_incremental(problem, scene.sliding_direction, chosen)
     return finish_incremental(accumulated, lambda: scene.finished(problem, solution, "incremental"))
 
 
 def _staggered(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:
-    if model != "elastic-upper":
-        raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
-    refuse_beyond(scene, "the staggered loop")
     problem = scene.problem(model)
     body, _ = scene.simple
     twin = hats_of(body, problem.points, problem.patches, upper=True).side(np.zeros(problem.n), np.zeros(6))

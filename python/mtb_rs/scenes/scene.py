@@ -33,6 +33,7 @@ from ..results.chart import Chart
 from ..results.result import Result
 from . import methods
 from .auto import TOLERANCE
+from .cost import ExpectedCost, expected
 from .direct import choose
 from .posed import PosedScene
 
@@ -142,6 +143,30 @@ class Scene(PosedScene):
         if result.report.missed:
             warn(result.report.missed, ToleranceWarning)
         return result
+
+    def expected_cost(
+        self,
+        model: Model = "auto",
+        method: Method = "direct",
+        tolerance: float | None = None,
+        quantity: Quantity = "pressure",
+        **options: Any,
+    ) -> ExpectedCost:
+        """What :meth:`solve` would take with the same arguments, without solving.
+
+        The contact points and the unknowns of the finite elements are exact, because the grids and meshes of
+        the solve are made. Memory and time are estimates: the real ones are mostly within a factor of two.
+        With ``model="auto"`` every model that may be chosen is counted, and with ``spacing=None`` the first
+        cells. Of ``method="incremental"`` and ``"staggered"`` one pass is counted; the number of passes is
+        known only after the solve.
+
+        Raises
+        ------
+        ValueError
+            If :meth:`solve` would refuse the scene or the arguments.
+        """
+        methods.check_options(model=model, method=method, tolerance=tolerance, quantity=quantity, **options)
+        return expected(self, methods.model_of(self, model, method), method, tolerance, quantity)
 
     def start_of_sliding(
         self,

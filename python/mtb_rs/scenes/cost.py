@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What a solve would take, counted without solving: contact points, unknowns, memory, time.
+
+Points and unknowns are those of the solve, as the same grids and meshes are made. Operations and memory
+follow from them: the factor of a dissected mesh of u unknowns has some u^(4/3) entries and takes some u^2
+operations. Seconds are operations over a stated rate for each processor: a rate measured at once would tell
+more of what else runs on the machine.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import numpy as np
+
+from ..base import memory
+from ..base.plain import plain
+from ..base.told import Row, Told, length
+from ..base.words import Method, Model
+from ..bodies.elastic_body import ElasticBody
+from ..bodies.simple import HalfSpace
+from ..contact.elastic import Held, rail_solid, upper_solids
+from ..contact.estimate import coarsened
+from ..contact.problem import ContactProblem
+from ..contact.solids import OwnBodies, count_points
+from ..contact.solve import dense_operations
+from ..contact.symmetry import is_symmetric
+from ..results.result import percent
+from .auto import MODEL_SHARE, TOLERANCE, rungs
+from .direct import DENSE_POINTS, TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled, with_wider_elements
+from .posed import PosedScene
+
+Spacing = tuple[float, float]
+
+#: Entries of a factor over u^(4/3), its operations over u^2, and rows that a column of loads reaches over
+#: u^(2/3): of blocks, poles and rails 14 to 20, 7 to 16, and 4 to 7.
+ENTRIES, FACTOR, ROWS = 16.5, 11.0, 5.5
+#: Share of a factor that the substitution of one column of loads passes through: 0.2 to 0.5.
+PASSED = 0.3
+#: Rounds of the active sets, and the share of the points that touch: where a face is pulled down, and of a
+#: curved one that is pressed.
+ROUNDS, TOUCHING = (2, 8), (1.0, 0.33)
+#: Products with the influence matrix: pressed alike half-spaces, unlike ones in turn, rolling.
+PRODUCTS, IN_TURN, ROLLING = 20, 120, 240
+#: Share of a grid that the rectangle around a contact takes.
+RECTANGLE = 0.45
+#: Floating-point operations a second of each processor: condensation, dense factorisations, transforms.
+CONDENSING, FACTORISING, TRANSFORMING = 7e9, 2e9, 3e9
+#: Seconds for each solve, and for each contact point: fields, copies, the estimate.
+FIXED, EACH = 0.2, 7e-6
+#: Memory over what is counted: meshes, stiffnesses, what the allocator keeps.
+OVERHEAD = 1.2
+
+
+@dataclass(frozen=True)
+@plain
+class Cost:
+    """What one step of a solve would take.
+
+    Attributes
+    ----------
+    name : str
+        The model, or what follows: "rolling", "shift".
+    points : int
+        Contact points.
+    unknowns : Mapping of str to int
+        Of the finite elements, by body; empty for half-spaces.
+    memory : float [bytes]
+        About.
+    operations : float
+        Floating-point operations, about; those of the solves for the choice and the estimate are among them.
+    time : float [s]
+        About.
+    """
+
+    name: str
+    points: int
+    unknowns: Mapping[str, int]
+    memory: float
+    operations: float
+    time: float
+
+
+@dataclass(frozen=True)
+@plain
+class ExpectedCost(Told):
+    """What solving a scene would take: numbers of points and unknowns exactly, memory and time about.
+
+    Attributes
+    ----------
+    method : str
+    choice : str
+        How the model and the cells are found, in a sentence; "" where both are given.
+    costs : tuple of Cost
+        Of each model that may be chosen, cheapest first; then of a rolling or a shift.
+    processors : int
+        Of this machine, for which the time is.
+    """
+
+    method: str
+    choice: str
+    costs: tuple[Cost, ...]
+    processors: int = field(compare=False)
+
+    def with_motion(self, kind: str) -> ExpectedCost:
+        """The same, followed by a "shift", or by "steady" or "transient" rolling."""
+        pressed = self.costs[0]
+        touching = int(RECTANGLE * pressed.points)
+        operations = ROLLING * _transformed(touching)
+        seconds = _seconds(operations, TRANSFORMING) + EACH * pressed.points
+        name = "shift" if kind == "shift" else f"{kind} rolling"
+        needed = memory.ROLLING_CELL[kind] * touching
+        return replace(self, costs=(*self.costs, Cost(name, pressed.points, {}, needed, operations, seconds)))
+
+    def told(self) -> list[Row]:
+        """Its figures in words: what a notebook and ``mtb-rs check`` show."""
+        rows = [("method", self.method)]
+        if self.choice:
+            rows.append(("choice", self.choice))
+        for cost in self.costs:
+            elements = "".join(f", {u} unknowns of the {body}" for body, u in cost.unknowns.items())
+            rows.append(
+                (
+                    cost.name,
+                    f"{cost.points} contact points{elements}; about {memory.amount(cost.memory)} of memory, "
+                    f"about {duration(cost.time)}",
+                )
+            )
+        rows.append(
+            (
+                "how sure",
+                "points and unknowns are exact; memory may be half or twice as large; the time is a rough "
+                f"estimate for {self.processors} processors, and may be a third or three times as long",
+            )
+        )
+        return rows
+
+
+def duration(seconds: float) -> str:
+    """A time in words, as exactly as an estimate is."""
+    unit, size = ("s", 1.0) if seconds < 60.0 else ("min", 60.0) if seconds < 3600.0 else ("h", 3600.0)
+    number = float(f"{max(seconds, 0.1) / size:.1g}")
+    return f"{number:g} {unit}"
+
+
+def expected(
+    scene: PosedScene, model: Model, method: Method, tolerance: float | None, quantity: str
+) -> ExpectedCost:
+    """What a solve with checked options would take; see :meth:`mtb_rs.Scene.expected_cost`."""
+    free = scene.spacing is None
+    start = scene.geometry.start if free else scene.known_spacing
+    assert start is not None
+    fixed = scene.with_(spacing=start) if free else scene
+    models, words = [model], ""
+    if model == "auto":
+        models = [fixed.own_model] if fixed.own_model else _ladder(fixed)
+        if len(models) > 1:
+            words = (
+                f"the first of {', '.join(models[:-1])} and {models[-1]} that leaves out less than "
+                f"{percent(MODEL_SHARE * (tolerance or TOLERANCE))} of the {quantity}; solves on wider cells "
+                "decide"
+            )
+    if free:
+        cells = f"cells of {_sizes(start)} first, then finer ones until the tolerance is met"
+        words = f"{words}; {cells}" if words else cells
+    ladder = tuple(models) if model == "auto" and len(models) > 1 else ()
+    is_judged = method == "direct" and (ladder or models[-1] == (fixed.own_model or _ladder(fixed)[-1]))
+    costs = tuple(_cost(fixed, one, ladder, is_judged=bool(is_judged)) for one in models)
+    return ExpectedCost(method, words, costs, _processors())
+
+
+def _sizes(spacing: Spacing) -> str:
+    x, y = map(length, spacing)
+    return x if x == y else f"{x} x {y}"
+
+
+def _processors() -> int:
+    return os.cpu_count() or 1
+
+
+def _seconds(operations: float, rate: float) -> float:
+    """Time of so many operations at a rate for each processor."""
+    return operations / (rate * _processors())
+
+
+def _ladder(scene: PosedScene) -> list[Model]:
+    if scene.magnetic_pressure is None:
+        return ["half-space"]
+    return rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
+
+
+@dataclass(frozen=True)
+class _Elements:
+    """A meshed body with its contact points."""
+
+    body: ElasticBody
+    points: int
+    #: Bodies of one name and key are one and the same.
+    key: tuple[object, ...]
+
+    @property
+    def entries(self) -> float:
+        return float(ENTRIES * self.body.unknowns ** (4.0 / 3.0))
+
+    @property
+    def rows(self) -> float:
+        """Rows that the load of a contact point reaches."""
+        u = self.body.unknowns
+        return float(min(u, ROWS * u ** (2.0 / 3.0)))
+
+    @property
+    def factorising(self) -> float:
+        return float(FACTOR * self.body.unknowns**2)
+
+    @property
+    def condensing(self) -> float:
+        """Operations of its substitutions and products."""
+        return 6.0 * self.points * PASSED * self.entries + 9.0 * self.points**2 * self.rows
+
+    @property
+    def columns(self) -> float:
+        """Memory [bytes] of the columns that are substituted."""
+        return 8.0 * 3.0 * self.points * self.rows
+
+
+def _cost(scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judged: bool) -> Cost:
+    """What a model on the cells of the scene takes, with the choice out of a `ladder` and its estimate."""
+    spacing = scene.known_spacing
+    if model == "half-space" and not ladder:
+        return _half_space(scene, scene.problem(model))
+    problem = None if scene.own_model is not None else scene.problem("half-space")
+    is_half = problem is not None and is_symmetric(problem)
+    fine, n = _elements(scene, model, spacing, is_half=is_half)
+    every = dict.fromkeys(fine)
+    first = None
+    if model == "half-space":
+        assert problem is not None
+        first = _half_space(scene, problem)
+    for copy, one, width, thinner in _wider(scene, model, ladder, is_judged=is_judged):
+        try:
+            every.update(dict.fromkeys(_elements(copy, one, width, thinner, is_half=is_half)[0]))
+        except ValueError:  # such cells or elements do not fit, and are left out
+            continue
+    # the same mesh is factorised once for all its contact points
+    distinct = {e.key: e for e in every}.values()
+    meshes = {id(e.body.core): e for e in distinct}.values()
+    condensing = sum(e.factorising for e in meshes) + sum(e.condensing for e in distinct)
+    held = 8.0 * sum(e.entries for e in meshes) + max((e.columns for e in distinct), default=0.0)
+    operations, needed, seconds = condensing, OVERHEAD * held, _seconds(condensing, CONDENSING)
+    if first is not None:
+        return Cost(model, n, {}, needed + first.memory, operations + first.operations, seconds + first.time)
+    solving = _dense(n if not is_half else (n + 1) // 2, is_pulled=scene.magnetic_pressure is not None)
+    # blocks of both bodies, their halves, those of the pair
+    needed += 24.0 * 8.0 * n**2 + memory.SCENE_CELL * n
+    seconds += _seconds(solving, FACTORISING) + FIXED + EACH * n
+    unknowns = {e.body.name: e.body.unknowns for e in fine}
+    return Cost(model, n, unknowns, needed, operations + solving, seconds)
+
+
+def _wider(
+    scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judged: bool
+) -> Iterator[tuple[PosedScene, Model, Spacing, float]]:
+    """The solves on wider cells: scene, model, spacing, and how much thinner the layers of elements are."""
+    spacing = scene.known_spacing
+    width = coarsened(spacing, scene.geometry.grid(spacing).patches)
+    if width is None:
+        return
+    try:
+        copy = with_wider_elements(scene, spacing, width)
+    except ValueError:
+        return
+    for one in ladder:
+        yield copy, one, width, 1.0
+    if is_judged and model != "half-space":
+        yield copy, model, width, 1.0
+        if scene.own_model is None:
+            yield copy, model, width, float(np.sqrt(np.prod(width) / np.prod(spacing)))
+
+
+def _elements(
+    scene: PosedScene, model: Model, spacing: Spacing, thinner: float = 1.0, *, is_half: bool
+) -> tuple[list[_Elements], int]:
+    """The meshed bodies of a model that are condensed, and the number of contact points."""
+    geometry = scene.geometry
+    if scene.own_model is not None:
+        n = count_points(cast(OwnBodies, geometry), spacing)
+        return [_Elements(body, n, (body.name, n)) for body in scene.solids.values()], n
+    grid = geometry.grid(spacing)
+    if model == "half-space":
+        return [], int(grid.area.size)
+    geometry.check_elastic(spacing)
+    n = int(grid.nodes.gap.size)
+    # that these are half-spaces is checked with the model
+    upper, lower = cast(tuple[HalfSpace, HalfSpace], scene.simple)
+    held = Held(scene.supports, scene.element_size, thinner)
+    solids = upper_solids(geometry, grid, upper.material, held, {})
+    found = [
+        _Elements(solid, patch.nx * patch.ny, (solid.name, spacing, thinner))
+        for (solid, is_twin), patch in zip(solids, grid.node_patches, strict=True)
+        if not is_twin
+    ]
+    if model == "elastic-both":
+        half = is_half and geometry.rail()[0].is_symmetric and isinstance(scene.supports, str)
+        rail, carried = rail_solid(geometry, grid, lower.material, half=half, time_s={})
+        found.append(_Elements(rail, sum(p.nx * p.ny for p in carried), (rail.name, spacing)))
+    return found, n
+
+
+def _half_space(scene: PosedScene, problem: ContactProblem) -> Cost:
+    """What the cells of half-spaces take."""
+    n = problem.n
+    sides = [(patch.nx, patch.ny) for patch in problem.patches]
+    needed = memory.of_scene(sides)
+    is_rubbing = bool(problem.direction.any())
+    if n > DENSE_POINTS and is_by_convolution(scene, problem):
+        operations = (IN_TURN if is_coupled(scene, problem) else PRODUCTS) * _transformed(n)
+        seconds = _seconds(operations, TRANSFORMING)
+    else:
+        own = (n + 1) // 2 if is_symmetric(problem) else n
+        operations = _dense(own, is_pulled=scene.magnetic_pressure is not None)
+        needed += memory.of_sliding(own, is_rubbing)
+        seconds = _seconds(operations, FACTORISING)
+    return Cost("half-space", n, {}, needed, operations, FIXED + seconds + EACH * n)
+
+
+def _dense(points: int, *, is_pulled: bool) -> float:
+    """Operations of a dense solve."""
+    rounds, touching = (pair[0 if is_pulled else 1] for pair in (ROUNDS, TOUCHING))
+    return dense_operations(points, int(touching * points), int(rounds))
+
+
+def _transformed(cells: int) -> float:
+    """Operations of a product with the influence matrix of a grid."""
+    padded = 4.0 * max(cells, 1)
+    return float(TRANSFORMS * TRANSFORM * padded * np.log2(padded))
