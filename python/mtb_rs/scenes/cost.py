@@ -29,7 +29,7 @@ from ..contact.solids import OwnBodies, count_points
 from ..contact.solve import dense_operations
 from ..contact.symmetry import is_symmetric
 from ..results.result import percent
-from .auto import MODEL_SHARE, TOLERANCE, rungs
+from .auto import MODEL_SHARE, TOLERANCE
 from .direct import DENSE_POINTS, TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled, with_wider_elements
 from .posed import PosedScene
 
@@ -156,7 +156,7 @@ def expected(
     fixed = scene.with_(spacing=start) if free else scene
     models, words = [model], ""
     if model == "auto":
-        models = [fixed.own_model] if fixed.own_model else _ladder(fixed)
+        models = fixed.models
         if len(models) > 1:
             words = (
                 f"the first of {', '.join(models[:-1])} and {models[-1]} that leaves out less than "
@@ -167,7 +167,7 @@ def expected(
         cells = f"cells of {_sizes(start)} first, then finer ones until the tolerance is met"
         words = f"{words}; {cells}" if words else cells
     ladder = tuple(models) if model == "auto" and len(models) > 1 else ()
-    is_judged = method == "direct" and (ladder or models[-1] == (fixed.own_model or _ladder(fixed)[-1]))
+    is_judged = method == "direct" and (ladder or models[-1] == fixed.models[-1])
     costs = tuple(_cost(fixed, one, ladder, is_judged=bool(is_judged)) for one in models)
     return ExpectedCost(method, words, costs, _processors())
 
@@ -184,12 +184,6 @@ def _processors() -> int:
 def _seconds(operations: float, rate: float) -> float:
     """Time of so many operations at a rate for each processor."""
     return operations / (rate * _processors())
-
-
-def _ladder(scene: PosedScene) -> list[Model]:
-    if scene.magnetic_pressure is None:
-        return ["half-space"]
-    return rungs(scene.geometry, *(body.is_half_space for body in scene.simple))
 
 
 @dataclass(frozen=True)
