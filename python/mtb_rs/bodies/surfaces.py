@@ -266,7 +266,7 @@ def surface_gap(
         Expected approach. A ValueError refuses facets whose error is more than a tenth of it where contact is
         expected.
     """
-    fields = _mtb_rs.surface_gap(
+    grid, facet_error, nearest = _mtb_rs.surface_gap(
         lower._core,
         upper._core,
         x=x,
@@ -276,7 +276,7 @@ def surface_gap(
         approach=approach,
     )
     return SurfaceGap(
-        grid=contact_grid(fields, ("contact",)),
-        facet_error=fields["facet_error"],
-        nearest=fields["nearest"],
+        grid=contact_grid(grid, ("contact",)),
+        facet_error=facet_error,
+        nearest=nearest,
     )

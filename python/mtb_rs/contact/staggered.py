@@ -66,7 +66,8 @@ def staggered(
     if symmetry is not None:
         problem = symmetry.half
         assert half_space.compliance is not None
-        half_space = replace(half_space, compliance=half_space.compliance.folded(symmetry.image.tolist()))
+        half = half_space.compliance.symmetric_half(symmetry.image.tolist())
+        half_space = replace(half_space, compliance=half)
     friction = problem.friction.fixed
     if friction is None:
         raise ValueError("method is 'staggered': friction that depends on pressure is not part of it")

@@ -105,7 +105,7 @@ class ElasticBodies:
         own = list(self.compliances)
         whole = own[0] if len(own) == 1 else _mtb_rs.Compliance.separate(own)
         if self.image is not None:
-            whole = whole.unfolded(self.image.tolist())
+            whole = whole.symmetric_whole(self.image.tolist())
         object.__setattr__(self, "compliance", whole)
 
     @property

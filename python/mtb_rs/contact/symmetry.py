@@ -173,7 +173,9 @@ def _halves(problem: ContactProblem, image: Index) -> tuple[_mtb_rs.Compliance |
     if not all(_responds_alike(side, image) for side in sides):
         return None
     pairing = list(map(int, image))
-    return tuple(None if side.compliance is None else side.compliance.folded(pairing) for side in sides)
+    return tuple(
+        None if side.compliance is None else side.compliance.symmetric_half(pairing) for side in sides
+    )
 
 
 def _half_side(side: Side, work: Array, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _mtb_rs
 from ..base.check import positive
 from ..base.owning import owning
 from ..base.plain import plain
@@ -147,16 +148,27 @@ class ContactGrid:
         return self.cells.gap
 
 
-def contact_grid(fields: dict[str, Any], names: Sequence[str]) -> ContactGrid:
-    """A potential contact from what the core returns, with a name for each of its grids."""
+def _points(found: _mtb_rs.ContactPoints) -> ContactPoints:
+    return ContactPoints(
+        points=found.points,
+        normal=found.normal,
+        tangent_x=found.tangent_x,
+        tangent_y=found.tangent_y,
+        arc_length=found.arc_length,
+        gap=found.gap,
+    )
+
+
+def contact_grid(found: _mtb_rs.ContactGrid, names: Sequence[str]) -> ContactGrid:
+    """A potential contact from what the core returns, with a name for each of its patches."""
     cells, nodes = [], []
-    for name, ((nx, ny, start, node_start), (dx, dy), (x0, y0)) in zip(names, fields["grids"], strict=True):
+    for name, ((nx, ny, start, node_start), (dx, dy), (x0, y0)) in zip(names, found.patches, strict=True):
         cells.append(Patch(name, start, nx, ny, (dx, dy), (x0 + 0.5 * dx, y0 + 0.5 * dy)))
         nodes.append(Patch(name, node_start, nx + 1, ny + 1, (dx, dy), (x0, y0)))
     return ContactGrid(
-        cells=ContactPoints(**fields["cells"]),
-        nodes=ContactPoints(**fields["nodes"]),
-        area=fields["area"],
+        cells=_points(found.cells),
+        nodes=_points(found.nodes),
+        area=found.area,
         patches=tuple(cells),
         node_patches=tuple(nodes),
     )

@@ -101,5 +101,5 @@ class PoleShoe:
         spacing : float or (dx, dy) [m]
             Cell size wanted; whole numbers of cells come as close as they can.
         """
-        fields = _mtb_rs.pole_shoe_sheet(self.profile._core, self, spacing_pair(spacing))
-        return contact_grid(fields, ("left", "right")[: self.poles])
+        found = _mtb_rs.pole_shoe_grid(self.profile._core, self, spacing_pair(spacing))
+        return contact_grid(found, ("left", "right")[: self.poles])

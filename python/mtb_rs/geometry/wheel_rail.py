@@ -170,7 +170,7 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
     """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions."""
     pair = spacing_pair(given["spacing"])
     approach = given["approach"]
-    fields = _mtb_rs.wheel_on_rail_gap(
+    found = _mtb_rs.wheel_on_rail_gap(
         as_profile(given["wheel"])._core,
         as_profile(given["rail"])._core,
         wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
@@ -186,15 +186,22 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
         spacing=pair,
         scale=positive("scale", given["scale"]),
     )
-    x0, y0 = fields.pop("start")
-    across, up = fields.pop("origin")
-    ny, nx = fields["gap"].shape
-    cos, sin = np.cos(fields["contact_angle"]), np.sin(fields["contact_angle"])
+    x0, y0 = found.start
+    across, up = found.origin
+    ny, nx = found.gap.shape
+    cos, sin = np.cos(found.contact_angle), np.sin(found.contact_angle)
     return WheelRailGap(
         spacing=pair,
-        x=x0 + pair[0] * np.arange(nx),
-        y=y0 + pair[1] * np.arange(ny),
+        x=np.asarray(x0 + pair[0] * np.arange(nx)),
+        y=np.asarray(y0 + pair[1] * np.arange(ny)),
         position=np.array([0.0, across, up]),
         rotation=np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]),
-        **fields,
+        gap=found.gap,
+        contact_angle=found.contact_angle,
+        rail_position=found.rail_position,
+        wheel_position=found.wheel_position,
+        first_rail_position=found.first_rail_position,
+        undeformed_height=found.undeformed_height,
+        approach=found.approach,
+        neglected=found.neglected,
     )

@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock};
 
-use mtb_contact::prepared::{FreeMotion, Prepared, Table};
+use mtb_contact::prepared::{NamedMotion, Prepared, Table};
 use mtb_contact::problem::Geometry;
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
@@ -43,7 +43,7 @@ fn springs() -> Prepared {
             mean_frame: [unit(0), unit(1), unit(2)],
             means: None,
         },
-        motions: vec![FreeMotion {
+        motions: vec![NamedMotion {
             name: "z".to_owned(),
             motion: RigidMotion {
                 tangential_x: vec![0.0; N],

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Error as Operator, Interrupted};
+use mtb_words::Short;
 use thiserror::Error;
 
 /// Why a problem could not be taken or its solution was broken off.
@@ -17,7 +18,7 @@ pub enum Error {
         found: usize,
     },
     /// An entry is not a finite number.
-    #[error("{name}[{index}] is {value}, a finite number is needed")]
+    #[error("{name}[{index}] is {}, a finite number is needed", Short(*.value))]
     NotFinite {
         /// Name of the array.
         name: &'static str,

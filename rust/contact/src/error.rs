@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::Error as Complementarity;
 use mtb_operator::{Error as Operator, Interrupted};
+use mtb_words::Short;
 use thiserror::Error;
 
 use crate::record::Damaged;
@@ -20,7 +21,7 @@ pub enum Error {
         found: usize,
     },
     /// An entry is not a finite number.
-    #[error("{name}[{index}] is {value}, a finite number is needed")]
+    #[error("{name}[{index}] is {}, a finite number is needed", Short(*.value))]
     NotFinite {
         /// Name of the array.
         name: &'static str,
@@ -30,7 +31,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry is larger than any that is meant.
-    #[error("{name}[{index}] is {value:e}, a number of at most {largest:e} is needed")]
+    #[error("{name}[{index}] is {}, a number of at most {} is needed", Short(*.value), Short(*.largest))]
     TooLarge {
         /// Name of the array.
         name: &'static str,
@@ -42,7 +43,7 @@ pub enum Error {
         largest: f64,
     },
     /// A result is not finite.
-    #[error("the numbers given are too large: {name} is {value}")]
+    #[error("the numbers given are too large: {name} is {}", Short(*.value))]
     Overflow {
         /// Name of the result.
         name: &'static str,
@@ -50,7 +51,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry is negative where it may not be.
-    #[error("{name}[{index}] is {value}, it must not be negative")]
+    #[error("{name}[{index}] is {}, it must not be negative", Short(*.value))]
     Negative {
         /// Name of the array.
         name: &'static str,
@@ -60,7 +61,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry is not positive where it must be.
-    #[error("{name}[{index}] is {value}, it must be positive")]
+    #[error("{name}[{index}] is {}, it must be positive", Short(*.value))]
     NotPositive {
         /// Name of the array.
         name: &'static str,
@@ -70,7 +71,7 @@ pub enum Error {
         value: f64,
     },
     /// A number is not of the kind needed.
-    #[error("{name} is {value}, {wanted}")]
+    #[error("{name} is {}, {wanted}", Short(*.value))]
     Number {
         /// Name of the number.
         name: &'static str,
@@ -84,7 +85,8 @@ pub enum Error {
     NoContact,
     /// A prescribed tangential force exceeds what friction can carry.
     #[error(
-        "a tangential force of {force:e} N is prescribed, friction carries less than {largest:e} N"
+        "a tangential force of {} N is prescribed, friction carries less than {} N",
+        Short(*.force), Short(*.largest)
     )]
     ForceTooLarge {
         /// Prescribed force [N].
@@ -93,7 +95,7 @@ pub enum Error {
         largest: f64,
     },
     /// A quantity is asked for at a speed that its table does not cover.
-    #[error("velocity is {speed} m/s: the table of {name} covers {first} to {last} m/s")]
+    #[error("velocity is {} m/s: the table of {name} covers {} to {} m/s", Short(*.speed), Short(*.first), Short(*.last))]
     OutsideTable {
         /// Name of the quantity.
         name: &'static str,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
 use mtb_contact::prepared::{
-    FreeMotion, Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table,
+    Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
 };
 use mtb_contact::problem::{self, Attracted, Body, Friction, Geometry, Means, Problem};
 use mtb_contact::sliding::RigidMotion;
@@ -43,7 +43,7 @@ fn springs() -> Prepared {
                 share: vec![0.75, 0.25, 0.5, 0.5, 1.0],
             }),
         },
-        motions: vec![FreeMotion {
+        motions: vec![NamedMotion {
             name: "z".to_owned(),
             motion: RigidMotion {
                 tangential_x: vec![0.0; N],
@@ -261,15 +261,15 @@ fn what_cannot_be_asked_is_named() {
             [nan, nan, -1e300, nan, nan, nan],
             fast,
             Pull::Scene,
-            "pose[2] is -1e300",
+            "pose[2] is -1e+300",
         ),
-        (FREE, [0.0, 1e31], Pull::Scene, "velocity[1] is 1e31"),
+        (FREE, [0.0, 1e31], Pull::Scene, "velocity[1] is 1e+31"),
         (FREE, [nan, 0.0], Pull::Scene, "velocity[0] is NaN"),
         (
             FREE,
             fast,
             Pull::Uniform(1e300),
-            "magnetic_pressure[0] is 1e300",
+            "magnetic_pressure[0] is 1e+300",
         ),
         (
             [nan, nan, -1.0, nan, nan, nan],

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::amount;
+use mtb_words::{Memory, Short};
 use thiserror::Error;
 
 /// What the bodies of this crate refuse.
@@ -8,7 +8,8 @@ use thiserror::Error;
 pub enum Error {
     /// Elastic constants that no stable isotropic material has.
     #[error(
-        "shear modulus {shear_modulus:e} Pa, Poisson's ratio {poisson_ratio}: the modulus must be positive and finite, the ratio in (-1, 0.5]"
+        "shear modulus {} Pa, Poisson's ratio {}: the modulus must be positive and finite, the ratio in (-1, 0.5]",
+        Short(*.shear_modulus), Short(*.poisson_ratio)
     )]
     Material {
         /// Shear modulus [Pa].
@@ -22,9 +23,10 @@ pub enum Error {
     /// A contact patch that is no grid, or more than the memory holds.
     #[error(transparent)]
     Operator(mtb_operator::Error),
-    /// Patches on one sheet whose spacings differ by more than a third.
+    /// Patches of one body whose spacings differ by more than a third.
     #[error(
-        "patch {patch} has spacing {dx:e} x {dy:e} m, the first one {first_dx:e} x {first_dy:e} m: the spacings of the patches of a body may differ by a third"
+        "patch {patch} has spacing {} x {} m, the first one {} x {} m: the spacings of the patches of a body may differ by a third",
+        Short(*.dx), Short(*.dy), Short(*.first_dx), Short(*.first_dy)
     )]
     PatchSpacing {
         /// Index of the patch.
@@ -42,7 +44,7 @@ pub enum Error {
     #[error("a half-space needs at least one contact patch")]
     NoPatch,
     /// Poisson's ratio that finite elements cannot take.
-    #[error("Poisson's ratio is {0}: finite elements need less than 0.5")]
+    #[error("Poisson's ratio is {}: finite elements need less than 0.5", Short(*.0))]
     Incompressible(f64),
     /// An array of the wrong length.
     #[error("{name} has {found} entries, {expected} are needed")]
@@ -77,7 +79,7 @@ pub enum Error {
         count: usize,
     },
     /// A tetrahedron turned inside out.
-    #[error("tetrahedron {tet} is inverted: its volume is {volume:e} m3")]
+    #[error("tetrahedron {tet} is inverted: its volume is {} m3", Short(*.volume))]
     Inverted {
         /// Its number.
         tet: usize,
@@ -86,7 +88,8 @@ pub enum Error {
     },
     /// A tetrahedron without thickness.
     #[error(
-        "tetrahedron {tet} is a sliver: its quality is {quality:e}, at least {limit:e} is needed (regular: 1)"
+        "tetrahedron {tet} is a sliver: its quality is {}, at least {} is needed (regular: 1)",
+        Short(*.quality), Short(*.limit)
     )]
     Sliver {
         /// Its number.
@@ -124,7 +127,7 @@ pub enum Error {
     #[error("triangle {0} is no face of the body's boundary")]
     NotOnBoundary(usize),
     /// A point away from the surface.
-    #[error("point {point} is more than {reach:e} m away from the contact face")]
+    #[error("point {point} is more than {} m away from the contact face", Short(*.reach))]
     OffSurface {
         /// Its index.
         point: usize,
@@ -149,8 +152,8 @@ pub enum Error {
     },
     /// A problem too large to start.
     #[error(
-        "{unknowns} unknowns need {} and {teraflop:.1} TFlop to factorise; the limits are {} and {teraflop_limit:.1} TFlop, and the machine has {} free: coarsen the mesh",
-        amount(*.gigabytes), amount(*.gigabytes_limit), amount(*.available)
+        "{unknowns} unknowns need {} and {} TFlop to factorise; the limits are {} and {} TFlop, and the machine has {} free: coarsen the mesh",
+        Memory(*.gigabytes), Short(*.teraflop), Memory(*.gigabytes_limit), Short(*.teraflop_limit), Memory(*.available)
     )]
     TooLarge {
         /// Unknown displacements.
@@ -175,7 +178,7 @@ pub enum Error {
         unknowns: usize,
     },
     /// A number that must be positive is not.
-    #[error("{name} is {value}, a positive finite number is needed")]
+    #[error("{name} is {}, a positive finite number is needed", Short(*.value))]
     NotPositive {
         /// Name of the number.
         name: &'static str,
@@ -194,7 +197,8 @@ pub enum Error {
     },
     /// Basis functions leave a hole in the surface that they should cover.
     #[error(
-        "no basis function covers the point ({x}, {y}) m: a larger standard deviation is needed"
+        "no basis function covers the point ({}, {}) m: a larger standard deviation is needed",
+        Short(*.x), Short(*.y)
     )]
     Uncovered {
         /// Where, x [m].
@@ -203,7 +207,7 @@ pub enum Error {
         y: f64,
     },
     /// A point lies outside the surface that carries the basis functions.
-    #[error("point {index} at ({x}, {y}) m lies outside the domain")]
+    #[error("point {index} at ({}, {}) m lies outside the domain", Short(*.x), Short(*.y))]
     Outside {
         /// Index of the point.
         index: usize,

@@ -30,6 +30,7 @@ use mtb_contact::prepared::{Prepared, PreparedContact, Pull, Step};
 use mtb_operator::{ready_workers, unmonitored};
 use percent_encoding::percent_decode_str;
 
+use mtb_words::Short;
 use variables::{INPUTS, OUTPUTS, Values};
 
 const OK: c_int = 0;
@@ -355,7 +356,8 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     call(unit.cast(), |unit| {
         if !start.is_finite() {
             return Err(Failure::error(format!(
-                "the start time is {start}: a finite number is needed"
+                "the start time is {}: a finite number is needed",
+                Short(start)
             )));
         }
         unit.time = start;
@@ -459,7 +461,8 @@ pub unsafe extern "C" fn fmi2SetReal(
             (references.iter().zip(values)).find(|(_, value)| !value.is_finite())
         {
             return Err(Failure::error(format!(
-                "value reference {reference} is {value}: a finite number is needed"
+                "value reference {reference} is {}: a finite number is needed",
+                Short(value)
             )));
         }
         for (&reference, &value) in references.iter().zip(values) {
@@ -500,7 +503,9 @@ pub unsafe extern "C" fn fmi2DoStep(
     call(unit.cast(), |unit| {
         if !time.is_finite() || !step.is_finite() || step < 0.0 {
             return Err(Failure::error(format!(
-                "a step of {step} s from {time} s: finite numbers are needed, the step not below 0"
+                "a step of {} s from {} s: finite numbers are needed, the step not below 0",
+                Short(step),
+                Short(time)
             )));
         }
         unit.solve()?;

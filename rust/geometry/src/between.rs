@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The sheet and the gap between two arbitrary surfaces.
+//! The contact points and the gap between two arbitrary surfaces.
 
+use mtb_words::Short;
 use rayon::prelude::*;
 
+use crate::contact_points::{ContactPoint, cell_count};
 use crate::error::{finite, out_of_range, positive};
-use crate::sheet::{SheetPoint, cell_count};
-use crate::{ContactSheet, Error, Found, Look, SheetGrid, SheetPoints, Surface};
+use crate::{ContactGrid, ContactPoints, Error, Found, GridPatch, Look, Surface};
 
 /// More points than this are taken for a mistake in the spacing.
 const MOST_POINTS: f64 = 1e7;
@@ -24,11 +25,11 @@ pub struct SurfacePair<'a> {
     pub reach: f64,
 }
 
-/// A sheet between two surfaces, with what is known about its accuracy.
+/// The contact points between two surfaces, with what is known about its accuracy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceGap {
     /// Points on the lower body and the gap along its normal; infinite where there is no upper body.
-    pub sheet: ContactSheet,
+    pub grid: ContactGrid,
     /// Estimated error of the gap at the cell centres because bodies are known by facets only [m].
     pub facet_errors: Vec<f64>,
     /// Whether the normal misses the upper body, so that the gap is the distance of its nearest point.
@@ -36,7 +37,7 @@ pub struct SurfaceGap {
 }
 
 struct Measured {
-    point: SheetPoint,
+    point: ContactPoint,
     /// Normal of the lower body against the vertical.
     rise: f64,
     facet_error: f64,
@@ -60,10 +61,10 @@ impl SurfacePair<'_> {
     /// let plane = HeightSurface::Plane { height: 0.0 };
     /// let ball = HeightSurface::Paraboloid { radii: [0.1, 0.1] };
     /// let pair = SurfacePair { lower: &plane, upper: &ball, reach: 0.01 };
-    /// let gap = pair.sheet([-1e-3, 1e-3], [-1e-3, 1e-3], [5e-4, 5e-4], None, &mtb_geometry::unwatched).unwrap();
-    /// assert!((gap.sheet.cells.gap[0] - 0.75e-3_f64.powi(2) / 0.1).abs() < 1e-15);
+    /// let gap = pair.grid([-1e-3, 1e-3], [-1e-3, 1e-3], [5e-4, 5e-4], None, &mtb_geometry::unwatched).unwrap();
+    /// assert!((gap.grid.cells.gap[0] - 0.75e-3_f64.powi(2) / 0.1).abs() < 1e-15);
     /// ```
-    pub fn sheet(
+    pub fn grid(
         &self,
         x: [f64; 2],
         y: [f64; 2],
@@ -83,7 +84,7 @@ impl SurfacePair<'_> {
         {
             finite(names[0], range[0])?;
             if finite(names[1], range[1])? <= range[0] {
-                let accepted = format!("it must lie above {}", crate::Short(range[0]));
+                let accepted = format!("it must lie above {}", Short(range[0]));
                 return Err(out_of_range(names[1], range[1], accepted));
             }
             counts[i] = cell_count(range[1] - range[0], positive(names[2], spacing[i])?);
@@ -121,7 +122,7 @@ impl SurfacePair<'_> {
             return Err(Error::NeverTouch {
                 reason: format!(
                     "the upper body is nowhere within {} m of the lower one",
-                    self.reach
+                    Short(self.reach)
                 ),
             });
         }
@@ -143,14 +144,14 @@ impl SurfacePair<'_> {
             }
         }
         let of = |measured: &[Measured]| {
-            SheetPoints::new(&measured.iter().map(|m| m.point).collect::<Vec<_>>())
+            ContactPoints::new(&measured.iter().map(|m| m.point).collect::<Vec<_>>())
         };
         Ok(SurfaceGap {
-            sheet: ContactSheet {
+            grid: ContactGrid {
                 cells: of(&cells),
                 nodes: of(&nodes),
                 areas: cells.iter().map(|c| steps[0] * steps[1] / c.rise).collect(),
-                grids: vec![SheetGrid {
+                patches: vec![GridPatch {
                     nx,
                     ny,
                     start: 0,
@@ -182,7 +183,7 @@ impl SurfacePair<'_> {
                     let position = [x, y, below.distance];
                     let above = self.upper.cast(position, below.normal, self.reach);
                     Ok(Measured {
-                        point: SheetPoint {
+                        point: ContactPoint {
                             position,
                             normal: below.normal,
                             along: [1.0, 0.0],
@@ -255,16 +256,16 @@ mod tests {
                 upper,
                 reach: 5e-3,
             };
-            pair.sheet([-5e-3, 5e-3], [-5e-3, 5e-3], [1e-3, 1e-3], None, &unwatched)
+            pair.grid([-5e-3, 5e-3], [-5e-3, 5e-3], [1e-3, 1e-3], None, &unwatched)
                 .unwrap()
         };
-        let exact = gap(&smooth).sheet.cells.gap;
+        let exact = gap(&smooth).grid.cells.gap;
         let error = |n: usize| {
             let found = gap(&facetted(n, 0.012, shape));
             assert!(found.nearest.iter().all(|&n| !n));
             exact
                 .iter()
-                .zip(&found.sheet.cells.gap)
+                .zip(&found.grid.cells.gap)
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max)
         };
@@ -280,14 +281,14 @@ mod tests {
     fn coarse_facets_are_refused_and_fine_ones_pass() {
         let plane = HeightSurface::Plane { height: 0.0 };
         let shape = |x: f64, y: f64| 0.08 - (0.08_f64 * 0.08 - x * x - y * y).sqrt();
-        let sheet = |n: usize| {
+        let grid = |n: usize| {
             let mesh = facetted(n, 0.03, shape);
             let pair = SurfacePair {
                 lower: &plane,
                 upper: &mesh,
                 reach: 0.02,
             };
-            pair.sheet(
+            pair.grid(
                 [-2e-3, 2e-3],
                 [-2e-3, 2e-3],
                 [5e-4; 2],
@@ -295,13 +296,13 @@ mod tests {
                 &unwatched,
             )
         };
-        let error = sheet(4).unwrap_err();
+        let error = grid(4).unwrap_err();
         assert!(matches!(error, Error::FacetsTooCoarse { .. }), "{error}");
-        let fine = sheet(30).unwrap();
+        let fine = grid(30).unwrap();
         let exact = |x: f64, y: f64| shape(x, y);
-        for (k, gap) in fine.sheet.cells.gap.iter().enumerate() {
-            let n = fine.sheet.cells.len();
-            let p = &fine.sheet.cells.positions;
+        for (k, gap) in fine.grid.cells.gap.iter().enumerate() {
+            let n = fine.grid.cells.len();
+            let p = &fine.grid.cells.positions;
             assert!((gap - exact(p[k], p[n + k])).abs() < 1e-7);
         }
     }
@@ -318,7 +319,7 @@ mod tests {
             upper: &rail,
             reach: 1e-3,
         };
-        let flat = pair.sheet(
+        let flat = pair.grid(
             [-45e-3, 45e-3],
             [6e-3, 21.6e-3],
             [3e-3, 3e-3],
@@ -326,7 +327,7 @@ mod tests {
             &unwatched,
         );
         let flat = flat.unwrap();
-        assert!(flat.sheet.cells.gap.iter().all(|g| g.abs() < 1e-16));
+        assert!(flat.grid.cells.gap.iter().all(|g| g.abs() < 1e-16));
         let shoe = PoleShoe {
             rail: Profile::rail_60e1(),
             length: 90e-3,
@@ -338,20 +339,20 @@ mod tests {
             lateral: 0.0,
             yaw: 0.0,
         };
-        let area = |sheet: &ContactSheet| sheet.areas.iter().sum::<f64>();
-        let sheet = shoe.sheet([3e-3, 3e-4]).unwrap();
-        let fine = pair.sheet(
+        let area = |grid: &ContactGrid| grid.areas.iter().sum::<f64>();
+        let grid = shoe.grid([3e-3, 3e-4]).unwrap();
+        let fine = pair.grid(
             [-45e-3, 45e-3],
             [6e-3, 21.6e-3],
             [3e-3, 3e-4],
             None,
             &unwatched,
         );
-        assert!((area(&fine.unwrap().sheet) / area(&sheet) - 1.0).abs() < 1e-5);
+        assert!((area(&fine.unwrap().grid) / area(&grid) - 1.0).abs() < 1e-5);
     }
 
     #[test]
-    fn impossible_sheets_are_named() {
+    fn impossible_areas_are_named() {
         let plane = HeightSurface::Plane { height: 0.0 };
         let block = HeightSurface::Block {
             size: [0.01, 0.01],
@@ -363,7 +364,7 @@ mod tests {
                 upper,
                 reach: 0.01,
             };
-            match pair.sheet(x, [-1e-3, 1e-3], [spacing; 2], Some(1e-6), &unwatched) {
+            match pair.grid(x, [-1e-3, 1e-3], [spacing; 2], Some(1e-6), &unwatched) {
                 Ok(_) => String::from("accepted"),
                 Err(error) => error.to_string(),
             }

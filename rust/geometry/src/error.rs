@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use crate::short::Short;
+use mtb_words::{Rough, Short};
 
 /// What can be wrong with a geometry.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum Error {
         accepted: String,
     },
     /// An element of an array is NaN or infinite.
-    #[error("{name}[{index}] is {value}: finite numbers are needed")]
+    #[error("{name}[{index}] is {}: finite numbers are needed", Short(*.value))]
     ElementNotFinite {
         /// Array.
         name: &'static str,
@@ -140,8 +140,8 @@ pub enum Error {
         /// Place [m].
         y: f64,
     },
-    /// The lower body is missing under a point of the sheet.
-    #[error("the lower body has no surface at ({}, {}) m, inside the sheet that was asked for", Short(*.x), Short(*.y))]
+    /// The lower body is missing under a contact point.
+    #[error("the lower body has no surface at ({}, {}) m, inside the area that was asked for", Short(*.x), Short(*.y))]
     NoSurface {
         /// Place [m].
         x: f64,
@@ -196,7 +196,7 @@ pub enum Error {
     /// A solid that could not be factorised.
     #[error(
         "the mesh would have about {} tetrahedra with {} unknowns, more than {}: larger elements are needed (element_size, size or spacing)",
-        scientific(*.tetrahedra), scientific(*.unknowns), scientific(*.most)
+        Rough(*.tetrahedra), Rough(*.unknowns), Rough(*.most)
     )]
     TooManyTetrahedra {
         /// Tetrahedra expected.
@@ -248,14 +248,6 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
-}
-
-/// A large number with two digits, such as 4e+06.
-fn scientific(value: f64) -> String {
-    let text = format!("{value:.1e}");
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    format!("{}e{exponent:+03}", digits.trim_end_matches(".0"))
 }
 
 /// `value` if it is finite.

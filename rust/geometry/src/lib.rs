@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Profiles, surfaces, contact sheets and gaps.
+//! Profiles, surfaces, contact points and gaps.
 //!
 //! **What.** Cross-sections of rails and wheels ([`Profile`]), the pole shoe of a magnetic track
-//! brake on a rail ([`PoleShoe`]) with the regular sheets of contact points laid over it
-//! ([`ContactSheet`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, the same in any
+//! brake on a rail ([`PoleShoe`]) with the regular grids of contact points laid over it
+//! ([`ContactGrid`]), a wheel on a rail ([`WheelOnRail`]) with its contact plane and gap, the same in any
 //! pose of its wheelset ([`WheelOverRail`]), and the gap
 //! between arbitrary surfaces ([`SurfacePair`]): analytic ones and triangle meshes ([`SurfaceMesh`]),
 //! whose facets are taken for the curved surface they stand for. [`solid`]: blocks, pole shoes and rails filled
@@ -13,7 +13,7 @@
 //!
 //! **Conventions.** SI units. z points from the lower body to the upper one, x along the rail, y to
 //! its left; gap > 0 is open. Vectors of many points are component-major: all x, all y, all z.
-//! Points of a sheet run x fastest.
+//! Contact points run x fastest.
 //!
 //! **References.** [EN13674-1] for the rail, [EN13715] for the wheel, [Steininger2025] for the shoe.
 
@@ -21,25 +21,23 @@ use std::ops::ControlFlow;
 
 mod between;
 mod columns;
+mod contact_points;
 mod error;
 mod mesh;
 mod profile;
 mod root;
-mod sheet;
 mod shoe;
-mod short;
 pub mod solid;
 mod surface;
 mod wheel;
 
 pub use between::{SurfaceGap, SurfacePair};
 pub use columns::{Column, Columns, LENGTHS, read_columns};
+pub use contact_points::{ContactGrid, ContactPoints, GridPatch};
 pub use error::Error;
 pub use mesh::{Closure, SurfaceMesh};
 pub use profile::{Interpolation, Profile, Station, Vertical};
-pub use sheet::{ContactSheet, SheetGrid, SheetPoints};
 pub use shoe::PoleShoe;
-pub use short::Short;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{GapField, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad};
 

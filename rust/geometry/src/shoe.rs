@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pole shoe of a magnetic track brake, worn to the shape of its rail.
 
-use crate::Short;
+use crate::contact_points::{ContactPoint, cell_count};
 use crate::error::{finite, out_of_range, positive};
-use crate::sheet::{SheetPoint, cell_count};
-use crate::{ContactSheet, Error, Profile, SheetGrid, SheetPoints};
+use crate::{ContactGrid, ContactPoints, Error, GridPatch, Profile};
+use mtb_words::{Rough, Short};
 
 /// More points than this are taken for a mistake in the spacing.
 const MOST_CELLS: f64 = 5e6;
@@ -40,13 +40,13 @@ pub struct PoleShoe {
 }
 
 impl PoleShoe {
-    /// Lays a sheet over the conforming strip of every pole.
+    /// Lays contact points over the conforming strip of every pole.
     ///
     /// The cells are regular in the shoe's own x and in the arc length of its sole, as near to
     /// `spacing` as whole numbers of them allow, so they fill the strip exactly; their points lie
     /// vertically below the sole on the rail, and their first tangent lies along the shoe. Both poles have
     /// as many cells; on a rail that is not symmetric those of one are wider. For the centred shoe
-    /// the sheet is regular in the rail's x and arc length, and the gap is exactly zero.
+    /// the grid is regular in the rail's x and arc length, and the gap is exactly zero.
     ///
     /// # Errors
     /// Edges out of order, values that are not finite or not positive, a shoe that reaches beyond
@@ -60,11 +60,11 @@ impl PoleShoe {
     ///     length: 90e-3, inner_edge: 6e-3, conforming_to: 21.6e-3, outer_edge: 36e-3,
     ///     relief_slope: 0.02, poles: 2, lateral: 0.0, yaw: 0.0,
     /// };
-    /// let sheet = shoe.sheet([3e-3, 3e-3]).unwrap();
-    /// assert_eq!((sheet.grids[0].nx, sheet.grids[0].ny), (30, 5));
-    /// assert!(sheet.cells.gap.iter().all(|&g| g == 0.0));
+    /// let grid = shoe.grid([3e-3, 3e-3]).unwrap();
+    /// assert_eq!((grid.patches[0].nx, grid.patches[0].ny), (30, 5));
+    /// assert!(grid.cells.gap.iter().all(|&g| g == 0.0));
     /// ```
-    pub fn sheet(&self, spacing: [f64; 2]) -> Result<ContactSheet, Error> {
+    pub fn grid(&self, spacing: [f64; 2]) -> Result<ContactGrid, Error> {
         self.check()?;
         let dx = positive("spacing along x", spacing[0])?;
         let ds = positive("spacing across", spacing[1])?;
@@ -78,13 +78,16 @@ impl PoleShoe {
             return Err(out_of_range(
                 "spacing",
                 dx.min(ds),
-                format!("it would take more than {MOST_CELLS:e} cells per pole"),
+                format!(
+                    "it would take more than {} cells per pole",
+                    Rough(MOST_CELLS)
+                ),
             ));
         }
         let (nx, ny) = (cell_count(self.length, dx), cell_count(width, ds));
         let mut cells = Vec::new();
         let mut nodes = Vec::new();
-        let mut grids = Vec::new();
+        let mut patches = Vec::new();
         let mut areas = Vec::new();
         for (pole, [first, last]) in self.sides().iter().zip(strips) {
             let spacing = [self.length / nx as f64, (last - first) / ny as f64];
@@ -101,7 +104,7 @@ impl PoleShoe {
                 .chain(&of_nodes)
                 .map(|p| p.gap)
                 .fold(f64::INFINITY, f64::min);
-            grids.push(SheetGrid {
+            patches.push(GridPatch {
                 nx,
                 ny,
                 start: cells.len(),
@@ -113,11 +116,11 @@ impl PoleShoe {
             cells.extend(of_cells.iter().map(|p| self.settled(*pole, *p, drop)));
             nodes.extend(of_nodes.iter().map(|p| self.settled(*pole, *p, drop)));
         }
-        Ok(ContactSheet {
+        Ok(ContactGrid {
             areas,
-            cells: SheetPoints::new(&cells),
-            nodes: SheetPoints::new(&nodes),
-            grids,
+            cells: ContactPoints::new(&cells),
+            nodes: ContactPoints::new(&nodes),
+            patches,
         })
     }
 
@@ -155,7 +158,7 @@ impl PoleShoe {
     }
 
     /// Points of the rail vertically below those of the sole, with the vertical gap.
-    fn points(&self, pole: f64, x: &[f64], s: &[f64]) -> Result<Vec<SheetPoint>, Error> {
+    fn points(&self, pole: f64, x: &[f64], s: &[f64]) -> Result<Vec<ContactPoint>, Error> {
         let (sin, cos) = self.yaw.sin_cos();
         let across = self.rail.position(s)?;
         let mut points = Vec::with_capacity(x.len() * s.len());
@@ -170,7 +173,7 @@ impl PoleShoe {
                 let (sole, _) = self
                     .sole(pole, across)
                     .ok_or_else(|| beyond(&self.rail, across))?;
-                points.push(SheetPoint {
+                points.push(ContactPoint {
                     position: [x, y, rail.height],
                     normal: [0.0, rail.normal()[0], rail.normal()[1]],
                     along: [cos, sin],
@@ -187,7 +190,7 @@ impl PoleShoe {
     }
 
     /// The point with its gap along the normal of the rail once the pole is lowered by `drop`.
-    fn settled(&self, pole: f64, point: SheetPoint, drop: f64) -> SheetPoint {
+    fn settled(&self, pole: f64, point: ContactPoint, drop: f64) -> ContactPoint {
         let [x, y, z] = point.position;
         let n = point.normal;
         let mut gap = 0.0;
@@ -207,7 +210,7 @@ impl PoleShoe {
             };
             above = sole - drop - (z + gap * n[2]);
         }
-        SheetPoint { gap, ..point }
+        ContactPoint { gap, ..point }
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

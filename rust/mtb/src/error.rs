@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_words::Short;
+
 /// What can be wrong with a contact, or keep it from being solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -26,7 +28,7 @@ pub enum Error {
         share: f64,
     },
     /// A support that is far from all nodes.
-    #[error("the point {place:?} m of a support is {distance:.3e} m away from the nearest node")]
+    #[error("the point ({}, {}, {}) m of a support is {} m away from the nearest node", Short(.place[0]), Short(.place[1]), Short(.place[2]), Short(*.distance))]
     FarSupport {
         /// Where it should be [m].
         place: [f64; 3],

@@ -7,7 +7,7 @@ use mtb_contact::problem::{FreeMotion, Problem};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{HalfSpace, HatHalfSpace, Neighbours, Patch};
 use mtb_geometry::solid::block;
-use mtb_geometry::{PoleShoe, Profile, SheetGrid, SheetPoints};
+use mtb_geometry::{ContactPoints, GridPatch, PoleShoe, Profile};
 use mtb_operator::{Compliance, Grid, Monitor, Relative};
 
 use crate::standing::{Standing, at, beside};
@@ -87,19 +87,19 @@ impl PoleShoeOnRail {
     /// # Errors
     /// A shoe that makes no sense, meshes too large to factorise, poles that miss the rail, an interruption.
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
-        let sheet = self.shoe.sheet(self.spacing)?;
+        let grid = self.shoe.grid(self.spacing)?;
         let mut poles = Vec::new();
-        for (grid, side) in sheet.grids.iter().zip([1.0, -1.0]) {
-            poles.push(self.pole(side, grid, &sheet.nodes, monitor)?);
+        for (patch, side) in grid.patches.iter().zip([1.0, -1.0]) {
+            poles.push(self.pole(side, patch, &grid.nodes, monitor)?);
         }
-        contact(&poles, self.lower, &sheet.grids, &sheet.nodes)
+        contact(&poles, self.lower, &grid.patches, &grid.nodes)
     }
 
     fn pole(
         &self,
         side: f64,
-        grid: &SheetGrid,
-        nodes: &SheetPoints,
+        grid: &GridPatch,
+        nodes: &ContactPoints,
         monitor: Monitor<'_>,
     ) -> Result<Standing, Error> {
         let shoe = &self.shoe;
@@ -137,8 +137,8 @@ impl PoleShoeOnRail {
         Standing::new(name, mesh, self.upper, supports, grid, nodes, monitor)
     }
 
-    /// How far a pole off its place was raised [m] until it just touches, as the gaps of the sheet have it.
-    fn lift(&self, side: f64, grid: &SheetGrid, nodes: &SheetPoints) -> f64 {
+    /// How far a pole off its place was raised [m] until it just touches, as the gaps at the contact points have it.
+    fn lift(&self, side: f64, grid: &GridPatch, nodes: &ContactPoints) -> f64 {
         let shoe = &self.shoe;
         if shoe.lateral == 0.0 && shoe.yaw == 0.0 {
             return 0.0;
@@ -194,7 +194,7 @@ impl BlockOnPlane {
         positions.extend(y.iter().flat_map(|y| vec![*y; x.len()]));
         let arc_lengths = positions[n..].to_vec();
         positions.resize(3 * n, 0.0);
-        let nodes = SheetPoints {
+        let nodes = ContactPoints {
             positions,
             normals: axis(2),
             tangents_x: axis(0),
@@ -202,7 +202,7 @@ impl BlockOnPlane {
             arc_lengths,
             gap: vec![0.0; n],
         };
-        let grid = SheetGrid {
+        let grid = GridPatch {
             nx,
             ny,
             start: 0,
@@ -230,8 +230,8 @@ fn spread(extent: f64, cells: usize) -> Vec<f64> {
 fn contact(
     bodies: &[Standing],
     lower: Option<Material>,
-    grids: &[SheetGrid],
-    nodes: &SheetPoints,
+    grids: &[GridPatch],
+    nodes: &ContactPoints,
 ) -> Result<Contact, Error> {
     let (upper, geometry, motions) = beside(bodies, nodes);
     let below: Option<Arc<dyn Compliance>> = match lower {

@@ -9,7 +9,7 @@ use mtb_contact::sliding::RigidMotion;
 use mtb_elasticity::Material;
 use mtb_elasticity::tetra::{ContactGrid, Limits, Order, Sampling, Support, TetraBody, TetraMesh};
 use mtb_geometry::solid::SolidMesh;
-use mtb_geometry::{SheetGrid, SheetPoints};
+use mtb_geometry::{ContactPoints, GridPatch};
 use mtb_operator::{Compliance, Monitor, Separate};
 
 use crate::Error;
@@ -44,8 +44,8 @@ impl Standing {
         mesh: SolidMesh,
         material: Material,
         supports: Vec<Support>,
-        grid: &SheetGrid,
-        nodes: &SheetPoints,
+        grid: &GridPatch,
+        nodes: &ContactPoints,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
         let mut is_contact = vec![false; mesh.nodes.len()];
@@ -61,7 +61,7 @@ impl Standing {
         let faces: Vec<usize> = (0..core.n_faces()).filter(is_face).collect();
         let (nx, ny) = (grid.nx + 1, grid.ny + 1);
         let own = grid.node_start..grid.node_start + nx * ny;
-        // the sheet lies on the lower body, the upper one a gap away from it
+        // the contact points lie on the lower body, the upper one a gap away from it
         let raised = |i: usize| -> [f64; 3] {
             let (place, normal) = (at(&nodes.positions, i), at(&nodes.normals, i));
             std::array::from_fn(|c| place[c] + nodes.gap[i] * normal[c])
@@ -142,7 +142,7 @@ fn averages(sampling: &Sampling, mesh: &TetraMesh, weights: &[f64]) -> Averages 
 /// The contact of elastic bodies side by side: their compliance, the points, and the motions that are free.
 pub(crate) fn beside(
     bodies: &[Standing],
-    nodes: &SheetPoints,
+    nodes: &ContactPoints,
 ) -> (Arc<dyn Compliance>, Geometry, Vec<FreeMotion>) {
     let n = nodes.len();
     let mut means = Means {

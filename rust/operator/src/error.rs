@@ -2,7 +2,7 @@
 use thiserror::Error;
 
 use crate::Interrupted;
-use crate::memory::amount;
+use mtb_words::{Memory, Short};
 
 /// What this crate refuses, or why its work was broken off.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -10,7 +10,8 @@ use crate::memory::amount;
 pub enum Error {
     /// A grid without points, or with a spacing that is not a positive number.
     #[error(
-        "grid of {nx} x {ny} points with spacing {dx:e} x {dy:e} m: counts must be at least 1, spacings positive and finite"
+        "grid of {nx} x {ny} points with spacing {} x {} m: counts must be at least 1, spacings positive and finite",
+        Short(*.dx), Short(*.dy)
     )]
     Grid {
         /// Points along x.
@@ -25,7 +26,7 @@ pub enum Error {
     /// More points than the memory holds.
     #[error(
         "{points} contact points take {}; the limit is {}, and the machine has {} free: take fewer, larger cells",
-        amount(*.gigabytes), amount(*.limit), amount(*.available)
+        Memory(*.gigabytes), Memory(*.limit), Memory(*.available)
     )]
     Memory {
         /// Points asked for.
@@ -40,7 +41,7 @@ pub enum Error {
     /// No memory for the products of matrices.
     #[error(
         "the memory does not suffice: products of matrices take a buffer of {}, and {} are free: raise the limit of the address space (ulimit -v)",
-        amount(*.gigabytes), amount(*.available)
+        Memory(*.gigabytes), Memory(*.available)
     )]
     Buffer {
         /// Memory [GB] that one thread needs.

@@ -19,7 +19,6 @@ mod compliance;
 mod convolution;
 pub mod dense;
 mod error;
-mod folded;
 mod fourier;
 mod grid;
 pub mod krylov;
@@ -28,23 +27,24 @@ mod memory;
 mod monitor;
 mod relative;
 mod separate;
+mod symmetric;
 mod workers;
 
 pub use compliance::{Block, Compliance, Component, Mirrored, Sum};
 pub use convolution::Convolution;
 pub use error::Error;
-pub use folded::{Folded, Unfolded};
 pub use fourier::{Kernel, Transform};
 pub use grid::Grid;
 pub use linear::LinearOperator;
 pub use memory::{
-    MEMORY_LIMIT, amount, available_address_space, available_memory, check_dense, check_factors,
+    MEMORY_LIMIT, available_address_space, available_memory, check_dense, check_factors,
     check_memory,
 };
 pub use monitor::{Interrupted, Monitor, Progress, report, unmonitored};
 pub use relative::Relative;
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
+pub use symmetric::{SymmetricHalf, SymmetricWhole};
 pub use workers::{ready_products, ready_workers, reset_workers};
 
 /// The examples of the README.

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use mtb_operator::{
-    Compliance, Component, Error, Folded, Mirrored, Reflected, Relative, Separate, Sum, Unfolded,
+    Compliance, Component, Error, Mirrored, Reflected, Relative, Separate, Sum, SymmetricHalf,
+    SymmetricWhole,
 };
 
 /// A compliance with arbitrary blocks, different for each pair of components.
@@ -61,8 +62,8 @@ fn matrices_and_maps_agree() {
         (Arc::new(Arbitrary(3)), Arc::new(Arbitrary(4)));
     consistent(&Separate(vec![a.clone(), b.clone()]));
     consistent(&Reflected::new(a.clone(), vec![2, 0, 1]).unwrap());
-    consistent(&Folded::new(b.clone(), &[1, 0, 3, 2]).unwrap());
-    consistent(&Folded::new(a.clone(), &[2, 1, 0]).unwrap());
+    consistent(&SymmetricHalf::new(b.clone(), &[1, 0, 3, 2]).unwrap());
+    consistent(&SymmetricHalf::new(a.clone(), &[2, 1, 0]).unwrap());
     consistent(&Mirrored(&*a));
     let mirrored = Mirrored(&*a);
     consistent(&Sum(vec![&*a, &mirrored]));
@@ -130,7 +131,7 @@ fn a_body_and_its_twin_fold_onto_the_body() {
     let a: Arc<dyn Compliance> = Arc::new(Arbitrary(3));
     let twin = Reflected::new(a.clone(), vec![0, 1, 2]).unwrap();
     let both: Arc<dyn Compliance> = Arc::new(Separate(vec![a.clone(), Arc::new(twin)]));
-    let half = Folded::new(both, &[3, 4, 5, 0, 1, 2]).unwrap();
+    let half = SymmetricHalf::new(both, &[3, 4, 5, 0, 1, 2]).unwrap();
     assert_eq!(half.kept(), [0, 1, 2]);
     for o in AXES {
         for l in AXES {
@@ -146,7 +147,7 @@ fn a_body_and_its_twin_fold_onto_the_body() {
 fn what_is_no_pairing_is_refused() {
     let a: Arc<dyn Compliance> = Arc::new(Arbitrary(3));
     for image in [vec![1, 2, 0], vec![0, 1], vec![0, 1, 7]] {
-        assert!(Folded::new(a.clone(), &image).is_none());
+        assert!(SymmetricHalf::new(a.clone(), &image).is_none());
     }
     for original in [vec![0, 0, 1], vec![0, 1], vec![0, 1, 7]] {
         assert!(Reflected::new(a.clone(), original).is_none());
@@ -154,11 +155,11 @@ fn what_is_no_pairing_is_refused() {
 }
 
 #[test]
-fn folding_undoes_unfolding() {
+fn half_of_a_whole_is_the_half() {
     let half: Arc<dyn Compliance> = Arc::new(Arbitrary(2));
     let image = [2, 3, 0, 1];
-    let whole: Arc<dyn Compliance> = Arc::new(Unfolded::new(half.clone(), &image).unwrap());
-    let again = Folded::new(whole, &image).unwrap();
+    let whole: Arc<dyn Compliance> = Arc::new(SymmetricWhole::new(half.clone(), &image).unwrap());
+    let again = SymmetricHalf::new(whole, &image).unwrap();
     for o in AXES {
         for l in AXES {
             let (mut u, mut v) = (vec![0.0; 2], vec![0.0; 2]);

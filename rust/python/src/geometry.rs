@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Profiles, surfaces, sheets and gaps.
+//! Profiles, surfaces, contact points and gaps.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use mtb_geometry::{
-    Closure, Column, ContactSheet, HeightField, HeightSurface, Interpolation, PoleShoe,
-    SheetPoints, Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
+    Closure, Column, ContactGrid, ContactPoints, HeightField, HeightSurface, Interpolation,
+    PoleShoe, Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
 };
 use mtb_operator::{Monitor, Progress};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::error::{apart, bad_input, enter};
 
@@ -161,29 +160,68 @@ impl PyProfile {
     }
 }
 
-fn sheet_points(py: Python<'_>, points: SheetPoints) -> PyResult<Bound<'_, PyDict>> {
-    let fields = PyDict::new(py);
-    fields.set_item("points", rows(py, points.positions, 3)?)?;
-    fields.set_item("normal", rows(py, points.normals, 3)?)?;
-    fields.set_item("tangent_x", rows(py, points.tangents_x, 3)?)?;
-    fields.set_item("tangent_y", rows(py, points.tangents_y, 3)?)?;
-    fields.set_item("arc_length", points.arc_lengths.into_pyarray(py))?;
-    fields.set_item("gap", points.gap.into_pyarray(py))?;
-    Ok(fields)
+/// Contact points with the gap above them, (3, n) and (n,).
+#[pyclass(frozen, get_all, name = "ContactPoints", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyContactPoints {
+    points: Py<PyArray2<f64>>,
+    normal: Py<PyArray2<f64>>,
+    tangent_x: Py<PyArray2<f64>>,
+    tangent_y: Py<PyArray2<f64>>,
+    arc_length: Py<PyArray1<f64>>,
+    gap: Py<PyArray1<f64>>,
 }
 
-fn sheet(py: Python<'_>, sheet: ContactSheet) -> PyResult<Bound<'_, PyDict>> {
-    let fields = PyDict::new(py);
-    let grids: Vec<([usize; 4], [f64; 2], [f64; 2])> = sheet
-        .grids
-        .iter()
-        .map(|g| ([g.nx, g.ny, g.start, g.node_start], g.spacing, g.origin))
-        .collect();
-    fields.set_item("cells", sheet_points(py, sheet.cells)?)?;
-    fields.set_item("nodes", sheet_points(py, sheet.nodes)?)?;
-    fields.set_item("area", sheet.areas.into_pyarray(py))?;
-    fields.set_item("grids", grids)?;
-    Ok(fields)
+impl PyContactPoints {
+    fn new(py: Python<'_>, points: ContactPoints) -> PyResult<Py<Self>> {
+        let made = Self {
+            points: rows(py, points.positions, 3)?.unbind(),
+            normal: rows(py, points.normals, 3)?.unbind(),
+            tangent_x: rows(py, points.tangents_x, 3)?.unbind(),
+            tangent_y: rows(py, points.tangents_y, 3)?.unbind(),
+            arc_length: points.arc_lengths.into_pyarray(py).unbind(),
+            gap: points.gap.into_pyarray(py).unbind(),
+        };
+        Py::new(py, made)
+    }
+}
+
+/// The potential contact: cells, their corners and areas, and of each patch its counts (nx, ny) and first cell
+/// and node, its spacing, and its origin.
+#[pyclass(frozen, get_all, name = "ContactGrid", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyContactGrid {
+    cells: Py<PyContactPoints>,
+    nodes: Py<PyContactPoints>,
+    area: Py<PyArray1<f64>>,
+    patches: Vec<([usize; 4], [f64; 2], [f64; 2])>,
+}
+
+impl PyContactGrid {
+    fn new(py: Python<'_>, grid: ContactGrid) -> PyResult<Self> {
+        let patches = grid.patches.iter();
+        Ok(Self {
+            patches: patches
+                .map(|g| ([g.nx, g.ny, g.start, g.node_start], g.spacing, g.origin))
+                .collect(),
+            cells: PyContactPoints::new(py, grid.cells)?,
+            nodes: PyContactPoints::new(py, grid.nodes)?,
+            area: grid.areas.into_pyarray(py).unbind(),
+        })
+    }
+}
+
+/// Contact of a wheel on a rail, and the gap (ny, nx) over its plane.
+#[pyclass(frozen, get_all, name = "WheelRailGap", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyWheelRailGap {
+    gap: Py<PyArray2<f64>>,
+    start: [f64; 2],
+    contact_angle: f64,
+    origin: [f64; 2],
+    rail_position: f64,
+    wheel_position: f64,
+    first_rail_position: f64,
+    undeformed_height: f64,
+    approach: f64,
+    neglected: f64,
 }
 
 /// A look at a wish to stop, of work that tells no progress.
@@ -223,25 +261,25 @@ impl Shoe {
     }
 }
 
-/// Sheet of a pole shoe on a rail, as a dictionary of plain arrays.
+/// The potential contact of a pole shoe on a rail.
 #[pyfunction]
-pub(crate) fn pole_shoe_sheet<'py>(
-    py: Python<'py>,
+pub(crate) fn pole_shoe_grid(
+    py: Python<'_>,
     rail: &PyProfile,
     shoe: Shoe,
     spacing: [f64; 2],
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PyContactGrid> {
     let shoe = shoe.on(rail);
-    let laid = enter(py, |_| shoe.sheet(spacing))?;
-    sheet(py, laid)
+    let laid = enter(py, |_| shoe.grid(spacing))?;
+    PyContactGrid::new(py, laid)
 }
 
-/// Contact of a wheel on a rail and the gap over its plane, as a dictionary.
+/// Contact of a wheel on a rail, and the gap over its plane.
 #[pyfunction]
 #[pyo3(signature = (wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral, force, contact_modulus, approach, spacing, scale))]
 #[allow(clippy::too_many_arguments)] // reason: keyword-only, one for each parameter of the pair
-pub(crate) fn wheel_on_rail_gap<'py>(
-    py: Python<'py>,
+pub(crate) fn wheel_on_rail_gap(
+    py: Python<'_>,
     wheel: &PyProfile,
     rail: &PyProfile,
     wheel_radius: f64,
@@ -256,7 +294,7 @@ pub(crate) fn wheel_on_rail_gap<'py>(
     approach: Option<f64>,
     spacing: [f64; 2],
     scale: f64,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PyWheelRailGap> {
     let pair = WheelOnRail {
         wheel: wheel.0.clone(),
         rail: rail.0.clone(),
@@ -280,19 +318,19 @@ pub(crate) fn wheel_on_rail_gap<'py>(
         let field = pair.gap(&contact, spacing, scale, &|| look(monitor))?;
         Ok::<_, mtb_geometry::Error>((contact, field))
     })?;
-    let fields = PyDict::new(py);
     let shape = [field.ny, field.nx];
-    fields.set_item("gap", field.gap.into_pyarray(py).reshape(shape)?)?;
-    fields.set_item("start", field.start)?;
-    fields.set_item("contact_angle", contact.angle)?;
-    fields.set_item("origin", contact.origin)?;
-    fields.set_item("rail_position", contact.rail_position)?;
-    fields.set_item("wheel_position", contact.wheel_position)?;
-    fields.set_item("first_rail_position", contact.first_rail_position)?;
-    fields.set_item("undeformed_height", contact.undeformed_height)?;
-    fields.set_item("approach", contact.approach)?;
-    fields.set_item("neglected", contact.neglected)?;
-    Ok(fields)
+    Ok(PyWheelRailGap {
+        gap: field.gap.into_pyarray(py).reshape(shape)?.unbind(),
+        start: field.start,
+        contact_angle: contact.angle,
+        origin: contact.origin,
+        rail_position: contact.rail_position,
+        wheel_position: contact.wheel_position,
+        first_rail_position: contact.first_rail_position,
+        undeformed_height: contact.undeformed_height,
+        approach: contact.approach,
+        neglected: contact.neglected,
+    })
 }
 
 /// The surface of a body; private, use `mtb_rs.surfaces.BodySurface`.
@@ -391,7 +429,8 @@ impl PyBodySurface {
     }
 }
 
-/// Sheet and gap between two surfaces, as a dictionary.
+/// The potential contact of two surfaces, the error of their facets [m] at each cell, and
+/// whether its gap is the distance of the nearest point.
 #[pyfunction]
 #[pyo3(signature = (lower, upper, *, x, y, spacing, reach, approach))]
 #[allow(clippy::too_many_arguments)] // reason: keyword-only
@@ -404,17 +443,18 @@ pub(crate) fn surface_gap<'py>(
     spacing: [f64; 2],
     reach: f64,
     approach: Option<f64>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<(PyContactGrid, Values<'py>, Bound<'py, PyArray1<bool>>)> {
     let pair = SurfacePair {
         lower: lower.0.as_ref(),
         upper: upper.0.as_ref(),
         reach,
     };
     let gap = enter(py, |monitor| {
-        pair.sheet(x, y, spacing, approach, &|| look(monitor))
+        pair.grid(x, y, spacing, approach, &|| look(monitor))
     })?;
-    let fields = sheet(py, gap.sheet)?;
-    fields.set_item("facet_error", gap.facet_errors.into_pyarray(py))?;
-    fields.set_item("nearest", gap.nearest.into_pyarray(py))?;
-    Ok(fields)
+    Ok((
+        PyContactGrid::new(py, gap.grid)?,
+        gap.facet_errors.into_pyarray(py),
+        gap.nearest.into_pyarray(py),
+    ))
 }

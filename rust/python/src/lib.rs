@@ -38,7 +38,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::geometry::{
-        PyBodySurface, PyProfile, pole_shoe_sheet, read_columns, surface_gap, wheel_on_rail_gap,
+        PyBodySurface, PyContactGrid, PyContactPoints, PyProfile, PyWheelRailGap, pole_shoe_grid,
+        read_columns, surface_gap, wheel_on_rail_gap,
     };
     #[pymodule_export]
     use super::normal::{

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use mtb_contact::sliding::displacement;
 use mtb_operator::{
-    Compliance, Component, Folded, MEMORY_LIMIT, Reflected, Relative, Separate, Unfolded,
-    check_memory,
+    Compliance, Component, MEMORY_LIMIT, Reflected, Relative, Separate, SymmetricHalf,
+    SymmetricWhole, check_memory,
 };
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -93,8 +93,8 @@ impl PyCompliance {
     }
 
     /// The whole of which this is the half, for loads that are their own mirror images about y = 0.
-    fn unfolded(&self, image: Vec<usize>) -> PyResult<Self> {
-        Unfolded::new(self.0.clone(), &image)
+    fn symmetric_whole(&self, image: Vec<usize>) -> PyResult<Self> {
+        SymmetricWhole::new(self.0.clone(), &image)
             .map(|whole| Self(Arc::new(whole)))
             .ok_or_else(|| PyValueError::new_err("image must pair the contact points"))
     }
@@ -107,9 +107,9 @@ impl PyCompliance {
     }
 
     /// The same body under loads that are their own mirror images about y = 0; point i has the image `image[i]`.
-    fn folded(&self, image: Vec<usize>) -> PyResult<Self> {
-        Folded::new(self.0.clone(), &image)
-            .map(|folded| Self(Arc::new(folded)))
+    fn symmetric_half(&self, image: Vec<usize>) -> PyResult<Self> {
+        SymmetricHalf::new(self.0.clone(), &image)
+            .map(|half| Self(Arc::new(half)))
             .ok_or_else(|| PyValueError::new_err("image must pair the contact points"))
     }
 

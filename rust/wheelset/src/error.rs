@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_geometry::Short;
+use mtb_words::{Rough, Short};
 use thiserror::Error;
 
 use crate::Side;
@@ -46,8 +46,8 @@ pub enum Error {
     },
     /// The wheelset is turned off its rails.
     #[error(
-        "{name} is {} rad: at most {most} rad is needed, or the wheelset does not roll along the rails",
-        Short(*.value)
+        "{name} is {} rad: at most {} rad is needed, or the wheelset does not roll along the rails",
+        Short(*.value), Short(*.most)
     )]
     Turned {
         /// Name of the component.
@@ -105,7 +105,7 @@ pub enum Error {
         reason: &'static str,
     },
     /// A normal contact was not solved.
-    #[error("the normal contact of the {side} wheel: {status}, residual {residual:.1e}")]
+    #[error("the normal contact of the {side} wheel: {status}, residual {}", Rough(*.residual))]
     Normal {
         /// The wheel.
         side: Side,
@@ -115,7 +115,7 @@ pub enum Error {
         residual: f64,
     },
     /// A tangential contact was not solved.
-    #[error("stick and slip under the {side} wheel: residual {residual:.1e}")]
+    #[error("stick and slip under the {side} wheel: residual {}", Rough(*.residual))]
     Tangential {
         /// The wheel.
         side: Side,
@@ -142,7 +142,7 @@ pub enum Error {
         end: Option<String>,
     },
     /// A result is not finite.
-    #[error("the numbers given are too large: {name} is {value}")]
+    #[error("the numbers given are too large: {name} is {}", Short(*.value))]
     Overflow {
         /// Name of the result.
         name: &'static str,

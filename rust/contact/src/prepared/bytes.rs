@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{FreeMotion, Prepared, Table};
+use super::{NamedMotion, Prepared, Table};
 use crate::error::Error;
 use crate::problem::{Geometry, Means};
 use crate::record::{Damaged, Reader, Writer};
@@ -83,7 +83,7 @@ impl Prepared {
         let along = [body.option(Reader::array)?, body.option(Reader::array)?];
         let influence = Influence::from_columns(geometry.points(), normal, along)?;
         let count = body.count()?;
-        let motions: Result<Vec<FreeMotion>, Error> =
+        let motions: Result<Vec<NamedMotion>, Error> =
             (0..count).map(|_| motion(&mut body)).collect();
         let prepared = Self {
             influence: Arc::new(influence),
@@ -108,13 +108,13 @@ fn table(body: &mut Reader<'_>) -> Result<Table, Error> {
     Table::new(speed, rows?)
 }
 
-fn motion(body: &mut Reader<'_>) -> Result<FreeMotion, Error> {
+fn motion(body: &mut Reader<'_>) -> Result<NamedMotion, Error> {
     let name = body.text()?;
     let component = body.option(Reader::word)?.map(|c| c as usize);
     if component.is_some_and(|c| c > 5) {
         return Err(Error::Stored("a motion has no such component"));
     }
-    Ok(FreeMotion {
+    Ok(NamedMotion {
         name,
         component,
         motion: RigidMotion {

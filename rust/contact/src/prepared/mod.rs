@@ -17,9 +17,9 @@ pub use table::Table;
 /// Largest number a step takes, in SI units; beyond it squares overflow.
 const LARGEST: f64 = 1e30;
 
-/// A rigid motion that the supports leave free.
+/// A rigid motion that the supports leave free, with the words by which a simulation knows it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FreeMotion {
+pub struct NamedMotion {
     /// Its name, for example `left z`.
     pub name: String,
     /// What it does to the contact; its `work` is part of the loads.
@@ -36,7 +36,7 @@ pub struct Prepared {
     /// The contact points.
     pub geometry: Geometry,
     /// Motions found from balance.
-    pub motions: Vec<FreeMotion>,
+    pub motions: Vec<NamedMotion>,
     /// Friction coefficient at the points (n) over the sliding speed.
     pub friction: Table,
     /// Gap before contact (n) [m], then work of the loads on each motion (m) [J], over the sliding speed.
@@ -152,7 +152,7 @@ impl Prepared {
             influence: Arc::new(Influence::of(problem.pair(), monitor)?),
             geometry: (**problem.geometry()).clone(),
             motions: motions
-                .map(|(free, (name, component))| FreeMotion {
+                .map(|(free, (name, component))| NamedMotion {
                     name,
                     motion: free.motion.clone(),
                     component,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::linear::Status;
+use mtb_words::Rough;
 
 use super::Geometry;
 use crate::coupled::{CoupledContact, CoupledState, PointState};
@@ -138,8 +139,8 @@ impl Outcome {
                 Some("the resultant of the load lies outside what the contact can carry".to_owned())
             }
             Status::IterationLimit => Some(format!(
-                "not converged (residual {:.1e})",
-                self.solution.residual
+                "not converged (residual {})",
+                Rough(self.solution.residual)
             )),
         }
     }

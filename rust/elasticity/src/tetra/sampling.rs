@@ -134,7 +134,7 @@ fn is_orthonormal(frame: &[[f64; 3]; 3]) -> bool {
     })
 }
 
-/// A regular grid of contact points on a sheet `(x, s)` that is bent over the surface of a body;
+/// A regular grid of contact points on a surface `(x, s)` that is bent over the surface of a body;
 /// between the points the traction is bilinear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactGrid {
@@ -142,7 +142,7 @@ pub struct ContactGrid {
     pub nx: usize,
     /// Points along s.
     pub ny: usize,
-    /// Spacing along x and s, measured on the sheet [m].
+    /// Spacing along x and s, measured along that surface [m].
     pub spacing: [f64; 2],
     /// Positions, x fastest [m].
     pub points: Vec<[f64; 3]>,
@@ -159,9 +159,9 @@ const PARTS: usize = 3;
 const REACH: f64 = 0.5;
 const BESIDE: f64 = 1e-3;
 
-/// Where a point of a sheet lies on a face.
+/// Where a point of a grid lies on a face.
 enum Face<'a> {
-    /// Behind it, along the normal of a flat sheet.
+    /// Behind it, along the normal of a flat grid.
     Behind(FaceView<'a>),
     /// Nearest to it, and not farther beside it than this [m].
     Nearest(FaceFinder<'a>, f64),
@@ -186,7 +186,7 @@ impl ContactGrid {
     /// Quadrature of the grid's cells on the triangles `faces` of a body's boundary; what lies beside
     /// the face is left out.
     ///
-    /// A bent sheet lies on the face. A flat one may lie at any distance before it: its points are
+    /// A bent grid lies on the face. A flat one may lie at any distance before it: its points are
     /// those of the face behind them, its areas those seen along its normal.
     ///
     /// # Errors

@@ -7,6 +7,8 @@ mod piece;
 mod spline;
 mod standard;
 
+use mtb_words::Short;
+
 use crate::Error;
 use crate::error::{all_finite, out_of_range};
 use piece::{Curve, Piece};
@@ -81,13 +83,16 @@ impl Profile {
         }
         for (name, values) in [("y", y), ("z", z)] {
             if let Some(value) = values.iter().find(|v| v.abs() > FARTHEST) {
-                let accepted = format!("at most {FARTHEST} m is accepted");
+                let accepted = format!("at most {} m is accepted", Short(FARTHEST));
                 return Err(out_of_range(name, *value, accepted));
             }
         }
         for pair in y.windows(2) {
             if (pair[1] - pair[0]).abs() < CLOSEST {
-                let accepted = format!("points of a profile lie at least {CLOSEST:e} m apart");
+                let accepted = format!(
+                    "points of a profile lie at least {} m apart",
+                    Short(CLOSEST)
+                );
                 return Err(out_of_range("y", pair[1], accepted));
             }
         }

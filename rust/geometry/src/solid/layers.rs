@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_words::Rough;
+
 use super::spaced;
 use crate::Error;
 use crate::error::out_of_range;
@@ -41,7 +43,10 @@ pub(super) fn layers(
         graded + (length - end) / thickest
     };
     if count.is_nan() || count > MOST_LAYERS {
-        let accepted = format!("it must be thick enough for {MOST_LAYERS:e} layers at most");
+        let accepted = format!(
+            "it must be thick enough for {} layers at most",
+            Rough(MOST_LAYERS)
+        );
         return Err(out_of_range(
             "thickness of the first layer",
             first,

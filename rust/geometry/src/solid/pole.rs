@@ -14,7 +14,7 @@ impl PoleShoe {
     /// "contact" (the conforming strip), "top", "rear" and "front".
     ///
     /// # Errors
-    /// Those of [`PoleShoe::sheet`], a top that lies below the sole or the crown, coordinates that do not rise
+    /// Those of [`PoleShoe::grid`], a top that lies below the sole or the crown, coordinates that do not rise
     /// or do not span the strip, [`Error::TooManyTetrahedra`].
     pub fn solid(
         &self,

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_words::Short;
+
 use super::hexahedra::{Curved, Hexahedra};
 use super::layers::{ACROSS_RAIL, coarseness, layers};
 use super::{SolidMesh, check_unknowns, doubled, least, rising, spaced, steps, symmetric};
@@ -204,7 +206,10 @@ impl RailSection {
         let corner = flank.gauge_corner();
         let (first, last) = (y[0], y[y.len() - 1]);
         if first < 0.0 || last >= corner {
-            let accepted = format!("the contact strip lies between 0 and {corner} m on the head");
+            let accepted = format!(
+                "the contact strip lies between 0 and {} m on the head",
+                Short(corner)
+            );
             return Err(out_of_range(
                 "y",
                 if first < 0.0 { first } else { last },
@@ -213,7 +218,8 @@ impl RailSection {
         }
         if corner <= self.web_half_width {
             let accepted = format!(
-                "the head of the rail is {corner} m wide to either side and wider than its web"
+                "the head of the rail is {} m wide to either side and wider than its web",
+                Short(corner)
             );
             return Err(out_of_range(
                 "web_half_width",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The gap over the contact plane.
 
+use mtb_words::Short;
 use rayon::prelude::*;
 
 use super::section::Section;
@@ -108,7 +109,7 @@ impl WheelOnRail {
         if dx > contact.half_length {
             let accepted = format!(
                 "the contact is only about {} m long",
-                2.0 * contact.half_length
+                Short(2.0 * contact.half_length)
             );
             return Err(out_of_range("spacing along x", dx, accepted));
         }

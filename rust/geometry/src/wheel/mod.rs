@@ -8,6 +8,8 @@ mod section;
 
 use std::f64::consts::PI;
 
+use mtb_words::Short;
+
 use crate::error::{finite, out_of_range, positive};
 use crate::{Error, Profile};
 use section::Section;
@@ -150,7 +152,7 @@ impl WheelOnRail {
                 if excess(MOST_APPROACH) < 0.0 {
                     let accepted = format!(
                         "it would press the bodies more than {} mm together",
-                        1e3 * MOST_APPROACH
+                        Short(1e3 * MOST_APPROACH)
                     );
                     return Err(out_of_range("force", vertical, accepted));
                 }
@@ -188,7 +190,7 @@ impl WheelOnRail {
         for (name, profile) in [("wheel profile", &self.wheel), ("rail profile", &self.rail)] {
             let [start, end] = profile.range();
             if end - start > WIDEST {
-                let accepted = format!("its width in m, at most {WIDEST} m is accepted");
+                let accepted = format!("its width in m, at most {} m is accepted", Short(WIDEST));
                 return Err(out_of_range(name, end - start, accepted));
             }
         }
@@ -201,7 +203,7 @@ impl WheelRailLoad {
         match self {
             Self::Approach(approach) => {
                 if positive("approach", approach)? > MOST_APPROACH {
-                    let accepted = format!("at most {MOST_APPROACH} m is accepted");
+                    let accepted = format!("at most {} m is accepted", Short(MOST_APPROACH));
                     return Err(out_of_range("approach", approach, accepted));
                 }
             }

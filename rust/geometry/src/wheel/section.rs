@@ -2,10 +2,10 @@
 //! Wheel and rail in the vertical plane through the axle: placement and overlap.
 
 use super::{WheelOnRail, WheelRailContact};
-use crate::Short;
 use crate::error::out_of_range;
 use crate::root;
 use crate::{Error, Profile};
+use mtb_words::Short;
 
 /// Distance of the samples over the rail head [m]: fine against any contact, cheap to look through.
 const SAMPLING: f64 = 1e-5;

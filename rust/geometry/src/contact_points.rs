@@ -2,7 +2,7 @@
 /// Points on the lower body with the undeformed gap above them; vectors are `(3, n)`,
 /// component-major.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SheetPoints {
+pub struct ContactPoints {
     /// Positions on the lower body [m].
     pub positions: Vec<f64>,
     /// Unit normals of the lower body, pointing up.
@@ -18,7 +18,7 @@ pub struct SheetPoints {
     pub gap: Vec<f64>,
 }
 
-impl SheetPoints {
+impl ContactPoints {
     /// Number of points.
     pub fn len(&self) -> usize {
         self.gap.len()
@@ -30,8 +30,8 @@ impl SheetPoints {
     }
 
     /// Component-major arrays of single points, with the tangents.
-    pub(crate) fn new(points: &[SheetPoint]) -> Self {
-        let vectors = |f: fn(&SheetPoint) -> [f64; 3]| -> Vec<f64> {
+    pub(crate) fn new(points: &[ContactPoint]) -> Self {
+        let vectors = |f: fn(&ContactPoint) -> [f64; 3]| -> Vec<f64> {
             (0..3)
                 .flat_map(|i| points.iter().map(move |p| f(p)[i]))
                 .collect()
@@ -47,9 +47,9 @@ impl SheetPoints {
     }
 }
 
-/// A point of a sheet.
+/// A contact point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SheetPoint {
+pub(crate) struct ContactPoint {
     pub(crate) position: [f64; 3],
     pub(crate) normal: [f64; 3],
     /// Direction (x, y) of the grid's rows, of unit length.
@@ -58,7 +58,7 @@ pub(crate) struct SheetPoint {
     pub(crate) gap: f64,
 }
 
-impl SheetPoint {
+impl ContactPoint {
     /// The tangent above `along`, and the normal times it.
     fn tangents(&self) -> [[f64; 3]; 2] {
         let n = self.normal;
@@ -76,10 +76,10 @@ impl SheetPoint {
     }
 }
 
-/// One regular grid inside the flat arrays of a sheet: `nx * ny` cells from `start` on, x fastest,
+/// One regular grid inside the flat arrays of a [`ContactGrid`]: `nx * ny` cells from `start` on, x fastest,
 /// and `(nx + 1) * (ny + 1)` nodes from `node_start` on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SheetGrid {
+pub struct GridPatch {
     /// Cells along x.
     pub nx: usize,
     /// Cells across.
@@ -91,21 +91,21 @@ pub struct SheetGrid {
     /// Cell size along the rows and across [m].
     pub spacing: [f64; 2],
     /// Its first node in the plane into which the surface is unrolled: along the rows and across (arc
-    /// length) [m]. All grids of a sheet share that plane.
+    /// length) [m]. All patches of a contact share that plane.
     pub origin: [f64; 2],
 }
 
 /// A potential contact: regular grids of equal cells over the surface of the lower body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ContactSheet {
+pub struct ContactGrid {
     /// Cell centres.
-    pub cells: SheetPoints,
+    pub cells: ContactPoints,
     /// Corners of the cells.
-    pub nodes: SheetPoints,
+    pub nodes: ContactPoints,
     /// Cell areas [m2].
     pub areas: Vec<f64>,
-    /// The grids, left (y > 0) first.
-    pub grids: Vec<SheetGrid>,
+    /// The patches, left (y > 0) first.
+    pub patches: Vec<GridPatch>,
 }
 
 /// Number of equal cells of about `spacing` that fill `length`, at least one.

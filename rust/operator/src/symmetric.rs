@@ -8,7 +8,7 @@ use crate::{Compliance, Component};
 ///
 /// Only one point of each pair of mirror images is kept, so a problem with a symmetric solution is solved as
 /// its half. Under the mirror, components X and Normal keep their sign and Y changes it.
-pub struct Folded {
+pub struct SymmetricHalf {
     inner: Arc<dyn Compliance>,
     /// The points kept, as indices of the whole.
     kept: Vec<usize>,
@@ -16,8 +16,8 @@ pub struct Folded {
     source: Vec<(usize, bool)>,
 }
 
-impl Folded {
-    /// Folds `inner`, whose point `i` has the mirror image `image[i]` (itself on the plane).
+impl SymmetricHalf {
+    /// The half of `inner`, whose point `i` has the mirror image `image[i]` (itself on the plane).
     ///
     /// Returns `None` where `image` is not an involution on the points of `inner`.
     pub fn new(inner: Arc<dyn Compliance>, image: &[usize]) -> Option<Self> {
@@ -35,7 +35,7 @@ impl Folded {
     }
 }
 
-impl Compliance for Folded {
+impl Compliance for SymmetricHalf {
     fn points(&self) -> usize {
         self.kept.len()
     }
@@ -94,15 +94,15 @@ impl Compliance for Folded {
 
 /// The whole of a body that is known by its half, for loads that are their own mirror images.
 ///
-/// The inverse of [`Folded`]: only the kept points of a load are looked at, so a load that is not symmetric is
+/// The inverse of [`SymmetricHalf`]: only the kept points of a load are looked at, so a load that is not symmetric is
 /// answered as if it were.
-pub struct Unfolded {
+pub struct SymmetricWhole {
     half: Arc<dyn Compliance>,
     kept: Vec<usize>,
     source: Vec<(usize, bool)>,
 }
 
-impl Unfolded {
+impl SymmetricWhole {
     /// The whole, whose point `i` has the mirror image `image[i]`, from the `half` on its kept points.
     ///
     /// Returns `None` where `image` is not an involution or does not leave as many points as `half` has.
@@ -112,7 +112,7 @@ impl Unfolded {
     }
 }
 
-impl Compliance for Unfolded {
+impl Compliance for SymmetricWhole {
     fn points(&self) -> usize {
         self.source.len()
     }
