@@ -78,6 +78,7 @@ def test_a_wrong_solution_is_caught():
     problem = mtb.scenes.pole_shoe_on_rail(spacing=6e-3).problem("elastic-upper")
     solution = solve_direct(problem)
     part = problem.upper.state[0]
+    assert part.balance is not None
     right = solution.coefficients(problem)
     assert part.forces(right).relative_error < 1e-12
     # a thousandth too much of one component, in one point: held by nothing, so left over

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,8 +42,9 @@ class Side:
         Whether the attraction moves its contact points; otherwise only its resultant counts.
     is_pulled : (m,) bool
         Whether the attraction loads each motion; where not, the generalised load is given as a whole.
-    state
-        What the body needs to recover its inside from a solution (finite elements).
+    state : tuple of ElasticPart
+        The elastic bodies, with what recovers their inside from a solution; none of half-spaces and rigid
+        bodies.
     operations : float
         Floating-point operations of its condensation, whether done now or found in the cache.
     """
@@ -57,7 +57,7 @@ class Side:
     is_pulled: NDArray[np.bool_]
     includes_motion: bool = False
     is_pulled_at_face: bool = True
-    state: Any = None
+    state: tuple[ElasticPart, ...] = ()
     operations: float = 0.0
 
 

@@ -158,9 +158,7 @@ class BodySurface:
 
     def top(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Height z [m] of the highest point over (x, y) [m], any shape; NaN beside the body."""
-        grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
-        flat = self._core.top(np.ascontiguousarray(grid_x).ravel(), np.ascontiguousarray(grid_y).ravel())
-        return flat.reshape(grid_x.shape)
+        return _top(self._core, x, y)
 
     def bottom(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Height z [m] of the lowest point over (x, y) [m], any shape; NaN beside the body.
@@ -173,9 +171,13 @@ class BodySurface:
             _, points, faces, closed, name = self._recipe
             turned = points * np.array([[1.0], [1.0], [-1.0]])
             self._seen_from_below = type(self)._of_mesh(turned, faces[:, ::-1], closed, name)._core
-        grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
-        places = (np.ascontiguousarray(part).ravel() for part in (grid_x, grid_y))
-        return -self._seen_from_below.top(*places).reshape(grid_x.shape)
+        return -_top(self._seen_from_below, x, y)
+
+
+def _top(core: _mtb_rs.BodySurface, x: ArrayLike, y: ArrayLike) -> Array:
+    grid_x, grid_y = np.broadcast_arrays(reals("x", x), reals("y", y))
+    flat = core.top(np.ascontiguousarray(grid_x).ravel(), np.ascontiguousarray(grid_y).ravel())
+    return flat.reshape(grid_x.shape)
 
 
 def _made(kind: str, *arguments: Any) -> BodySurface:

@@ -116,6 +116,9 @@ def solve_incremental(
             f'method is "incremental": it lowers all poles together, their loads are {(-shares).tolist()} N'
         )
     points = problem.points
+    asked = dict(vars(options))
+    if options.force_tolerance is None:
+        asked["force_tolerance"] = 1e-4 * force
     out = _mtb_rs.solve_incremental(
         problem.lower.compliance,
         problem.upper.compliance,
@@ -126,14 +129,7 @@ def solve_incremental(
         np.ascontiguousarray(friction),
         (0.0, 0.0, 0.0) if direction is None else (direction[0], direction[1], 0.0),
         force,
-        _mtb_rs.IncrementalOptions(
-            estimated_steps=options.estimated_steps,
-            force_tolerance=1e-4 * force if options.force_tolerance is None else options.force_tolerance,
-            distance_tolerance=options.distance_tolerance,
-            max_resolutions=options.max_resolutions,
-            max_releases=options.max_releases,
-            max_increments=options.max_increments,
-        ),
+        _mtb_rs.IncrementalOptions(**asked),
     )
     problem.time_s["increments"] = time.perf_counter() - clock
     solution = Solution(

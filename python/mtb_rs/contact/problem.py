@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
 from ..base.words import Model
-from ..bodies.sides import Side
+from ..bodies.sides import ElasticPart, Side
 from ..friction.fields import Coefficients
 from ..geometry.contact_points import ContactPoints, Patch
 
@@ -158,6 +158,20 @@ class ContactProblem:
     def friction_at(self, pressure: Array) -> Array:
         """Friction coefficient (n,)."""
         return self.friction.at(pressure)
+
+    @property
+    def parts(self) -> tuple[ElasticPart, ...]:
+        """The elastic bodies of finite elements, the upper ones first."""
+        return self.upper.state + self.lower.state
+
+    @property
+    def pressing(self) -> Array:
+        """The load (3,) [N] that presses the bodies together, where it is known; zeros elsewhere."""
+        return np.asarray(self.loads.get("pull", self.loads.get("magnetic", np.zeros(3))))
+
+    def without_friction(self) -> ContactProblem:
+        """The same bodies at rest under the same loads; what it takes is not counted."""
+        return replace(self, direction=np.zeros_like(self.direction), time_s={})
 
     @property
     def relative_motions(self) -> Array:

@@ -64,7 +64,7 @@ def solve_direct(problem: ContactProblem, *, with_margin: bool = True) -> Soluti
 def _check_height(problem: ContactProblem) -> None:
     """One body must know its height: contact only says how far they are apart."""
     if _lifting(problem.upper).any() and _lifting(problem.lower).any():
-        free = [part.body.name for side in (problem.lower, problem.upper) for part in side.state or ()]
+        free = [part.body.name for side in (problem.lower, problem.upper) for part in side.state]
         also = f", and {free[1]} as well" if len(free) > 1 else ", and what lies above is free as well"
         raise ValueError(
             f"the supports leave {free[0]} free along z{also}: nothing says how high the bodies are. Hold z "
@@ -196,7 +196,7 @@ def finish(
 
     converged = solution.status == "solved"
     tipping = tipping_margin(problem, solution.friction)
-    pull = np.asarray(problem.loads.get("pull", problem.loads.get("magnetic", np.zeros(3))))
+    pull = problem.pressing
     grown = jammed(problem, solution, abs(float(pull[2]))) if converged else None
     words = _explain(problem, solution)
     if grown is not None:
@@ -256,7 +256,7 @@ def finish(
         summary=summary,
         lower=bodies[0],
         upper=bodies[1],
-        parts=(*(problem.upper.state or ()), *(problem.lower.state or ())),
+        parts=problem.parts,
         coefficients=coefficients,
         motion=solution.motion,
     )
@@ -275,15 +275,14 @@ def _balance(
     worst = _imbalance(problem, coefficients)
     reactions: dict[str, Array] = {}
     for name, side in (("upper", problem.upper), ("lower", problem.lower)):
-        parts = side.state or ()
-        forces = {part.body.name: part.forces(coefficients) for part in parts}
+        forces = {part.body.name: part.forces(coefficients) for part in side.state}
         if not forces:
             continue
         worst = max(worst, *(f.relative_error for f in forces.values()))
         held = {f"{body}: {k}": v[:3] for body, f in forces.items() for k, v in f.supports.items()}
         reactions |= held
         balance[f"supports of the {name} body"] = sum(held.values(), np.zeros(3))
-        if name == "lower" and any(part.pull.any() for part in parts):
+        if name == "lower" and any(part.pull.any() for part in side.state):
             balance["magnetic on the lower body"] = sum(
                 (f.magnetic[:3] for f in forces.values()), np.zeros(3)
             )
@@ -419,18 +418,16 @@ def _lost_digits(problem: ContactProblem) -> str:
 
 
 def _loads_in_words(problem: ContactProblem) -> str:
-    parts = (*(problem.upper.state or ()), *(problem.lower.state or ()))
-    words = [line for part in parts for line in part.loads_in_words()]
-    pull = problem.loads.get("pull", problem.loads.get("magnetic"))
-    if pull is not None:
-        words.insert(0, f"force {np.asarray(pull)[2]:.6g} N along z")
+    words = [line for part in problem.parts for line in part.loads_in_words()]
+    if not problem.loads.keys().isdisjoint(("pull", "magnetic")):
+        words.insert(0, f"force {problem.pressing[2]:.6g} N along z")
     return ", ".join(words) or "no force"
 
 
 def _lost_hold(problem: ContactProblem, solution: Solution) -> str:
     """Why no pressure balances the load: it pulls the bodies apart, or friction tips them over."""
     for side, works, up in zip((problem.upper, problem.lower), problem.work, (1.0, -1.0), strict=True):
-        lifts = [(part.body.name, lift) for part in side.state or () for lift in part.lifts]
+        lifts = [(part.body.name, lift) for part in side.state for lift in part.lifts]
         for (name, lift), work in zip(lifts, works, strict=False):
             if up * lift * work > 0.0:
                 return f": in all {up * work / lift:.6g} N pull {name} off the contact"
@@ -440,10 +437,10 @@ def _lost_hold(problem: ContactProblem, solution: Solution) -> str:
             f": it is {share:.3f} of the way to the border of the contact, where a body tips over, but "
             "nearer to it than these cells can carry a load. Narrower cells would carry it"
         )
-    if problem.averages is not None and problem.direction.any():
-        smooth = replace(problem, direction=np.zeros_like(problem.direction), time_s={})
-        if solve_direct(smooth, with_margin=False).status == "solved":
-            return ": without friction the contact carries it, so friction tips a body over"
+    if problem.averages is None or not problem.direction.any():
+        return ""
+    if solve_direct(problem.without_friction(), with_margin=False).status == "solved":
+        return ": without friction the contact carries it, so friction tips a body over"
     return ""
 
 
@@ -490,10 +487,6 @@ def jammed(problem: ContactProblem, solution: Solution, pull: float) -> float | 
     beyond = solution.wedging_margin is not None and solution.wedging_margin > 1.0
     if not problem.direction.any() or not (beyond or 0.0 < JAMMED * pull < force):
         return None
-    from .solve import solve_direct
-
-    smooth = solve_direct(
-        replace(problem, direction=np.zeros_like(problem.direction), time_s={}), with_margin=False
-    )
+    smooth = solve_direct(problem.without_friction(), with_margin=False)
     without = float(smooth.pressure @ problem.area)
     return force / without if smooth.status == "solved" and 0.0 < JAMMED * without < force else None

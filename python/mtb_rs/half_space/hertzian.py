@@ -260,7 +260,6 @@ def _curvatures(slim: float) -> tuple[float, float]:
 
 def _axis_ratio(ratio: float) -> float:
     """Ratio of the semi-axes, at most 1, of the contact whose radii of curvature have `ratio` >= 1."""
-    low, high = 0.0, 1.0
     target = math.log(ratio)
     if target == 0.0:
         return 1.0

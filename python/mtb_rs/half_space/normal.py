@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,6 @@ from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
 from ..geometry.contact_points import spacing_pair
-from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import Pictured
 
@@ -99,21 +98,8 @@ class NormalResult(Pictured):
     periodic: bool
     error_estimate: float | None
     report: Report
-
-    def fields(self) -> dict[str, Field]:
-        """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(
-            points=self.points,
-            area=self.area,
-            pressure=self.pressure,
-            gap=self.gap,
-            initial_gap=self.initial_gap,
-            status=self.status,
-        )
-
-    def totals(self) -> dict[str, Field]:
-        """Its forces, moments and motions, by name: values with unit and label."""
-        return totals_of(normal_force=self.normal_force, approach=self.approach, tilts=self.tilts)
+    _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "initial_gap", "status")
+    _summed: ClassVar[tuple[str, ...]] = ("normal_force", "approach", "tilts")
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""

@@ -26,7 +26,6 @@ from ..base.words import Coupling
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, as_law
 from ..geometry.contact_points import window
-from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import TangentialFields
 from .pressure_field import PressureField, creepage_rows, pressure_field
@@ -390,6 +389,10 @@ class TangentialResult(TangentialFields):
     motion: Rolling | Shift
     state: TangentialState
     report: Report
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
+    )  # fmt: skip
+    _summed: ClassVar[tuple[str, ...]] = ("force", "spin_moment", "normal_force", "creepage")
 
     @property
     def slip_unit(self) -> str:
@@ -401,23 +404,8 @@ class TangentialResult(TangentialFields):
         """Work per area and distance rolled, or per area in a shift."""
         return self.motion.dissipation_unit
 
-    def fields(self) -> dict[str, Field]:
-        """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(
-            {"slip": self.slip_unit, "dissipation": self.dissipation_unit},
-            points=self.points,
-            area=self.area,
-            pressure=self.pressure,
-            traction=self.traction,
-            slip=self.slip,
-            friction_coefficient=self.friction_coefficient,
-            dissipation=self.dissipation,
-            status=self.status,
-        )
-
-    def totals(self) -> dict[str, Field]:
-        """Its forces, moments and motions, by name: values with unit and label."""
-        return super().totals() | totals_of(creepage=self.creepage)
+    def _units(self) -> dict[str, str]:
+        return {"slip": self.slip_unit, "dissipation": self.dissipation_unit}
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the motion asked for, the report."""

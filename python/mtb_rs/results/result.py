@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,17 +130,24 @@ class Pictured(Drawn):
     #: Regular grids of its points and surfaces of its bodies, where it has such.
     patches: tuple[Patch, ...] = ()
     surfaces: tuple[Surface, ...] = ()
+    #: Names of its fields over the contact points, and of its forces, moments and motions.
+    _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "status")
+    _summed: ClassVar[tuple[str, ...]] = ()
 
     def _picture(self) -> Pictured:
         return self
 
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(points=self.points, area=self.area, pressure=self.pressure, status=self.status)
+        return fields_of(self._units(), **{name: getattr(self, name) for name in self._drawn})
+
+    def _units(self) -> dict[str, str]:
+        """Units of fields that are not the usual ones."""
+        return {}
 
     def totals(self) -> dict[str, ResultField]:
         """Its forces, moments and motions, by name: values with unit and label."""
-        return {}
+        return totals_of(**{name: getattr(self, name) for name in self._summed})
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
@@ -211,26 +218,13 @@ class TangentialFields(Pictured):
     slip: Array
     force: Array
     spin_moment: float
+    _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "traction", "slip", "status")
+    _summed: ClassVar[tuple[str, ...]] = ("force", "spin_moment", "normal_force")
 
     @property
     def normal_force(self) -> float:
         """Sum of pressure times area [N]."""
         return -float(self.force[2])
-
-    def fields(self) -> dict[str, ResultField]:
-        """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(
-            points=self.points,
-            area=self.area,
-            pressure=self.pressure,
-            traction=self.traction,
-            slip=self.slip,
-            status=self.status,
-        )
-
-    def totals(self) -> dict[str, ResultField]:
-        """Its forces, moments and motions, by name: values with unit and label."""
-        return totals_of(force=self.force, spin_moment=self.spin_moment, normal_force=self.normal_force)
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
@@ -322,31 +316,15 @@ class Result(Pictured):
     coefficients: Array | None = None
     motion: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
+    )  # fmt: skip
+    _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "normal_force", "approach")
 
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(
-            points=self.points,
-            area=self.area,
-            normal=self.normal,
-            pressure=self.pressure,
-            traction=self.traction,
-            gap=self.gap,
-            initial_gap=self.initial_gap,
-            status=self.status,
-            displacement_upper=self.displacement.upper,
-            displacement_lower=self.displacement.lower,
-        )
-
-    def totals(self) -> dict[str, ResultField]:
-        """Its forces, moments and motions, by name: values with unit and label."""
-        return totals_of(
-            force=self.force,
-            moment=self.moment,
-            reference_point=self.reference_point,
-            normal_force=self.normal_force,
-            approach=self.approach,
-        )
+        upper, lower = self.displacement
+        return super().fields() | fields_of(displacement_upper=upper, displacement_lower=lower)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is."""

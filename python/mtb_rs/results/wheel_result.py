@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,6 @@ from ..base.told import Row, Told, along, in_words
 from ..base.words import Field, Flat, FlatOptions, Side
 from ..geometry.geometries import FLANGE
 from .doors import pictures
-from .fields import Field as ResultField
-from .fields import fields_of, totals_of
 from .result import Drawn, Pictured, png
 
 if TYPE_CHECKING:
@@ -167,21 +165,13 @@ class PatchPicture(Pictured):
     status: NDArray[np.int8]
     normal_force: float
     creepage: Array
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "pressure", "traction", "slip", "dissipation", "status",
+    )  # fmt: skip
+    _summed: ClassVar[tuple[str, ...]] = ("normal_force", "creepage")
 
-    def fields(self) -> dict[str, ResultField]:
-        return fields_of(
-            {"slip": "m/s", "dissipation": "W/m2"},
-            points=self.points,
-            area=self.area,
-            pressure=self.pressure,
-            traction=self.traction,
-            slip=self.slip,
-            dissipation=self.dissipation,
-            status=self.status,
-        )
-
-    def totals(self) -> dict[str, ResultField]:
-        return totals_of(normal_force=self.normal_force, creepage=self.creepage)
+    def _units(self) -> dict[str, str]:
+        return {"slip": "m/s", "dissipation": "W/m2"}
 
 
 @stored

@@ -305,7 +305,7 @@ def level_at(
         by = _in_turn if coupled and is_coupled(scene, problem) else _by_convolution
         return Level(problem, by(scene, problem, tolerance), spacing)
     if not coupled:
-        smooth = replace(problem, direction=np.zeros_like(problem.direction))
+        smooth = replace(problem.without_friction(), time_s=problem.time_s)
         solution = solve_direct(smooth, with_margin=False)
         return Level(problem, replace(solution, friction=problem.friction_at(solution.pressure)), spacing)
     return Level(problem, solve_direct(problem, with_margin=not is_rough), spacing)
@@ -319,7 +319,7 @@ def mesh_errors(level: Level) -> tuple[float, float]:
     coefficients, first = level.solution.coefficients(level.problem), 0
     shares = []
     for side in (level.problem.upper, level.problem.lower):
-        for part in side.state or ():
+        for part in side.state:
             motion = level.solution.motion[first : first + len(part.modes)]
             first += len(part.modes)
             shares.append(left_out(part.body, part.moved(coefficients, motion)))

@@ -233,7 +233,7 @@ class PosedScene(Told):
     def _check_pressed(self, problem: ContactProblem) -> None:
         """A body free along z gives way to an approach, unless a guide presses it."""
         for side, work in zip((problem.upper, problem.lower), problem.work, strict=True):
-            for part in side.state or ():
+            for part in side.state:
                 if (work[part.lifts != 0.0] == 0.0).any():
                     raise ValueError(
                         f"approach is {self.approach:g} m, but the supports leave {part.body.name} free "

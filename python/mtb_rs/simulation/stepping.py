@@ -7,7 +7,7 @@ import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,6 @@ from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
-from ..results.fields import Field, fields_of, totals_of
 from ..results.result import Pictured
 from ..scenes.posed import PosedScene
 from . import fmu
@@ -142,6 +141,8 @@ class StepResult(Pictured):
     _grid: StepGrid = field(repr=False)
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
+    _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
+    _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point")
 
     @property
     def points(self) -> Array:  # type: ignore[override]
@@ -169,16 +170,6 @@ class StepResult(Pictured):
         if self._core is None:
             return np.asarray(self._pressure)
         return self._core.mean_pressure(self.state.pressure)
-
-    def fields(self) -> dict[str, Field]:
-        """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(
-            points=self.points, area=self.area, pressure=self.pressure, gap=self.gap, status=self.status
-        )
-
-    def totals(self) -> dict[str, Field]:
-        """Its forces and moments, by name: values with unit and label."""
-        return totals_of(force=self.force, moment=self.moment, reference_point=self.reference_point)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the report."""
@@ -349,8 +340,7 @@ class PreparedContact:
             return uniform * float(self.area.sum())
         if magnetic_pressure is not None or self._source is None:
             return 0.0
-        loads = self._source.problem.loads
-        return abs(float(np.asarray(loads.get("magnetic", loads.get("pull", np.zeros(3))))[2]))
+        return abs(float(self._source.problem.pressing[2]))
 
     def copy(self) -> PreparedContact:
         """The same contact without memory; the matrices are shared."""
@@ -543,7 +533,7 @@ class Source:
         side = self.problem.upper if name == "upper" else self.problem.lower
         mean = float(pressure @ self.problem.area) / float(self.problem.area.sum())
         uniform = np.array([[4.0 * mean * self.softness.get(name, 0.0)], [0.0], [0.0]])
-        return bool(of_deformation(name, uniform, side.state or (), self._width(pressure)))
+        return bool(of_deformation(name, uniform, side.state, self._width(pressure)))
 
     def ask_once(
         self, asked: set[str], pressure: Array, traction: Array, magnetic_pressure: Any, speed: float
@@ -571,7 +561,7 @@ class Source:
             moved = displaced(problem, name, unknowns, np.zeros(len(side.motions)), pull)
             if side.includes_motion:
                 moved = moved - moved.mean(axis=1, keepdims=True)
-            questions = of_deformation(name, moved, side.state or (), self._width(pressure))
+            questions = of_deformation(name, moved, side.state, self._width(pressure))
             if questions:
                 asked.add(name)
                 ask(questions)
