@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 __version__: str
 CONDENSATION_DIGEST: str
+PATH_PARTS: int
+PATH_TOLERANCE: float
 
 _Array = NDArray[np.float64]
 
@@ -73,6 +75,8 @@ class Problem:
     ) -> list[Outcome]: ...
     def wedging_factor(self, direction: _Array, friction: _Array) -> float: ...
 
+def path_error(change: float, before: float | None = None) -> float: ...
+
 @final
 class Loading:
     @property
@@ -102,6 +106,8 @@ class Outcome:
     def moment(self) -> _Array: ...
     @property
     def friction_power(self) -> float: ...
+    @property
+    def path_error(self) -> float: ...
     @property
     def iterations(self) -> int: ...
     @property

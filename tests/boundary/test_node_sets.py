@@ -75,7 +75,7 @@ def test_a_set_without_nodes_of_tetrahedra_says_so() -> None:
     mesh = point_set()
     mesh.points = np.concatenate([mesh.points, [[0.0, 0.0, 1.0]]])
     mesh.point_sets["clamp"] = np.array([len(mesh.points) - 1])
-    with pytest.raises(ValueError, match="support 'clamp' of body has no node"):
+    with pytest.raises(ValueError, match="support 'clamp' of body, 'clamp', contains no node"):
         held(mesh)
 
 
@@ -107,6 +107,6 @@ def test_a_surface_that_faces_away_is_named(upper: bool) -> None:
     bodies = {"lower": body, "upper": mtb.HalfSpace(mtb.steel, surface)}
     if not upper:
         bodies = {"upper": body, "lower": mtb.HalfSpace(mtb.steel, surface)}
-    name, looks = ("upper", "up") if upper else ("lower", "down")
-    with pytest.raises(ValueError, match=f"surface of the {name} body looks {looks}"):
+    name, faces = ("upper", "up") if upper else ("lower", "down")
+    with pytest.raises(ValueError, match=f"surface of the {name} body faces {faces}"):
         mtb.Scene(**bodies, spacing=1e-2, approach=1e-6 if upper else None).solve()

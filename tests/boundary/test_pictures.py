@@ -125,11 +125,11 @@ def test_grid_result_and_scattered_result_have_maps(pole_shoe_result: Result) ->
         ({"quantity": "presure"}, "quantity is 'presure': one of pressure"),
         ({"kind": "maps"}, "kind is 'maps'"),
         ({"body": "shoe"}, "body is 'shoe'"),
-        ({"kind": "map", "y": 0.01}, "y has no meaning"),
-        ({"kind": "map", "x": 0.01}, "x has no meaning"),
+        ({"kind": "map", "y": 0.01}, 'y is for kind="line"'),
+        ({"kind": "map", "x": 0.01}, 'x is for kind="line"'),
         ({"x": 0.01, "y": 0.01}, "x and y are both given"),
         ({"x": float("nan")}, "x is nan: finite numbers"),
-        ({"kind": "3d", "x": 0.01}, "x, y and ax have no meaning"),
+        ({"kind": "3d", "x": 0.01}, "x, y and ax are for maps and lines"),
         ({"y": float("nan")}, "finite numbers"),
         ({"scale": 2.0}, "unknown options"),
     ],
@@ -282,7 +282,7 @@ def test_results_without_bodies_are_saved(kind: str, tmp_path: Path) -> None:
 
 
 def test_what_is_no_result_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="3 is no result that can be drawn"):
+    with pytest.raises(ValueError, match="3 cannot be drawn"):
         animate([3], tmp_path / "a.gif")
 
 
@@ -373,7 +373,7 @@ def test_every_frame_says_what_it_shows(
     animate([less, less], tmp_path / "a.gif", captions=["t = 0 s", "t = 1 s"])
     assert said[:2] == ["friction 0.5, length 90 mm", "friction 0.6, length 200 mm"]
     assert said[2:] == ["step 1 of 2", "step 2 of 2", "t = 0 s", "t = 1 s"]
-    with pytest.raises(ValueError, match="captions are 1: one for each of 2 results is needed"):
+    with pytest.raises(ValueError, match="captions has 1 entries: one for each of the 2 results is needed"):
         animate([less, less], tmp_path / "a.gif", captions=["t = 0 s"])
 
 

@@ -133,10 +133,10 @@ def test_what_plot_refuses_is_the_argument_that_is_wrong() -> None:
         with pytest.raises(ValueError, match='kind is \'lines\': "map", "line" or "3d" is needed'):
             result.plot(quantity, "lines", cmap="viridis", title="a")
         for option in ({"title": "a"}, {"cmap": "viridis"}, {"figsize": (3.0, 3.0)}):
-            with pytest.raises(ValueError, match="title, cmap and figsize have no meaning"):
+            with pytest.raises(ValueError, match="title, cmap and figsize are for maps and lines"):
                 result.plot(quantity, "3d", **option)
             if quantity == "von_mises":
-                with pytest.raises(ValueError, match="title, cmap and figsize have no meaning"):
+                with pytest.raises(ValueError, match="title, cmap and figsize are for maps and lines"):
                     result.plot(quantity, **option)
 
 

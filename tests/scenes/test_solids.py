@@ -88,7 +88,7 @@ def test_bad_input_is_named():
         pulled.solve(model="half-space")
     with pytest.raises(ValueError, match='with an ElasticBody takes "direct"'):
         pulled.solve(method="incremental")
-    with pytest.raises(ValueError, match="looks down: the contact face of a lower body must look up"):
+    with pytest.raises(ValueError, match="faces down: the contact face of a lower body must face up"):
         mtb.Scene(upper=mtb.Rigid(), lower=body, spacing=2.5e-2, force=1e3).solve()
     with pytest.raises(ValueError, match="never touch"):
         mtb.Scene(upper=body, lower=steel, spacing=2.5e-2, gap=np.ones((5, 5)), magnetic_pressure=1e6).solve()
@@ -409,7 +409,7 @@ def test_a_flat_face_at_an_angle_has_no_facets():
     side = mtb.ElasticBody(
         flat.moved(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0])[:3, :3]), steel, "contact"
     )
-    with pytest.raises(ValueError, match="it must look along z"):
+    with pytest.raises(ValueError, match="it must face along z"):
         mtb.Scene(side, steel, spacing=5e-3, friction=0.2, force=1e3).solve()
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import numpy as np
@@ -90,3 +91,29 @@ def test_bad_input_is_named() -> None:
     ]:
         with pytest.raises(ValueError, match=re.escape(words)):
             scene.start_of_sliding(model="elastic-upper", **arguments)
+
+
+@pytest.mark.parametrize("pressure", ["held", "follows"])
+def test_the_state_does_not_depend_on_the_number_of_steps(pressure: str) -> None:
+    scene = mtb.scenes.paraboloid_on_plane(friction=0.3, points=12, lower=mtb.Rigid())
+    # to the side at last, where the tractions must turn
+    corners = np.array([[0.0, 0.0], [3e-5, 0.0], [3e-5, 2e-5]])
+    starts = []
+    for count in (1, 2, 8):
+        share = np.arange(1, count + 1)[:, None] / count
+        path = np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(corners)])
+        starts.append(scene.start_of_sliding(path, model="half-space", pressure=pressure))
+    friction = 0.3 * starts[0].normal_force[-1]
+    for start in starts:
+        assert np.diff(start.path_error, prepend=0.0).max() <= 1e-3
+        assert start.path_error.shape == start.iterations.shape
+        assert start.slip_share[0] > 0.1
+        assert np.linalg.norm(start.force[-1] - starts[-1].force[-1]) < 2e-3 * friction
+
+
+def test_steps_too_long_for_the_tolerance_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = mtb.scenes.paraboloid_on_plane(friction=0.3, points=8, lower=mtb.Rigid())
+    monkeypatch.setattr(mtb._mtb_rs, "PATH_TOLERANCE", 1e-12)
+    monkeypatch.setattr(mtb._mtb_rs, "PATH_PARTS", 4)
+    with pytest.warns(mtb.ToleranceWarning, match="length of step 1"):
+        scene.start_of_sliding([[3e-5, 0.0]], model="half-space", pressure="held")

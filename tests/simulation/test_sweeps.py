@@ -742,5 +742,5 @@ def test_an_executor_that_is_none_is_named(executor):
 
 
 def test_a_checkpoint_is_a_file(tmp_path):
-    with pytest.raises(ValueError, match="a file is needed, not a directory"):
+    with pytest.raises(ValueError, match="it is a directory, a file is needed"):
         mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path)

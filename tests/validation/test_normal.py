@@ -355,7 +355,7 @@ def test_single_cells_and_tiny_loads() -> None:
 
 def test_contact_beyond_the_grid_is_an_error_with_the_size_that_would_do() -> None:
     gap = bowl(40, 2e-3)
-    with pytest.raises(ValueError, match=r"reaches the side of the grid of 0\.002 x 0\.002 m"):
+    with pytest.raises(ValueError, match=r"reaches the edge of the grid of 0\.002 x 0\.002 m"):
         mtb.solve_normal(gap, 5e-5, lower=STEEL, upper=STEEL, force=1e3)
     grown = mtb.solve_normal(gap, 5e-5, lower=STEEL, upper=STEEL, force=1e3, edge="grow")
     exact = mtb.hertz(1e3, 0.5, lower=STEEL, upper=STEEL)

@@ -95,7 +95,8 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
     array = np.ascontiguousarray(np.asarray(given), dtype=float).reshape(given.shape)
     if masked is not None and masked.any():
         raise ValueError(
-            f"{name}{_at(masked)} is masked: masks are not taken up, give every point a number{_in(unit)}"
+            f"{name}{_at(masked)} is masked: masked values are not accepted, "
+            f"give every point a number{_in(unit)}"
         )
     bad = ~(np.abs(array) <= LARGEST)
     if bad.any():

@@ -71,7 +71,7 @@ def read_bytes(path: str | os.PathLike[str], what: str = "file", most: int = DAT
     flags = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))
     try:
         if where.is_dir():
-            raise _unreadable(what, where, "a file is needed, not a directory")
+            raise _unreadable(what, where, "it is a directory, a file is needed")
         with open(os.open(where, flags), "rb") as stream:
             status = os.fstat(stream.fileno())
             if not stat.S_ISREG(status.st_mode):
@@ -151,7 +151,8 @@ def check_readable(path: str | os.PathLike[str], what: str = "file", most: int =
     except OSError as error:
         raise _unreadable(what, where, error.strerror or str(error)) from None
     if not stat.S_ISREG(status.st_mode):
-        raise _unreadable(what, where, "a regular file is needed, no directory, pipe or device")
+        kind = "a directory, a" if stat.S_ISDIR(status.st_mode) else "a pipe or a device, a regular"
+        raise _unreadable(what, where, f"it is {kind} file is needed")
     if status.st_size > most:
         raise _unreadable(what, where, f"it has {status.st_size:.3g} bytes: at most {most:.3g} are read")
     return where

@@ -27,7 +27,7 @@ from .mesh import TetraMesh, check_unknowns, quadratic
 from .supports import Support, Where, is_box, select
 
 if TYPE_CHECKING:
-    from .mesh_files import Geometry
+    from .mesh_files import MeshSource
 
 #: Bodies larger than this are suspected to be in millimetres [m].
 SUSPICIOUS_SIZE = 10.0
@@ -287,7 +287,7 @@ class ElasticBody:
     linear: bool = False
     _nodes: dict[int, Index] = field(default_factory=dict, init=False, repr=False, compare=False)
     #: What its mesh was made of, where that is known.
-    _geometry: Geometry | None = field(default=None, init=False, repr=False)
+    _source: MeshSource | None = field(default=None, init=False, repr=False)
 
     __repr__ = one_line
 
@@ -307,7 +307,8 @@ class ElasticBody:
         wrong = ~np.isfinite(self.mesh.nodes).all(axis=1)
         if wrong.any():
             node = int(np.argmax(wrong))
-            raise ValueError(f"node {node} is not finite: it lies at {self.mesh.nodes[node].tolist()} m")
+            place = self.mesh.nodes[node].tolist()
+            raise ValueError(f"node {node} of the mesh is {place}: finite numbers are needed")
         size = float(np.ptp(self.mesh.nodes, axis=0).max())
         ask(of_body(self.name, size))
         self._make_quadratic()
@@ -392,13 +393,13 @@ class ElasticBody:
         linear : bool
             Whether ready tetrahedra of four nodes are kept; see :class:`ElasticBody`.
         """
-        from .mesh_files import Geometry, read_mesh  # brings trimesh
+        from .mesh_files import MeshSource, read_mesh  # brings trimesh
 
         mesh = read_mesh(
             path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
         )
         body = cls(mesh, material, contact, supports, name, linear)
-        object.__setattr__(body, "_geometry", Geometry.of(path_or_mesh, unit, size, mesh))
+        object.__setattr__(body, "_source", MeshSource.of(path_or_mesh, unit, size, mesh))
         return body
 
     @property
@@ -408,7 +409,7 @@ class ElasticBody:
         A copy with another mesh or other supports (`dataclasses.replace`), and one from another process,
         count as given.
         """
-        return None if self._geometry is None else self._geometry.size
+        return None if self._source is None else self._source.size
 
     def resized(self, size: float) -> ElasticBody:
         """The same solid or surface, filled with tetrahedra of another size [m] at its contact.
@@ -418,14 +419,14 @@ class ElasticBody:
         ValueError
             If its mesh was given, the file has changed since, or it cannot be filled so.
         """
-        if self._geometry is None:
+        if self._source is None:
             raise ValueError(
                 f"{self.name} has no size: its mesh was given as it is; a body from a STEP, IGES or STL "
                 "file, or from another closed surface, can be meshed again"
             )
-        mesh = self._geometry.mesh(size, lambda points, whole: select(points, {}, self.contact, whole))
+        mesh = self._source.mesh(size, lambda points, whole: select(points, {}, self.contact, whole))
         body = replace(self, mesh=mesh)
-        object.__setattr__(body, "_geometry", replace(self._geometry, size=float(size)))
+        object.__setattr__(body, "_source", replace(self._source, size=float(size)))
         return body
 
     def named(self, name: str) -> ElasticBody:
@@ -476,8 +477,8 @@ class ElasticBody:
         found = np.flatnonzero(inside[self.faces[:, :3]].all(axis=1))
         if found.size == 0:
             raise ValueError(
-                f"contact of {self.name}, {_in_words(self.contact)}, takes {chosen.size} nodes, but no "
-                "triangle of the surface has all its corners among them: a larger face or a finer mesh "
+                f"contact of {self.name}, {_in_words(self.contact)}, contains {chosen.size} nodes, but no "
+                "triangle of the surface has all its corners among them: a larger place or a finer mesh "
                 "is needed"
             )
         return found.astype(np.uintp)
@@ -502,7 +503,8 @@ class ElasticBody:
             raise ValueError(f"{what} of {self.name}: {error}") from None
         if found.size == 0:
             raise ValueError(
-                f"{what} of {self.name} has no node ({_in_words(where)}): a place with nodes is needed"
+                f"{what} of {self.name}, {_in_words(where)}, contains no node of the mesh: a place with "
+                "nodes is needed"
             )
         return found.astype(np.int64)
 
@@ -529,7 +531,8 @@ class ElasticBody:
                 if clash.size:
                     raise ValueError(
                         f"support {support.name!r} gives {'xyz'[component]} = {value:g} m at node "
-                        f"{clash[0]}, where another gives {seen[clash[0]]:g} m"
+                        f"{clash[0]}, and another support gives {seen[clash[0]]:g} m there: supports that "
+                        "share a node must agree"
                     )
                 seen[nodes] = value
 
@@ -552,9 +555,9 @@ class ElasticBody:
         place = "function" if callable(self.contact) else "box"
         if abs(taken - meant) > BORDER * meant:
             warn(
-                f"the {place} given as contact of {self.name} covers {meant:.4g} m2 of its surface, the "
-                f"triangles that lie in it {taken:.4g} m2, and only these may touch: split the triangles "
-                f"of the mesh along the edges of the {place}, or take a finer mesh"
+                f"the {place} given as contact of {self.name} covers {meant:.4g} m2 of its surface, but the "
+                f"triangles that lie wholly in it cover {taken:.4g} m2, and only whole triangles can touch: "
+                f"split the triangles of the mesh along the border of the {place}, or take a finer mesh"
             )
 
     def sample(self, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> _mtb_rs.Sampling:

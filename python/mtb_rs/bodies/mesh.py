@@ -130,12 +130,12 @@ def _check_owners(corners: Index) -> None:
     for a, b in ((0, 1), (1, 2), (0, 2)):
         if (points[a] == points[b]).all():
             raise ValueError(
-                f"tetrahedron {owners[b]} has the corners {points[b].tolist()} of tetrahedron {owners[a]}: "
-                "each must be there once"
+                f"tetrahedra {owners[a]} and {owners[b]} have the same corners {points[b].tolist()}: each "
+                "tetrahedron may be there only once"
             )
     raise ValueError(
         f"the tetrahedra {owners[0]}, {owners[1]} and {owners[2]} share the face {ranked[k].tolist()}: "
-        "a face belongs to one or two"
+        "a face can belong to two tetrahedra at most"
     )
 
 

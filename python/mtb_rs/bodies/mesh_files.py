@@ -96,7 +96,7 @@ def read_mesh(
     if isinstance(source, (str, Path)):
         path = path_of("mesh file", source)
         if not path.exists():
-            raise ValueError(f"{path} is no file")
+            raise ValueError(f"{path} is not there: the path of a mesh file is needed")
         check_readable(path, "mesh file", MOST_BYTES)
         if path.stat().st_size == 0:
             raise ValueError(f"{path} is empty: a mesh is needed")
@@ -115,11 +115,11 @@ def read_mesh(
         source = _read_by_meshio(path)
     if hasattr(source, "cells_dict") and hasattr(source, "points"):
         return _from_meshio(source, scale)
-    raise ValueError(f"{source!r} is no mesh: a path, a trimesh, meshio or TetraMesh object is needed")
+    raise ValueError(f"{source!r} is no mesh: a path, or a trimesh, meshio or TetraMesh object is needed")
 
 
 @dataclass(frozen=True)
-class Geometry:
+class MeshSource:
     """A solid or closed surface that can be meshed again.
 
     Attributes
@@ -139,7 +139,7 @@ class Geometry:
     digest: str
 
     @classmethod
-    def of(cls, source: Any, unit: Unit, size: float | None, mesh: TetraMesh) -> Geometry | None:
+    def of(cls, source: Any, unit: Unit, size: float | None, mesh: TetraMesh) -> MeshSource | None:
         """What `mesh` was made of; None where it was given."""
         extent = float(np.ptp(mesh.nodes, axis=0).max())
         size = extent / 15.0 if size is None else float(size)
@@ -217,7 +217,9 @@ def solid(path: Path, size: float | None = None, near: Near | None = None) -> Te
             gmsh.model.occ.importShapes(str(path))
             gmsh.model.occ.synchronize()
         except Exception as error:  # its own class, of any cause
-            raise ValueError(f"{path} cannot be read: no {path.suffix} file of a solid ({error})") from None
+            raise ValueError(
+                f"{path} cannot be read: it is no {path.suffix} file of a solid ({error})"
+            ) from None
         solids = gmsh.model.getEntities(3)
         if len(solids) != 1:
             raise ValueError(f"{path} holds {len(solids)} solids: one is needed")
@@ -422,8 +424,8 @@ def check_surface(vertices: Array, triangles: Index) -> trimesh.Trimesh:
         bad_edges = edges[counts != 2]
         place = surface.vertices[bad_edges[0]].mean(axis=0)
         raise ValueError(
-            f"the surface is not closed: {len(bad_edges)} edges do not have two triangles, the first near "
-            f"{np.round(place, 6).tolist()} m"
+            f"the surface is not closed: {len(bad_edges)} edges do not belong to exactly two triangles, "
+            f"the first near {np.round(place, 6).tolist()} m; close the surface"
         )
     _check_pieces(surface)
     turn_outwards(surface)
@@ -441,7 +443,7 @@ def _check_pieces(surface: trimesh.Trimesh) -> None:
         middles = [np.round(c.mean(axis=0), 6).tolist() for c in corners[:2]]
         raise ValueError(
             f"the surface has {len(corners)} separate pieces, the first two around {middles[0]} and "
-            f"{middles[1]} m: one body is needed, parts united"
+            f"{middles[1]} m: one connected piece is needed; unite the pieces first"
         )
 
 

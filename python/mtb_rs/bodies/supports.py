@@ -173,8 +173,9 @@ def _told(where: Callable[[Array], Any], nodes: Array) -> NDArray[np.bool_]:
         if isinstance(as_before, str):
             raise ValueError(f"the function {asked}: a function of points (3, n) [m] to bool (n,) is needed")
         warn(
-            f"The function {getattr(where, '__name__', repr(where))} that says where on a body takes points "
-            "of shape (n, 3): that is deprecated. Points are now (3, n), all x first: x, y, z = points.",
+            f"The function {getattr(where, '__name__', repr(where))}, which selects a place on a body, takes "
+            "points of shape (n, 3). That is deprecated: points are now given as (3, n), so that "
+            "x, y, z = points.",
             DeprecationWarning,
         )
         asked = as_before

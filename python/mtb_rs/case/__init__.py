@@ -44,6 +44,8 @@ _BESIDES = ("scene_name", "solve_options", *(f"{name}_words" for name in MOTIONS
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
+#: Most lines of a message: what else is wrong is counted.
+MOST_TOLD = 20
 #: Most levels of tables and lists in a case file.
 MOST_DEEP = 16
 #: Most dots between two signs that end a key, before the file is parsed.
@@ -250,17 +252,26 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         raise CaseError(f"{source}: scene {given}: one of {', '.join(map(repr, SCENES))} is needed")
     model = case_model(str(name))
     wrong: dict[str, None] = {}
+    untold = 0
     try:
         case = model.model_validate(words, context={"directory": directory or Path()})
     except ValidationError as error:
-        wrong = dict.fromkeys(_sentence(item, model) for item in error.errors())
+        items = error.errors()
+        wrong = dict.fromkeys(_sentence(item, model) for item in items[:MOST_TOLD])
+        untold = len(items) - len(items[:MOST_TOLD])
     told = {line.partition(" = ")[0] for line in wrong}
-    wrong.update((line, None) for key, line in _wrong_options(words.get("solve")) if key not in told)
+    for key, line in _wrong_options(words.get("solve")):
+        if key not in told and len(wrong) < MOST_TOLD:
+            wrong[line()] = None
+        elif key not in told:
+            untold += 1
     if set(MOTIONS) <= set(words):
         wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
     if wrong:
-        wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
-        raise CaseError("\n".join(f"{source}: {line}" for line in wrong))
+        if not untold:
+            wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
+        more = [f"and {untold} more"] if untold else []
+        raise CaseError("\n".join(f"{source}: {line}" for line in [*wrong, *more]))
     case._words = dict(words)
     case._source = source
     case._directory = directory
@@ -327,16 +338,14 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
     if item["type"] == "extra_forbidden":
         inner = MaterialWords if len(place) > 1 else model
         known = [field.alias or name for name, field in inner.model_fields.items()]
-        near = difflib.get_close_matches(place[-1], known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
-        return f"{key} = {_short(given)}: unknown key; {hint}"
+        return _with_hint(f"{key} = {_short(given)}: unknown key", place[-1], known)
     message = item["msg"].removeprefix("Value error, ")
     message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
     return f"{key} = {_short(given)}: {message}"
 
 
-def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
-    """What of ``[solve]`` no scene takes: the keys with their sentences."""
+def _wrong_options(given: Any) -> Iterator[tuple[str, Callable[[], str]]]:
+    """What of ``[solve]`` no scene takes: the keys with what makes their sentences."""
     if not isinstance(given, Mapping):
         return
     basic = [name for name in words_of(Scene.solve)]
@@ -345,17 +354,21 @@ def _wrong_options(given: Any) -> Iterator[tuple[str, str]]:
             try:
                 check_options(**{name: given[name]})
             except ValueError as error:
-                yield f"solve.{name}", f"solve: {error}"
+                yield f"solve.{name}", partial("solve: {}".format, error)
     method = given.get("method", "direct")
     if method not in typing.get_args(Method):
         return
     known = [*basic, *method_options(method)]
     for name, value in given.items():
         if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
             key = f"solve.{name}"
-            yield key, f"{key} = {_short(value)}: unknown option of the {method} method; {hint}"
+            what = f"{key} = {_short(value)}: unknown option of the {method} method"
+            yield key, partial(_with_hint, what, str(name), known)
+
+
+def _with_hint(what: str, name: str, known: Collection[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"{what}; did you mean {near[0]!r}?" if near else f"{what}; known are {', '.join(known)}"
 
 
 def _short(value: Any) -> str:

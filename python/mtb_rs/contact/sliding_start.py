@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import reals
-from ..base.errors import ConvergenceError
+from ..base.check import reals, warn
+from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.memory import of_matrices, refuse
 from ..base.owning import solved
 from ..base.plain import plain
@@ -53,6 +53,11 @@ class StartOfSliding:
         0 open, 1 stick, 2 slip, in the last step.
     iterations : (m,) int
         Newton steps.
+    path_error : (m,) [-]
+        Estimated error by the finite steps of the way, as if the errors of all steps added up: of the
+        tangential tractions as a share of the friction that all points can bear, or of the pressures as a
+        share of the normal force, whichever is larger. The estimate comes from following each step in more
+        and more parts.
     """
 
     displacement: Array
@@ -63,6 +68,7 @@ class StartOfSliding:
     pressure: Array
     status: NDArray[np.int8]
     iterations: NDArray[np.int64]
+    path_error: Array
 
     def __repr__(self) -> str:
         stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
@@ -92,7 +98,9 @@ def start_of_sliding(
     pressure, area : (n,) [Pa], [m2]
     friction : float or (n,) [-]
     displacements : (m, 2) [m]
-        Of the upper body over the lower one at the end of each step, from rest.
+        Of the upper body over the lower one at the end of each step, from rest. Each step is followed in
+        parts, so many of them that it adds an error of at most 1e-3 (`path_error`): the states depend on the
+        way, and not on the number of steps along it. The method itself is of first order.
     layer : InterfaceLayer or None
         Softens the start of sliding; it has no influence in full sliding.
     tolerance : float [-]
@@ -101,6 +109,11 @@ def start_of_sliding(
     ------
     ConvergenceError
         Naming the step; with the steps before it as ``.result``.
+
+    Warns
+    -----
+    ToleranceWarning
+        If 256 parts of a step do not keep the error that it adds below 1e-3.
     """
     a = np.asarray(area, dtype=float).ravel()
     return start_with_held_pressure(
@@ -132,43 +145,88 @@ def start_with_held_pressure(
         matrix[np.diag_indices(2 * n)] += layer.flexibility
     matrix = np.ascontiguousarray(matrix)
     contact = p > 0.0
-    q = np.zeros(2 * n)
-    before = np.zeros(2)
-    force: list[Array] = []
-    share: list[float] = []
-    counts: list[int] = []
-    status = np.zeros(n, dtype=np.int8)
+    bound = float(mu * p @ a)
+
+    states: list[_Held] = []
 
     def history() -> StartOfSliding:
-        done = len(force)
+        done = len(states)
+        slips = [float(a[state.status == 2].sum()) for state in states]
+        touching = float(a[contact].sum())
         return StartOfSliding(
             displacement=steps[:done],
-            force=np.array(force),
+            force=np.array([force_of(np.concatenate([state.traction, p]).reshape(3, n)) for state in states]),
             normal_force=np.full(done, float(p @ a)),
-            slip_share=np.array(share),
-            traction=q.reshape(2, n),
+            slip_share=np.array([slip / touching if touching > 0.0 else 0.0 for slip in slips]),
+            traction=states[-1].traction.reshape(2, n),
             pressure=p,
-            status=status,
-            iterations=np.array(counts),
+            status=states[-1].status,
+            iterations=np.array([state.iterations for state in states]),
+            path_error=np.array([state.path_error for state in states]),
         )
 
-    for k, step in enumerate(steps):
-        offset = -np.repeat(step - before, n) - matrix @ q
-        found = _mtb_rs.solve_discs_dense(matrix, offset, mu * p, [], tolerance)
-        if not found.converged:
-            raise ConvergenceError(
-                f"no state found for the displacement {step.tolist()} m, step {k + 1}",
-                history() if k else None,
-            )
-        q, before = found.field, step
+    def advance(k: int, parts: int) -> _Held:
+        """The state at the end of a step that is taken in so many parts."""
+        q = states[-1].traction if states else np.zeros(2 * n)
+        way = steps[k] - (steps[k - 1] if k else 0.0)
+        iterations = 0
+        for _ in range(parts):
+            offset = -np.repeat(way / parts, n) - matrix @ q
+            found = _mtb_rs.solve_discs_dense(matrix, offset, mu * p, [], tolerance)
+            if not found.converged:
+                raise ConvergenceError(
+                    f"no state found for the displacement {steps[k].tolist()} m, step {k + 1}",
+                    history() if k else None,
+                )
+            q = found.field
+            iterations += found.iterations
         # a point of contact without friction has no disc: it slips, if anything moves it
         moves = np.any(found.image.reshape(2, n) != 0.0, axis=0)
         status = np.where(contact & (found.status == 0), np.where(moves, 2, 1), found.status)
-        status = status.astype(np.int8)
-        force.append(force_of(np.concatenate([q, p]).reshape(3, n)))
-        share.append(float(a[status == 2].sum() / a[contact].sum()) if np.any(contact) else 0.0)
-        counts.append(found.iterations)
-    return history()
+        return _Held(q, status.astype(np.int8), iterations)
+
+    def change(old: _Held, new: _Held) -> float:
+        x, y = (new.traction - old.traction).reshape(2, n)
+        return float(np.hypot(x, y) @ a) / bound if bound > 0.0 else 0.0
+
+    for k in range(len(steps)):
+        found, parts, before, error = advance(k, 1), 1, None, np.inf
+        while error > _mtb_rs.PATH_TOLERANCE and parts < _mtb_rs.PATH_PARTS:
+            parts *= 2
+            finer = advance(k, parts)
+            changed = change(found, finer)
+            error = _mtb_rs.path_error(changed, before)
+            found, before = finer, changed
+        carried = states[-1].path_error if states else 0.0
+        states.append(replace(found, path_error=carried + error))
+    return _told(history())
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A state under a pressure that is held: traction (2n) [Pa], what each point does (n)."""
+
+    traction: Array
+    status: NDArray[np.int8]
+    iterations: int
+    path_error: float = np.inf
+
+
+def _told(start: StartOfSliding) -> StartOfSliding:
+    """With a warning if its steps are too long for the tolerance."""
+    # sums: beyond a first one that is not known no step tells what it adds
+    with np.errstate(invalid="ignore"):
+        errors = np.diff(start.path_error, prepend=0.0)
+    worst = int(np.argmax(errors > _mtb_rs.PATH_TOLERANCE))
+    error = float(errors[worst])
+    if error > _mtb_rs.PATH_TOLERANCE:
+        size = f"{error:.2g} of the friction" if np.isfinite(error) else "not known"
+        warn(
+            f"The estimated error by the length of step {worst + 1} is {size}, where "
+            f"{_mtb_rs.PATH_TOLERANCE:g} is asked for: more and shorter steps are needed.",
+            ToleranceWarning,
+        )
+    return start
 
 
 def pushes(displacements: ArrayLike) -> Array:
@@ -203,6 +261,11 @@ def start_with_pressure(
     ------
     ConvergenceError
         Naming the step; with the steps before it as ``.result``.
+
+    Warns
+    -----
+    ToleranceWarning
+        If 256 parts of a step do not keep the error that it adds below 1e-3.
     """
     steps = pushes(displacements)
     states = problem.core.stick_or_slip(
@@ -220,7 +283,7 @@ def start_with_pressure(
             "smaller displacements before this one may find a way to it",
             _history(steps[:k], states[:k], problem) if k else None,
         )
-    return _history(steps, states, problem)
+    return _told(_history(steps, states, problem))
 
 
 def force_on(problem: ContactProblem, traction: Array) -> Array:
@@ -247,4 +310,5 @@ def _history(steps: Array, states: list[_mtb_rs.Outcome], problem: ContactProble
         pressure=states[-1].pressure,
         status=states[-1].points,
         iterations=np.array([state.iterations for state in states]),
+        path_error=np.array([state.path_error for state in states]),
     )

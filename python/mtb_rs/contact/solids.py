@@ -204,14 +204,14 @@ def _extent(body: ElasticBody, *, upper: bool) -> tuple[Array, Array]:
     if min((high - low)[:2]) <= ROUNDING * float(np.ptp(body.mesh.nodes, axis=0).max()):
         raise ValueError(
             f"the contact face of {body.name} measures {high[0] - low[0]:g} x {high[1] - low[1]:g} m in x "
-            "and y: it must look along z"
+            "and y: it must face along z"
         )
     up = float(np.cross(b - a, c - a)[:, 2].sum())
     if (up > 0.0) == upper:
         looks, must = ("up", "down") if upper else ("down", "up")
         side = "an upper" if upper else "a lower"
         raise ValueError(
-            f"the contact face of {body.name} looks {looks}: the contact face of {side} body must look {must}"
+            f"the contact face of {body.name} faces {looks}: the contact face of {side} body must face {must}"
         )
     return low, high
 
@@ -372,8 +372,8 @@ def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper:
     if np.isfinite(height_of(surface, x, y, upper=not upper)).any():
         name, looks, must = ("upper", "up", "down") if upper else ("lower", "down", "up")
         raise ValueError(
-            f"the surface of the {name} body looks {looks} where the elastic body lies: it must look {must}; "
-            "turn the order of the corners of its triangles round"
+            f"the surface of the {name} body faces {looks} where the elastic body lies: it must face {must}; "
+            "reverse the order of the corners of its triangles"
         )
 
 

@@ -241,7 +241,7 @@ class VelocityTable(Form):
         if speeds.ndim != 1 or speeds.size < 2 or speeds.size != len(value):
             raise ValueError(
                 f"a velocity table has {speeds.size} velocities and {len(value)} values: "
-                "at least two of each, and as many of one as of the other, are needed"
+                "at least two velocities, and one value for each of them, are needed"
             )
         velocity = tuple(speeds.tolist())
         if np.any(np.diff(speeds) <= 0.0):

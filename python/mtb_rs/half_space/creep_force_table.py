@@ -162,7 +162,9 @@ class CreepForceTable:
             raise ValueError(f"friction is {friction!r}: a number of at least 0 is needed")
         low, high = self.ratios[0], self.ratios[-1]
         if not low * (1 - 1e-9) <= ratio <= high * (1 + 1e-9):
-            raise ValueError(f"semi_axes have the ratio {ratio:g}: the table holds {low:g} to {high:g}")
+            raise ValueError(
+                f"semi_axes have the ratio {ratio:g}: ratios from {low:g} to {high:g} are in the table"
+            )
         limit = friction * normal_force
         rows = creepage_rows(creepages)
         if limit == 0.0:

@@ -157,7 +157,7 @@ def solve_normal(
         Whether the grid repeats itself periodically. The approach is then measured from the mean of the
         displacements.
     edge : {"auto", "error", "sharp", "grow"}
-        Meaning of contact at a side of the grid. With "error" the bodies go on there, and the grid is too
+        Meaning of contact at the edge of the grid. With "error" the bodies go on there, and the grid is too
         small. With "sharp" a body ends there, like a punch. With "grow" the gap is continued smoothly, and
         the grid grows until the contact ends inside. "auto" is "sharp" for a plane gap and otherwise "error".
     method : {"auto", "dense", "fft"}
@@ -362,9 +362,9 @@ def _first_moments(
         reach = 0.5 * (gap.shape[axis] - 1) * spacing[1 - axis]
         if not abs(moment) < force * reach:
             raise ValueError(
-                f"{name}[{k}] is {moment:g} N m: it puts a force of {force:g} N "
-                f"{abs(moment) / force:g} m from the middle of the grid; the outermost cell centres lie at "
-                f"{reach:g} m, and the force must act inside them"
+                f"{name}[{k}] is {moment:g} N m: the force of {force:g} N then acts at a distance of "
+                f"{abs(moment) / force:g} m from the middle of the grid; it must act less than {reach:g} m "
+                "from there, between the outermost cell centres"
             )
     return given[1], None if given[0] is None else -given[0]
 
@@ -435,20 +435,23 @@ def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, in
     size = f"{nx * spacing[0]:.4g} x {ny * spacing[1]:.4g} m"
     if min(ny, nx) < _CONTINUABLE:
         advice = (
-            f"{nx} x {ny} cells are too few to tell how the gap goes on, which takes {_CONTINUABLE} a side: "
+            f"{nx} x {ny} cells are too few to continue the gap, which takes {_CONTINUABLE} along each side: "
             "give the gap on a larger grid"
         )
     elif shape is None:
-        advice = "no grid up to four times as large would do if the gap is continued by parabolas"
+        advice = (
+            "even a grid four times as large would not do if the gap is continued by parabolas: give the "
+            "gap on a larger grid, or press less"
+        )
     else:
         advice = (
             f"about {shape[1] * spacing[0]:.4g} x {shape[0] * spacing[1]:.4g} m "
-            f"({shape[1]} x {shape[0]} cells) "
-            'would do: give the gap there, or edge="grow" to have it continued by parabolas'
+            f'({shape[1]} x {shape[0]} cells) would do: give the gap on such a grid, or edge="grow", which '
+            "continues it by parabolas"
         )
     return (
-        f"the contact reaches the side of the grid of {size}, where the bodies go on: {advice}; "
-        'edge="sharp" says that a body ends there'
+        f"the contact reaches the edge of the grid of {size}, but the bodies go on beyond it: {advice}; "
+        'edge="sharp" states that a body ends there'
     )
 
 

@@ -177,8 +177,8 @@ class Rolling(Motion):
             cell = math.hypot(*replace(self, step=None).step_vector(field.spacing))
             if self.step < _SHORTEST_STEP * cell:
                 raise ValueError(
-                    f"step is {self.step:g} m: steady rolling needs at least {_SHORTEST_STEP:g} of a cell, "
-                    f"{_SHORTEST_STEP * cell:g} m, and None takes one cell"
+                    f"step is {self.step:g} m: steady rolling needs a step of at least "
+                    f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; step=None makes it one cell long"
                 )
         return self.kind, (along, across)
 
@@ -606,11 +606,13 @@ def _alternate(
     from .normal import NormalResult, solve_normal
 
     if not isinstance(normal, NormalResult):
-        raise ValueError(f"full coupling needs a result of solve_normal, not a {type(normal).__name__}")
+        raise ValueError(
+            f"normal is a {type(normal).__name__}: coupling='full' needs a result of solve_normal"
+        )
     if any(normal.tilts):
         raise ValueError(
-            "coupling='full' keeps the tilts of the bodies locked, and in the normal contact they were free: "
-            "solve_normal without moments_about_axes is needed"
+            "coupling='full' does not let the bodies tilt, but they were free to tilt in the normal contact: "
+            "a result of solve_normal without moments_about_axes is needed"
         )
     first = pressure_field(normal)
     field = first
@@ -625,7 +627,7 @@ def _alternate(
             upper=normal.upper,
             force=normal.normal_force,
             tolerance=min(tolerance, 1e-8),
-            # contact at a side of the grid was legitimate in the normal problem already
+            # contact at the edge of the grid was legitimate in the normal problem already
             edge="sharp",
         )
         pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)

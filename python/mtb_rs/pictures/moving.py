@@ -61,7 +61,9 @@ def animate(
         raise ValueError("history is empty: at least one result is needed")
     quantity_of(history[0], quantity)
     if captions is not None and (isinstance(captions, str) or len(captions) != len(history)):
-        raise ValueError(f"captions are {len(captions)}: one for each of {len(history)} results is needed")
+        raise ValueError(
+            f"captions has {len(captions)} entries: one for each of the {len(history)} results is needed"
+        )
     if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
         raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
     shared = {"limits": shared_limits(history, quantity, options), **options}

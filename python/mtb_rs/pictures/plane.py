@@ -120,31 +120,38 @@ def plot_within(
         raise ValueError(f'kind is {kind!r}: "map", "line" or "3d" is needed')
     is_styled = not (title is None and cmap is None and figsize is None)
     if is_styled and (kind == "3d" or quantity in get_args(Stress)):
-        raise ValueError('title, cmap and figsize have no meaning for kind="3d"')
+        raise ValueError('title, cmap and figsize are for maps and lines, not for kind="3d"')
     if quantity in get_args(Stress):
         if kind not in (None, "3d") or x is not None or y is not None or ax is not None:
-            raise ValueError("quantity is 'von_mises': it has no map and no lines, only kind='3d'")
+            raise ValueError("quantity is 'von_mises': it is drawn by kind='3d' only, without x, y and ax")
         return view_von_mises(result, limits=limits, **options)
     quantity_of(result, quantity, body)
     if x is not None and y is not None:
-        raise ValueError("x and y are both given: a cut along y is at an x, one along x is at a y")
+        raise ValueError(
+            "x and y are both given: one of them is needed, x for a line along y, y for a line along x"
+        )
     cut: Literal["x", "y"] = "x" if x is not None else "y"
     is_cut = x is not None or y is not None
     if kind is None:
         kind = "line" if is_cut else "map"
     if cmap is not None and kind != "map":
-        raise ValueError('cmap has a meaning for kind="map" only')
+        raise ValueError('cmap is for kind="map" only')
     if figsize is not None and ax is not None:
-        raise ValueError("figsize has no meaning beside ax")
+        raise ValueError(
+            "figsize and ax are both given: the axes have a size already, so give one of the two"
+        )
     if kind == "3d":
         if is_cut or ax is not None:
-            raise ValueError('x, y and ax have no meaning for kind="3d"')
+            raise ValueError('x, y and ax are for maps and lines, not for kind="3d"')
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
-        raise ValueError(f'unknown options for kind="{kind}": {", ".join(options)}')
+        raise ValueError(
+            f'{", ".join(options)}: unknown options for kind="{kind}"; known are x, y, body, limits, ax, '
+            "title, cmap and figsize"
+        )
     if kind == "map":
         if is_cut:
-            raise ValueError(f'{cut} has no meaning for kind="map"; cuts are kind="line"')
+            raise ValueError(f'{cut} is for kind="line", which draws along a line, not for kind="map"')
         figure = draw_map(result, quantity, body, limits, ax, window=window)
     else:
         figure = draw_lines(result, quantity, cut, x if cut == "x" else y, body, limits, ax)
@@ -169,21 +176,23 @@ def plot_side_by_side(
 ) -> Figure:
     """One quantity of several results on one scale, each under its name; options as for :func:`plot`."""
     if kind in get_args(Space) or "ax" in options:
-        raise ValueError('several patches are drawn as maps or lines: neither kind="3d" nor ax has a meaning')
+        raise ValueError('several patches are drawn as maps or lines: kind="3d" and ax cannot be used')
     if kind not in (None, *get_args(Flat)):
         raise ValueError(f'kind is {kind!r}: "map" or "line" is needed')
     quantity_of(results[0], quantity)
     title, cmap, figsize = (options.pop(name, None) for name in ("title", "cmap", "figsize"))
     unknown = [name for name in options if name not in ("x", "y", "body", "limits")]
     if unknown:
-        raise ValueError(f"unknown options: {', '.join(unknown)}")
+        raise ValueError(
+            f"{', '.join(unknown)}: unknown options; known are x, y, body, limits, title, cmap and figsize"
+        )
     if options.get("limits") is None:
         given = {"kind": kind, **options} if kind else options
         options["limits"] = shared_limits(results, quantity, given)
     if kind == "line" or is_a_cut(options):
         figure = new_figure((7.2, 3.6 * len(results)))
         if cmap is not None:
-            raise ValueError('cmap has a meaning for kind="map" only')
+            raise ValueError('cmap is for kind="map" only')
         panels = figure.subplots(len(results), 1, squeeze=False)[:, 0]
         for axes, result, name in zip(panels, results, names, strict=True):
             plot(result, quantity, kind, ax=axes, **options)

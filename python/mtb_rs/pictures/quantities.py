@@ -47,7 +47,7 @@ def quantity_of(result: Pictured, word: str, body: Body = "lower") -> Field:
     """What a word stands for in a result, of a body where bodies differ; `ValueError` for one it has not."""
     # the door: whatever it is that is to be drawn
     if not isinstance(result, Pictured):
-        raise ValueError(f"{result!r} is no result that can be drawn")
+        raise ValueError(f"{result!r} cannot be drawn: a result of a solve or a step is needed")
     for field in result.fields().values():
         if field.body in (None, body) and word in field.words:
             return field.part(word)

@@ -106,8 +106,8 @@ def load(directory: str | Path) -> Any:
         )
     if summary["schema"] != SCHEMA:
         raise ValueError(
-            f"the result in {folder} was saved in the form {summary['schema']!r} by mtb_rs "
-            f"{summary['mtb_rs']}; this one, {_mtb_rs.__version__}, reads the form {SCHEMA}"
+            f"the result in {folder} was saved in format {summary['schema']!r} by mtb_rs "
+            f"{summary['mtb_rs']}: mtb_rs {_mtb_rs.__version__} reads format {SCHEMA}"
         )
     structure, sums = _structure(folder / RESULT)
     arrays = {name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file, sums).items()}
@@ -132,10 +132,10 @@ def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
         told = "it is nested too deeply" if isinstance(error, RecursionError) else f"it is no JSON: {error}"
         raise ValueError(f"{path} cannot be read: {told}") from None
     if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
-        raise ValueError(f"{path} cannot be read: it holds no result in the form {SCHEMA}")
+        raise ValueError(f"{path} cannot be read: it holds no result in format {SCHEMA}")
     sums = found.get("sha256")
     if not (sums is None or isinstance(sums, dict)):
-        raise ValueError(f"{path} cannot be read: its sums of the arrays are damaged")
+        raise ValueError(f"{path} cannot be read: the checksums of its arrays are damaged")
     return found["result"], sums
 
 
@@ -149,7 +149,7 @@ def _arrays(path: Path, sums: dict[str, Any] | None) -> dict[str, NDArray[Any]]:
         raise ValueError(f"{path} cannot be read: {error}") from None
     if sums is not None and sums.get(path.name) != _sum(content):
         raise ValueError(
-            f"{path} is not the file that was saved: its sum (SHA-256) differs from the one in {RESULT}; "
-            "save the result again"
+            f"{path} is not the file that was saved: its checksum (SHA-256) differs from the one in "
+            f"{RESULT}; save the result again"
         )
     return arrays

@@ -503,8 +503,9 @@ class PosedScene(Told):
             p = patch.view(pressure) > 0.0
             if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
                 raise ValueError(
-                    f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, where the "
-                    f"bodies go on: about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
+                    f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, but the "
+                    f"bodies go on beyond it: about {2 * patch.nx} x {2 * patch.ny} points at this spacing "
+                    "would do"
                 )
 
     def told(self) -> list[Row]:

@@ -51,7 +51,7 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
     #[pymodule_export]
-    use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem};
+    use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, path_error};
     #[pymodule_export]
     use super::solid::{
         block_mesh, check_unknowns, pole_mesh, quadratic_mesh, rail_mesh, tetrahedra,
@@ -71,6 +71,8 @@ mod _mtb_rs {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONDENSATION_DIGEST", mtb_elasticity::tetra::DIGEST)?;
+        module.add("PATH_PARTS", mtb_contact::coupled::PATH_PARTS)?;
+        module.add("PATH_TOLERANCE", mtb_contact::coupled::PATH_TOLERANCE)?;
         let not_converged = module.py().get_type::<super::wheelset::NotConverged>();
         module.add("NotConverged", not_converged)?;
         // what is exported is said once, in the stub

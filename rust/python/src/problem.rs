@@ -130,6 +130,7 @@ pub(crate) struct PyOutcome {
     force: Py<PyArray1<f64>>,
     moment: Py<PyArray1<f64>>,
     friction_power: f64,
+    path_error: f64,
     /// Active sets or Newton steps.
     iterations: usize,
     factorisations: usize,
@@ -157,6 +158,7 @@ impl PyOutcome {
             force: array(outcome.force.to_vec()),
             moment: array(outcome.moment.to_vec()),
             friction_power: outcome.friction_power,
+            path_error: outcome.path_error,
             iterations: outcome.effort.sets,
             factorisations: outcome.effort.factorisations,
             products: outcome.effort.products,
@@ -166,6 +168,14 @@ impl PyOutcome {
             unstable: solution.unstable,
         })
     }
+}
+
+/// Error that is left after a doubling of the parts of a path changed a state by `change`, and the one before it
+/// by `before`.
+#[pyfunction]
+#[pyo3(signature = (change, before=None))]
+pub(crate) fn path_error(change: f64, before: Option<f64>) -> f64 {
+    mtb_contact::coupled::path_error(change, before)
 }
 
 /// 0 open, 1 stick, 2 slip.

@@ -21,8 +21,12 @@
 //!
 //! With fixed stiffnesses `k_t` and `k_n` they read `p = max(0, p - k_n v_n)`, and `q` is the vector
 //! `z = q - k_t v_t` shortened to `mu p`: equations without inequalities, whose semismooth Newton steps are
-//! dense linear systems over the points in contact. A push that these do not reach at once is reached in
-//! halves.
+//! dense linear systems over the points in contact.
+//!
+//! The slip of a push is taken from its beginning to its end, as in an implicit Euler step, while the
+//! direction of the slip turns on the way. The error of that is of first order in the length of the pushes.
+//! A push is therefore reached in parts, twice as many of them until the tractions no longer change
+//! ([`CoupledContact::follow`]).
 
 mod newton;
 #[cfg(test)]
@@ -36,6 +40,15 @@ use crate::sliding::RigidMotion;
 
 /// Parts in which a push is reached at most.
 pub const PARTS: usize = 64;
+
+/// Parts in which a push is reached at most to keep the error of its path small.
+pub const PATH_PARTS: usize = 256;
+
+/// What each push of a path may add to its [`CoupledState::path_error`].
+pub const PATH_TOLERANCE: f64 = 1e-3;
+
+/// Factor between the changes by two doublings of the parts while they are too long to tell of their order.
+const LEAST_DECAY: f64 = 0.9;
 
 /// Size of a motion, relative to all of them, that counts as none.
 const NO_MOTION: f64 = 1e-9;
@@ -101,8 +114,12 @@ pub struct CoupledState {
     pub displacement: Vec<f64>,
     /// What each point does (n).
     pub points: Vec<PointState>,
-    /// Newton steps of the last part of the push.
+    /// Newton steps of all parts of the push.
     pub iterations: usize,
+    /// Estimated error by the finite pushes of the path up to here, as if the errors of all of them added up: of
+    /// the tangential tractions as a share of the friction that all points can bear, or of the pressures as a
+    /// share of the pressure of all points, whichever is larger. Infinite where there is no estimate.
+    pub path_error: f64,
     /// Residual over the norm of the pressure.
     pub residual: f64,
 }
@@ -230,12 +247,53 @@ impl CoupledContact {
             displacement,
             points,
             iterations: 0,
+            path_error: 0.0,
             residual: 0.0,
         })
     }
 
+    /// The states after the upper body was pushed from `state` to each of `pushes` (3n) [m] in turn, as
+    /// [`CoupledContact::advance`] takes them. They end where no state was found.
+    ///
+    /// Each push is reached in parts, twice as many of them until the error that it adds is estimated to be at
+    /// most `tolerance`, in the measure of [`CoupledState::path_error`]; see [`path_error`]. Where [`PATH_PARTS`]
+    /// parts do not suffice, it is larger than that.
+    ///
+    /// # Errors
+    /// As [`CoupledContact::advance`].
+    pub fn follow(
+        &self,
+        state: &CoupledState,
+        pushes: &[Vec<f64>],
+        tolerance: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<CoupledState>, Error> {
+        let mut path: Vec<CoupledState> = Vec::new();
+        for push in pushes {
+            let from = path.last().unwrap_or(state);
+            let Some(mut found) = self.advance(from, push, 1, monitor)? else {
+                break;
+            };
+            let (mut parts, mut before, mut error) = (1, None, f64::INFINITY);
+            while error > tolerance && parts < PATH_PARTS {
+                parts *= 2;
+                let Some(finer) = self.advance(from, push, parts, monitor)? else {
+                    break;
+                };
+                let change = self.change(&found, &finer);
+                error = path_error(change, before);
+                before = Some(change);
+                found = finer;
+            }
+            found.path_error = from.path_error + error;
+            path.push(found);
+        }
+        Ok(path)
+    }
+
     /// The state after the upper body was pushed from `state` to `push` (3n) [m], along the tangents and the
-    /// normal of each point; `None` if no state was found, not even in [`PARTS`] parts.
+    /// normal of each point, in `parts` equal parts or, where these do not reach it, in 2, 4, ... times as many;
+    /// `None` if no state was found, not even in [`PARTS`] parts.
     ///
     /// # Errors
     /// Wrong lengths, numbers that are not finite, [`Error::Interrupted`].
@@ -243,6 +301,7 @@ impl CoupledContact {
         &self,
         state: &CoupledState,
         push: &[f64],
+        parts: usize,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
         let n = self.points();
@@ -255,26 +314,56 @@ impl CoupledContact {
             check(name, values, 3 * n)?;
         }
         check("motion", &state.motion, self.work.len())?;
-        let mut parts = 1;
-        while parts <= PARTS {
-            let mut reached = Some(state.clone());
-            for part in 1..=parts {
-                let Some(from) = &reached else { break };
-                let share = part as f64 / parts as f64;
-                let aim: Vec<f64> = state
-                    .push
-                    .iter()
-                    .zip(push)
-                    .map(|(a, b)| a + share * (b - a))
-                    .collect();
-                reached = newton::solve(self, from, &aim, monitor)?;
-            }
-            if reached.is_some() {
-                return Ok(reached);
-            }
+        let mut parts = parts.max(1);
+        loop {
+            let found = self.in_parts(state, push, parts, monitor)?;
             parts *= 2;
+            if found.is_some() || parts > PARTS {
+                return Ok(found);
+            }
         }
-        Ok(None)
+    }
+
+    /// The state at `push`, reached in so many equal parts; `None` if no state was found on the way.
+    fn in_parts(
+        &self,
+        state: &CoupledState,
+        push: &[f64],
+        parts: usize,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<CoupledState>, Error> {
+        let mut reached = state.clone();
+        let mut iterations = 0;
+        for part in 1..=parts {
+            let share = part as f64 / parts as f64;
+            let ways = state.push.iter().zip(push);
+            let aim: Vec<f64> = ways.map(|(a, b)| a + share * (b - a)).collect();
+            match newton::solve(self, &reached, &aim, monitor)? {
+                Some(next) => reached = next,
+                None => return Ok(None),
+            }
+            iterations += reached.iterations;
+        }
+        Ok(Some(CoupledState {
+            iterations,
+            ..reached
+        }))
+    }
+
+    /// By how much two states differ: the tangential tractions as a share of the friction that all points can
+    /// bear, and the pressures as a share of the pressure of all points; the larger of the two.
+    fn change(&self, one: &CoupledState, other: &CoupledState) -> f64 {
+        let n = self.points();
+        let [mut tangential, mut normal, mut bound, mut pressed] = [0.0; 4];
+        for (i, area) in self.area.iter().enumerate() {
+            let [x, y, p] = [0, 1, 2].map(|c| one.traction[c * n + i] - other.traction[c * n + i]);
+            tangential += area * x.hypot(y);
+            normal += area * p.abs();
+            pressed += area * other.traction[2 * n + i];
+            bound += area * self.friction[i] * other.traction[2 * n + i];
+        }
+        let share = |of: f64, whole: f64| if of > 0.0 { of / whole } else { 0.0 };
+        share(tangential, bound).max(share(normal, pressed))
     }
 
     /// Gap (n) [m] in a state.
@@ -329,6 +418,22 @@ impl Coupled<'_> {
         }
         Ok(())
     }
+}
+
+/// What a doubling of the parts of a push leaves of their error, after it changed the state by `change` and the
+/// doubling before it by `before`.
+///
+/// It is the sum of all further changes if these go on to shrink by the same factor. That factor is one half
+/// once the parts are short, because the method is of first order.
+pub fn path_error(change: f64, before: Option<f64>) -> f64 {
+    if change == 0.0 {
+        return 0.0;
+    }
+    let left = match before {
+        Some(before) if change < LEAST_DECAY * before => change / before,
+        _ => LEAST_DECAY,
+    };
+    change * (left / (1.0 - left)).max(1.0)
 }
 
 /// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step.

@@ -160,6 +160,7 @@ impl Iterate {
             displacement: self.displacement,
             points: self.points,
             iterations,
+            path_error: f64::INFINITY,
             residual: self.residual / size,
         }
     }

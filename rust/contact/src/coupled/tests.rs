@@ -87,7 +87,7 @@ fn like_bodies_follow_ciavarella_and_jaeger() {
     let contact = coupled(&pair, &[pressed(load)]);
     let rest = contact.at_rest(&pressure, &motion).unwrap();
     let found = contact
-        .advance(&rest, &along_x(2e-6), &unmonitored)
+        .advance(&rest, &along_x(2e-6), 1, &unmonitored)
         .unwrap()
         .unwrap();
     let tangential = force(&found.traction[..N]);
@@ -101,6 +101,45 @@ fn like_bodies_follow_ciavarella_and_jaeger() {
         assert!((found.pressure()[i] - pressure[i]).abs() < 1e-9 * largest);
         let stick = inner[i] > 1e-6 * largest;
         assert_eq!(stick, found.points[i] == PointState::Stick, "{i}");
+    }
+}
+
+/// The error by finite pushes is of first order; following the path keeps it below the tolerance.
+#[test]
+fn a_path_is_followed_to_the_tolerance_and_converges_with_first_order() {
+    // unlike bodies: the slip turns on the way, and the pressure follows
+    let pair = Relative::new(Some(half_space(0.0)), None).unwrap();
+    let load = 1000.0;
+    let (pressure, motion) = frictionless(&pair, load);
+    let contact = coupled(&pair, &[pressed(load)]);
+    let rest = contact.at_rest(&pressure, &motion).unwrap();
+    let aim = along_x(2e-6);
+    let reached = |parts| {
+        contact
+            .in_parts(&rest, &aim, parts, &unmonitored)
+            .unwrap()
+            .unwrap()
+    };
+    let states: Vec<CoupledState> = [16, 32, 64, 128].map(reached).to_vec();
+    let pairs = states.windows(2);
+    let changes: Vec<f64> = pairs.map(|s| contact.change(&s[0], &s[1])).collect();
+    let points = &states[3].points;
+    assert!(points.contains(&PointState::Slip) && points.contains(&PointState::Stick));
+    for (coarse, fine) in changes.iter().zip(&changes[1..]) {
+        assert!((0.8..1.2).contains(&(coarse / fine).log2()), "{changes:?}");
+    }
+    // however many pushes lead there, against parts far finer
+    let tolerance = 1e-3;
+    assert!(contact.change(&reached(1), &states[3]) > tolerance);
+    for pushes in [1, 3, 10] {
+        let steps = (1..=pushes).map(|k| f64::from(k) / f64::from(pushes));
+        let path: Vec<Vec<f64>> = steps.map(|share| along_x(2e-6 * share)).collect();
+        let found = contact
+            .follow(&rest, &path, tolerance, &unmonitored)
+            .unwrap();
+        assert!(found[0].path_error <= tolerance);
+        let last = found.last().unwrap();
+        assert!(contact.change(last, &states[3]) <= tolerance, "{pushes}");
     }
 }
 
@@ -119,7 +158,7 @@ fn equal_spheres_follow_cattaneo_and_mindlin() {
     let mut state = rest;
     for share in [0.25, 0.5, 0.75] {
         state = contact
-            .advance(&state, &along_x(share * limit), &unmonitored)
+            .advance(&state, &along_x(share * limit), 1, &unmonitored)
             .unwrap()
             .unwrap();
         let found = force(&state.traction[..N]) / (MU * load);
@@ -128,7 +167,7 @@ fn equal_spheres_follow_cattaneo_and_mindlin() {
         assert!((found - exact).abs() < 0.02, "{share}: {found} {exact}");
     }
     let slid = contact
-        .advance(&state, &along_x(1.3 * limit), &unmonitored)
+        .advance(&state, &along_x(1.3 * limit), 1, &unmonitored)
         .unwrap()
         .unwrap();
     // a little of it turns aside, which the closed form neglects
@@ -187,7 +226,7 @@ fn tilted_springs_are_solved_point_by_point() {
         let mut push = vec![0.0; 3 * COUNT];
         push[..COUNT].fill(displacement);
         let found = contact
-            .advance(&rest, &push, &unmonitored)
+            .advance(&rest, &push, 1, &unmonitored)
             .unwrap()
             .unwrap();
         for i in 0..COUNT {
@@ -218,7 +257,7 @@ fn motions_that_move_both_bodies_alike_count_once() {
         let contact = coupled(&pair, motions);
         let rest = contact.at_rest(&pressure, motion).unwrap();
         contact
-            .advance(&rest, &push, &unmonitored)
+            .advance(&rest, &push, 1, &unmonitored)
             .unwrap()
             .unwrap()
     };
@@ -253,7 +292,7 @@ fn a_push_is_broken_off_at_any_look() {
         ControlFlow::Continue(())
     };
     let push = along_x(0.4e-6);
-    let reached = contact.advance(&rest, &push, &count).unwrap().unwrap();
+    let reached = contact.advance(&rest, &push, 1, &count).unwrap().unwrap();
     assert!(looks.get() >= reached.iterations && reached.iterations > 1);
     for last in 0..looks.get() {
         let left = Cell::new(last);
@@ -265,7 +304,7 @@ fn a_push_is_broken_off_at_any_look() {
             }
         };
         assert_eq!(
-            contact.advance(&rest, &push, &stop),
+            contact.advance(&rest, &push, 1, &stop),
             Err(Error::Interrupted)
         );
     }
@@ -320,7 +359,7 @@ fn bad_input_is_named() {
     let rest = contact.at_rest(&[0.0; N], &[]).unwrap();
     let mut push = vec![0.0; 3 * N];
     push[7] = f64::NAN;
-    let refused = contact.advance(&rest, &push, &unmonitored).unwrap_err();
+    let refused = contact.advance(&rest, &push, 1, &unmonitored).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "push[7] is NaN, a finite number is needed"

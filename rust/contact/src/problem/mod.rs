@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mtb_complementarity::linear::Status;
 use mtb_operator::{Compliance, Monitor, Relative};
 
-use crate::coupled::{Coupled, CoupledContact};
+use crate::coupled::{Coupled, CoupledContact, PATH_TOLERANCE};
 use crate::error::{Error, check};
 use crate::sliding::{SlidingContact, SlidingMatrix};
 pub use geometry::{Geometry, Means};
@@ -249,7 +249,8 @@ impl Problem {
     /// `friction` (n) gives way, and the pressure follows.
     ///
     /// A `layer` [m/Pa] between the bodies softens the tangents. One outcome a step; the steps end where no
-    /// state was found.
+    /// state was found. Each step is reached in parts, so many of them that it adds an error of at most
+    /// [`PATH_TOLERANCE`]; see [`CoupledContact::follow`].
     ///
     /// # Errors
     /// As [`Problem::slide`] and [`CoupledContact::new`].
@@ -281,26 +282,24 @@ impl Problem {
             tolerance,
             monitor,
         )?;
-        let mut state = contact.at_rest(&pressed.solution.pressure, &pressed.solution.motion)?;
-        let mut outcomes = Vec::new();
+        let rest = contact.at_rest(&pressed.solution.pressure, &pressed.solution.motion)?;
+        let mut pushes = Vec::new();
         for displacement in displacements {
             check("displacement", displacement, 3 * n)?;
-            let push = [&g.tangent_x, &g.tangent_y, &g.normal]
-                .map(|axes| g.along(axes, displacement, 1.0))
-                .concat();
-            let found = contact.advance(&state, &push, monitor)?;
-            let status = if found.is_some() {
-                Status::Solved
-            } else {
-                Status::IterationLimit
-            };
-            if let Some(found) = found {
-                state = found;
-            }
-            outcomes.push(Outcome::coupled(g, status, &contact, &state, friction));
-            if status != Status::Solved {
-                break;
-            }
+            pushes.push(
+                [&g.tangent_x, &g.tangent_y, &g.normal]
+                    .map(|axes| g.along(axes, displacement, 1.0))
+                    .concat(),
+            );
+        }
+        let found = contact.follow(&rest, &pushes, PATH_TOLERANCE, monitor)?;
+        let outcome = |status, state| Outcome::coupled(g, status, &contact, state, friction);
+        let mut outcomes: Vec<Outcome> = found.iter().map(|s| outcome(Status::Solved, s)).collect();
+        if found.len() < pushes.len() {
+            outcomes.push(outcome(
+                Status::IterationLimit,
+                found.last().unwrap_or(&rest),
+            ));
         }
         Ok(outcomes)
     }

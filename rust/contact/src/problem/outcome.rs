@@ -26,6 +26,9 @@ pub struct Outcome {
     /// Heat of sliding [W]: the friction times the sliding velocity, where one is given; the work of the
     /// pressures is not in it.
     pub friction_power: f64,
+    /// Estimated error of the tractions by the finite steps of the way here, as
+    /// [`CoupledState::path_error`]; 0 for a state without a past.
+    pub path_error: f64,
     /// What it took.
     pub effort: Effort,
 }
@@ -87,7 +90,7 @@ impl Outcome {
             factorisations: state.iterations,
             ..Effort::default()
         };
-        Self::of(
+        let outcome = Self::of(
             geometry,
             [0.0; 3],
             solution,
@@ -95,7 +98,11 @@ impl Outcome {
             state.traction[..2 * n].to_vec(),
             state.points.clone(),
             effort,
-        )
+        );
+        Self {
+            path_error: state.path_error,
+            ..outcome
+        }
     }
 
     fn of(
@@ -116,6 +123,7 @@ impl Outcome {
             force,
             moment,
             friction_power: 0.0,
+            path_error: 0.0,
             effort,
         }
     }
