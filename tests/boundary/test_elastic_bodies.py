@@ -84,7 +84,7 @@ def test_bad_meshes_are_named() -> None:
         np.concatenate([mesh.nodes, mesh.nodes + 1.0]),
         np.concatenate([mesh.cells, mesh.cells + len(mesh.nodes)]),
     )
-    with refused("2 unconnected pieces"):
+    with refused("2 separate pieces: one connected piece is needed"):
         mtb.ElasticBody(twice, STEEL, contact="bottom")
     with refused("Poisson's ratio is 0.5"):
         mtb.ElasticBody(mesh, mtb.Material(1e9, 0.5))
@@ -121,7 +121,7 @@ def test_bad_surfaces_are_named(tmp_path: Path) -> None:
 
 def test_supports_and_contacts_are_named() -> None:
     mesh = small_mesh()
-    with refused("leave the body loose", "translation along x, translation along y, rotation about z"):
+    with refused("leave the body free to move", "translation along x, translation along y, rotation about z"):
         condensed(mtb.ElasticBody(mesh, STEEL), keep=False)
     with refused("contact of body: 'sole' is unknown", "'contact', 'top'"):
         mtb.ElasticBody(mesh, STEEL, contact="sole")
@@ -148,7 +148,7 @@ def test_supports_and_contacts_are_named() -> None:
     beside = BlockOnPlane(0.08, 0.02, 0.02).grid((10e-3, 10e-3))
     body = mtb.ElasticBody(mesh, STEEL, supports=[TOP])
     sampling = body.sample(beside.nodes, beside.node_patches, upper=True)
-    with refused("contact point 0 has no area", "lay the points on the face"):
+    with refused("contact point 0 lies beside the contact face", "lay the point on the face"):
         body.condense(sampling, keep=False)
     for supports in (TOP, None, "top", 3):
         with refused("supports is", "a list of Support objects is needed"):

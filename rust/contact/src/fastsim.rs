@@ -205,7 +205,7 @@ impl<'a> Law<'a> {
                     "memory distance",
                     distance,
                     memory.is_none(),
-                    "the simplified theory knows friction without memory only",
+                    "the simplified theory takes friction laws without a memory only",
                 )?;
                 Ok(Self::Slip(law))
             }

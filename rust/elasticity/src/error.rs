@@ -103,10 +103,12 @@ pub enum Error {
     #[error("node {0} belongs to no tetrahedron")]
     LooseNode(usize),
     /// More than one body.
-    #[error("the mesh falls into {0} unconnected pieces, one is needed")]
+    #[error("the mesh has {0} separate pieces: one connected piece is needed")]
     Pieces(usize),
     /// A displacement component claimed twice.
-    #[error("supports \"{first}\" and \"{second}\" both hold {component} of node {node}")]
+    #[error(
+        "supports \"{first}\" and \"{second}\" both hold {component} of node {node}: one of them may"
+    )]
     Contradiction {
         /// The support that came first.
         first: String,
@@ -118,10 +120,10 @@ pub enum Error {
         node: usize,
     },
     /// Rigid motions that neither the supports nor the contact can hold.
-    #[error("the supports leave the body loose, and contact cannot hold it: {0}")]
+    #[error("the supports leave the body free to move, and the contact cannot hold it: {0}")]
     Loose(String),
     /// Supports that hold all there is.
-    #[error("the supports hold every node, nothing is left to deform")]
+    #[error("the supports hold every node of the mesh: at least one free node is needed")]
     Held,
     /// A triangle that is not on the surface.
     #[error("triangle {0} is no face of the body's boundary")]
@@ -136,7 +138,7 @@ pub enum Error {
     },
     /// A contact point without area.
     #[error(
-        "contact point {0} has no area on the contact face: it lies beside it; lay the points on the face, or leave this one out"
+        "contact point {0} lies beside the contact face, so no area of the face belongs to it: lay the point on the face, or leave it out"
     )]
     NoArea(usize),
     /// A frame that is not orthonormal.

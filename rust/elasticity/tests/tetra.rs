@@ -526,7 +526,7 @@ fn bad_bodies_are_named() {
         .unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the supports leave the body loose, and contact cannot hold it: translation along x, \
+        "the supports leave the body free to move, and the contact cannot hold it: translation along x, \
          translation along y, rotation about z"
     );
     let limits = Limits {

@@ -264,7 +264,7 @@ impl PoleShoe {
             }
         }
         if self.relief_slope < 0.0 {
-            let accepted = "the sole rises beyond conforming_to, so it is at least 0";
+            let accepted = "at least 0 is needed, because the sole rises beyond conforming_to";
             return Err(out_of_range("relief_slope", self.relief_slope, accepted));
         }
         for pole in self.sides() {
