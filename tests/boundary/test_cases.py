@@ -258,7 +258,7 @@ def test_what_suits_no_default_is_not_blamed(tmp_path: Path) -> None:
 def test_many_wrong_keys_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     keys = "".join(f"qqq{k} = 1\n" for k in range(3000))
-    for head, more in (("", 2980), ("friction = -1\n", 2981), ("[solve]\n", 2980), ("[upper]\n", 2980)):
+    for head, more in (("", 2980), ("friction = -1\n", 2980), ("[solve]\n", 2980), ("[upper]\n", 2981)):
         text = "scene = 'pole_shoe_on_rail'\n" + head + keys
         path.write_text(text)
         with pytest.raises(mtb.CaseError, match="unknown") as caught:
