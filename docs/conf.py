@@ -12,11 +12,12 @@ project = "mtb_rs"
 copyright = "the mtb_rs authors"
 version = release = mtb_rs.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "directives"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "directives"]
 exclude_patterns = ["_build"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
+nb_execution_mode = "off"  # notebooks.py runs them, and the tests
 html_math_renderer = "mathml"
 
 autodoc_member_order = "bysource"

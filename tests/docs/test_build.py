@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow  # builds the pages
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-NEEDED = ("sphinx", "myst_parser", "furo")
+NEEDED = ("sphinx", "myst_parser", "myst_nb", "furo")
 
 
 @pytest.fixture(scope="module")

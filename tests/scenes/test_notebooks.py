@@ -14,6 +14,7 @@ from PIL import Image
 
 import mtb_rs as mtb
 from mtb_rs.base.told import MOST_ROWS
+from mtb_rs.pictures.section import cut
 from mtb_rs.results.chart import Chart, ChartPoint
 from mtb_rs.results.result import Result
 
@@ -74,6 +75,25 @@ def test_scenes_and_reports_say_their_numbers_with_units() -> None:
         mtb.Rigid(), mtb.HalfSpace(mtb.steel), gap=np.zeros((4, 4)), spacing=1e-3, force=1e3, name="<b>"
     )
     assert "&lt;b&gt;" in own._repr_html_()
+    assert dict(own.told())["upper"] == "Rigid()"
+    assert "2.08e+11" in dict(own.told())["lower"]
+    assert dict(own.told())["spacing"] == "0.001, 0.001 m"
+
+
+def test_scenes_show_their_bodies_cut_across() -> None:
+    gap = np.add.outer(*2 * [np.linspace(-4e-3, 4e-3, 24) ** 2])
+    own = mtb.Scene(mtb.steel, mtb.steel, gap=gap, spacing=0.35e-3, force=1e3)
+    for scene in (SPHERE, WHEEL, own, mtb.scenes.pole_shoe_on_rail(lateral=2e-3, yaw=0.01)):
+        drawn = picture_in(scene._repr_html_())
+        assert drawn is not None
+        assert np.ptp(drawn) > 100
+    lines = [
+        cut(surface)
+        for surface in mtb.scenes.block_on_plane(width=0.2, height=0.3, length=0.1).geometry.surfaces()
+    ]
+    plane, block = (np.concatenate([line.min(axis=(0, 1)), line.max(axis=(0, 1))]) for line in lines)
+    assert block == pytest.approx([-0.05, 0.0, 0.05, 0.3], abs=1e-12)
+    assert plane[[1, 3]].tolist() == [0.0, 0.0]
 
 
 def test_sweeps_show_their_rows() -> None:

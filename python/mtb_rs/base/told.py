@@ -13,7 +13,7 @@ import numpy as np
 #: A name and what is to be said of it.
 Row = tuple[str, str]
 #: Most rows of a table in a notebook, most signs of a stated value, the largest picture there [pixels].
-MOST_ROWS, MOST_SIGNS, WIDTH, HEIGHT = 40, 160, 520, 380
+MOST_ROWS, MOST_SIGNS, WIDTH, HEIGHT = 40, 160, 640, 600
 
 
 class Told:

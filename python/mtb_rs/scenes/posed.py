@@ -42,7 +42,7 @@ from ..friction.laws import InterfaceLayer, of_friction
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
-from ..results.result import Result
+from ..results.result import Result, png
 from ..results.sweep_table import ARGUMENT_UNITS
 
 Array = NDArray[np.float64]
@@ -510,7 +510,17 @@ class PosedScene(Told):
 
     def told(self) -> list[Row]:
         """What it states, in words: what a notebook shows."""
-        return stated(self._summary(), ARGUMENT_UNITS)
+        said = self._summary()
+        # a ready scene has its bodies and its cells among its arguments
+        own = {name: getattr(self, name) for name in ("upper", "lower", "spacing") if name not in said}
+        return stated({**said, **{k: v for k, v in own.items() if not self.inputs}}, ARGUMENT_UNITS)
+
+    def _repr_png_(self) -> bytes:
+        """Its bodies cut across, for notebooks."""
+        from ..pictures import draw_section, own_figures  # brings matplotlib
+
+        with own_figures():
+            return png(draw_section(self.geometry.surfaces()))
 
     def _summary(self) -> dict[str, Any]:
         """What is stated: the arguments of a ready scene, and what was changed besides but for arrays."""
