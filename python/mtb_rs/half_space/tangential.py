@@ -59,8 +59,8 @@ class Motion(ABC):
         """The kind of its operator: "steady" or "transient" rolling, or "shift"."""
 
     @abstractmethod
-    def operator(self, field: PressureField) -> tuple[str, Pair]:
-        """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
+    def step_on(self, field: PressureField) -> Pair:
+        """The step (x, y) [m] of its operator on the cells of `field`, checked."""
 
     @property
     def is_steady(self) -> bool:
@@ -163,8 +163,8 @@ class Rolling(Motion):
         """The kind of its operator."""
         return "steady" if self.is_steady else "transient"
 
-    def operator(self, field: PressureField) -> tuple[str, Pair]:
-        """The kind of operator, and its step (x, y) [m] on the cells of `field`, checked."""
+    def step_on(self, field: PressureField) -> Pair:
+        """The step (x, y) [m] of its operator on the cells of `field`, checked."""
         along, across = self.step_vector(field.spacing)
         if field.reference is not None:
             # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
@@ -181,7 +181,7 @@ class Rolling(Motion):
                     f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; step=None makes it one cell "
                     "long"
                 )
-        return self.kind, (along, across)
+        return along, across
 
     def step_vector(self, spacing: Pair) -> Pair:
         """The step (x, y) [m] on cells of the size `spacing` [m]."""
@@ -237,9 +237,9 @@ class Shift(Motion):
         """The kind of its operator."""
         return "shift"
 
-    def operator(self, field: PressureField) -> tuple[str, Pair]:
-        """The kind of operator, without a step."""
-        return self.kind, (0.0, 0.0)
+    def step_on(self, field: PressureField) -> Pair:
+        """There is none."""
+        return 0.0, 0.0
 
 
 #: Distance over the one before up to which a creep curve is continued by its last two points.
@@ -456,15 +456,14 @@ def _prepare(
         loaded = np.concatenate([loaded, np.argwhere(carried) + state.cells_before(field)])
     first, last = loaded.min(axis=0).tolist(), loaded.max(axis=0).tolist()
     cut = (slice(first[0], last[0] + 1), slice(first[1], last[1] + 1))
-    kind, step = motion.operator(field)
     key = _Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
         lower=_constants(field.lower),
         upper=_constants(field.upper),
         layer=0.0 if layer is None else layer.flexibility,
-        motion=kind,
-        step=step,
+        motion=motion.kind,
+        step=motion.step_on(field),
         reference=field.reference,
     )
     origin = (
