@@ -15,16 +15,20 @@ import mtb_rs as mtb
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_pole_shoe_in_rust_is_that_of_python() -> None:
+@pytest.mark.coarse
+@pytest.mark.parametrize("rail", ["half-space", "elastic"])
+def test_the_pole_shoe_in_rust_is_that_of_python(rail: str) -> None:
     if shutil.which("cargo") is None:
         pytest.skip("cargo is not installed: the example cannot be built")
-    command = ["cargo", "run", "--release", "--locked", "--quiet", "-p", "mtb", "--example", "pole_shoe", "6"]
+    command = ["cargo", "run", "--release", "--locked", "--quiet", "-p", "mtb", "--example", "pole_shoe"]
+    command += ["6", rail]
     told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
     rows = np.array([line.split() for line in told[2:]], dtype=float)
     assert rows[:, 0].tolist() == [0.0, 0.25, 0.5]
     for friction, *found in rows.tolist():
         scene = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=friction)
-        result = scene.solve("elastic-upper")
+        # the rail of Python is the half of a symmetric one, that of Rust the whole
+        result = scene.solve("elastic-both" if rail == "elastic" else "elastic-upper")
         assert told[0] == f"{result.pressure.size} contact points"
         expected = [result.force[0], result.force[2], 1e-6 * result.pressure.max()]
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-6)

@@ -586,7 +586,7 @@ class ElasticBody:
                     self.contact_faces,
                 )
             )
-        return parts[0] if len(parts) == 1 else _joined(parts)
+        return _mtb_rs.Sampling.joined(parts)
 
     def heights(self, sampling: _mtb_rs.Sampling) -> Array:
         """Height z (q,) [m] of the face at the quadrature points of a sampling; curved elements count."""
@@ -751,23 +751,3 @@ class ElasticBody:
 
 def _in_words(where: Where) -> str:
     return repr(where) if isinstance(where, str) else f"given as {type(where).__name__}"
-
-
-def _joined(parts: Sequence[_mtb_rs.Sampling]) -> _mtb_rs.Sampling:
-    """Samplings of several grids, contact points one after the other."""
-    arrays = [part.arrays() for part in parts]
-    offsets = np.cumsum([0, *(part.n_points for part in parts)])
-    starts = np.cumsum([0, *(a["point"].size for a in arrays)])
-    joined = {
-        k: np.concatenate([a[k] for a in arrays]) for k in ("face", "barycentric", "weight", "frame", "value")
-    }
-    return _mtb_rs.Sampling(
-        int(offsets[-1]),
-        start=np.concatenate(
-            [arrays[0]["start"], *(a["start"][1:] + s for a, s in zip(arrays[1:], starts[1:-1], strict=True))]
-        ).astype(np.uintp),
-        point=np.concatenate([a["point"] + o for a, o in zip(arrays, offsets[:-1], strict=True)]).astype(
-            np.uintp
-        ),
-        **joined,
-    )

@@ -120,6 +120,14 @@ pub enum Error {
     /// A force presses a body that is held.
     #[error("a force presses the upper body, but no free motion lets it come down")]
     Held,
+    /// A moment turns a body that does not tilt.
+    #[error(
+        "a moment about {axis} acts on the upper body, but no free motion lets it tilt about {axis}"
+    )]
+    NotTilting {
+        /// The axis.
+        axis: &'static str,
+    },
     /// A uniform magnetic pressure is given where none acts.
     #[error("magnetic_pressure is given, but the scene was prepared without one")]
     NotMagnetic,

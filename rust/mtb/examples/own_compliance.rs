@@ -47,10 +47,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gap = |x: f64, y: f64| (x * x + y * y) / (2.0 * radius);
     let contact = Contact::on_plane(pair, grid, gap, vec![descent(points)])?;
 
-    let pressed = contact.press(Load::Force(force), &unmonitored)?;
+    let pressed = contact.press(&[Load::Force(force)], &unmonitored)?;
     let friction = vec![0.3; points];
     let friction = Friction::Field(&friction);
-    let slid = contact.slide(Load::Force(force), [1.0, 0.0], friction, &unmonitored)?;
+    let slid = contact.slide(&[Load::Force(force)], [1.0, 0.0], friction, &unmonitored)?;
 
     // F = pi R delta^2 / softness
     let approach = (force * softness / (PI * radius)).sqrt();

@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The elastic pole shoe of a magnetic track brake slides on a 60E1 rail.
+//! The elastic pole shoe of a magnetic track brake slides on a 60E1 rail, which is a half-space or elastic too.
 //!
-//! cargo run --release -p mtb --example pole_shoe [spacing in mm]
+//! cargo run --release -p mtb --example pole_shoe [spacing in mm] [elastic]
 
-use mtb::{Body, Friction, Load, PoleShoeOnRail, unmonitored};
+use mtb::geometry::solid::RailSection;
+use mtb::{Body, Friction, Load, PoleShoeOnRail, Rail, STEEL, unmonitored};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let spacing = std::env::args().nth(1).map_or(Ok(6.0), |s| s.parse())?;
+    let rail = match std::env::args().nth(2).as_deref() {
+        Some("elastic") => Rail::Elastic {
+            material: STEEL,
+            section: RailSection::default(),
+            length: 0.18,
+        },
+        _ => Rail::HalfSpace(STEEL),
+    };
     let scene = PoleShoeOnRail {
+        lower: rail,
         spacing: [1e-3 * spacing; 2],
         ..PoleShoeOnRail::default()
     };
@@ -20,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for coefficient in [0.0, 0.25, 0.5] {
         let friction = vec![coefficient; n];
         let state = contact.slide(
-            Load::Pull(&pull, Body::Upper),
+            &[Load::Pull(&pull, Body::Upper)],
             [1.0, 0.0],
             Friction::Field(&friction),
             &unmonitored,

@@ -8,6 +8,7 @@ use mtb_contact::sliding::RigidMotion;
 use mtb_operator::{Grid, Monitor, Relative};
 
 use crate::Error;
+use crate::standing::Spread;
 
 /// Two bodies that stand on each other: the problem, and the gap between them.
 pub struct Contact {
@@ -15,6 +16,8 @@ pub struct Contact {
     pub problem: Problem,
     /// Undeformed gap at each point (n) [m], > 0 open.
     pub gap: Vec<f64>,
+    /// What a force and moments do on each elastic body above.
+    pub(crate) spread: Vec<Spread>,
 }
 
 /// A state of contact.
@@ -50,10 +53,39 @@ pub fn descent(points: usize) -> FreeMotion {
     }
 }
 
+/// The motions of an upper body on a plane that tilts by itself about the axes x and y through the origin: loads
+/// by moments need them. They take the moment of all loads together, that of a pull included.
+pub fn tilts(grid: Grid) -> [FreeMotion; 2] {
+    let places = places(grid);
+    let tilt = |opening: fn(&[f64; 2]) -> f64| FreeMotion {
+        body: Body::Upper,
+        motion: RigidMotion {
+            tangential_x: vec![0.0; places.len()],
+            tangential_y: vec![0.0; places.len()],
+            opening: places.iter().map(opening).collect(),
+            work: 0.0,
+        },
+        is_pulled: false,
+    };
+    [tilt(|[_, y]| *y), tilt(|[x, _]| -x)]
+}
+
+/// Middles (x, y) [m] of the cells of a grid about the origin.
+fn places(grid: Grid) -> Vec<[f64; 2]> {
+    let (x, y) = (0.5 * (grid.nx - 1) as f64, 0.5 * (grid.ny - 1) as f64);
+    let place = |k: usize| {
+        [
+            ((k % grid.nx) as f64 - x) * grid.dx,
+            ((k / grid.nx) as f64 - y) * grid.dy,
+        ]
+    };
+    (0..grid.points()).map(place).collect()
+}
+
 impl Contact {
     /// Any two bodies on the cells of a grid in a plane, centred at the origin.
     ///
-    /// `gap` tells the undeformed gap [m] at (x, y) [m]; `motions` are free, such as [`descent`].
+    /// `gap` tells the undeformed gap [m] at (x, y) [m]; `motions` are free, such as [`descent`] and [`tilts`].
     ///
     /// # Errors
     /// Compliances of another number of points, numbers that are not finite.
@@ -64,15 +96,7 @@ impl Contact {
         motions: Vec<FreeMotion>,
     ) -> Result<Self, Error> {
         let n = grid.points();
-        let place = |k: usize| {
-            [
-                (k % grid.nx) as f64 - 0.5 * (grid.nx - 1) as f64,
-                (k / grid.nx) as f64 - 0.5 * (grid.ny - 1) as f64,
-            ]
-        };
-        let places: Vec<[f64; 2]> = (0..n)
-            .map(|k| [place(k)[0] * grid.dx, place(k)[1] * grid.dy])
-            .collect();
+        let places = places(grid);
         let mut points: Vec<f64> = places.iter().map(|p| p[0]).collect();
         points.extend(places.iter().map(|p| p[1]));
         points.resize(3 * n, 0.0);
@@ -94,6 +118,7 @@ impl Contact {
         Ok(Self {
             problem: Problem::new(pair, Arc::new(geometry), motions)?,
             gap: places.iter().map(|p| gap(p[0], p[1])).collect(),
+            spread: Vec::new(),
         })
     }
 
@@ -102,12 +127,15 @@ impl Contact {
         self.gap.len()
     }
 
-    /// Presses the bodies together without friction.
+    /// Presses the bodies together without friction, under all of the loads at once.
+    ///
+    /// A force and moments on elastic bodies of finite elements are spread over them, as weight is: the force acts
+    /// through the middle of the contact points, and of several bodies each takes its share.
     ///
     /// # Errors
     /// Those of [`Problem::load`] and [`Problem::press`]; [`Error::Unsolved`] where nothing holds the bodies.
-    pub fn press(&self, load: Load<'_>, monitor: Monitor<'_>) -> Result<State, Error> {
-        let outcome = self.problem.press(&self.loaded(load)?, monitor)?;
+    pub fn press(&self, loads: &[Load<'_>], monitor: Monitor<'_>) -> Result<State, Error> {
+        let outcome = self.problem.press(&self.loaded(loads)?, monitor)?;
         self.state(outcome)
     }
 
@@ -117,12 +145,12 @@ impl Contact {
     /// As [`Contact::press`]; [`Error::Unsolved`] as well where the body wedges.
     pub fn slide(
         &self,
-        load: Load<'_>,
+        loads: &[Load<'_>],
         along: [f64; 2],
         friction: Friction<'_>,
         monitor: Monitor<'_>,
     ) -> Result<State, Error> {
-        let loading = self.loaded(load)?;
+        let loading = self.loaded(loads)?;
         let direction = self.problem.geometry().sliding_direction(along)?;
         let outcome = self
             .problem
@@ -130,9 +158,22 @@ impl Contact {
         self.state(outcome)
     }
 
-    fn loaded(&self, load: Load<'_>) -> Result<Loading, Error> {
+    fn loaded(&self, loads: &[Load<'_>]) -> Result<Loading, Error> {
         let mut loading = self.problem.unloaded(self.gap.clone());
-        self.problem.load(&mut loading, load)?;
+        for load in loads {
+            let (force, moments) = match *load {
+                Load::Force(force) if !self.spread.is_empty() => (force, [0.0; 2]),
+                Load::Moments(moments) if !self.spread.is_empty() => (0.0, moments),
+                load => {
+                    self.problem.load(&mut loading, load)?;
+                    continue;
+                }
+            };
+            let share = 1.0 / self.spread.len() as f64;
+            for body in &self.spread {
+                body.load(&mut loading, share * force, moments.map(|m| share * m));
+            }
+        }
         Ok(loading)
     }
 

@@ -15,8 +15,8 @@
 //!
 //! # 2. Contact
 //!
-//! Two bodies that stand on each other are a [`Contact`]. It is pressed by a [`Load`]: a force, an approach, or
-//! a pull at the surface as magnets exert it. Two balls of steel, 0.1 m in radius each, under 200 N, against
+//! Two bodies that stand on each other are a [`Contact`]. It is pressed by [`Load`]s, several at once: a force,
+//! moments, an approach, a pull at the surface as magnets exert it. Two balls of steel, 0.1 m in radius each, under 200 N, against
 //! Hertz:
 //!
 //! ```
@@ -26,7 +26,7 @@
 //! let grid = Grid::new(40, 40, 0.05e-3, 0.05e-3)?;
 //! let gap = |x: f64, y: f64| (x * x + y * y) / (2.0 * radius);
 //! let balls = half_spaces(Some(STEEL), Some(STEEL), grid, gap, vec![descent(1600)])?;
-//! let state = balls.press(Load::Force(force), &unmonitored)?;
+//! let state = balls.press(&[Load::Force(force)], &unmonitored)?;
 //!
 //! let modulus = STEEL.shear_modulus / (1.0 - STEEL.poisson_ratio); // E* of two alike
 //! let by_hertz = (6.0 * force * modulus.powi(2) / (radius.powi(2) * 31.006)).cbrt(); // pi^3
@@ -34,8 +34,12 @@
 //! # Ok::<(), mtb::Error>(())
 //! ```
 //!
-//! Elastic bodies of finite elements stand in ready scenes: [`BlockOnPlane`] and [`PoleShoeOnRail`]. They are
-//! meshed, held ([`Held`]), and condensed onto their contact points once; each load then costs its solve alone.
+//! Elastic bodies of finite elements stand in ready scenes: [`BlockOnPlane`] and [`PoleShoeOnRail`], whose rail may
+//! be elastic as well ([`Rail`]). They are meshed, held ([`Held`]), and condensed onto their contact points once;
+//! each load then costs its solve alone. [`BodyOnPlane`] takes a mesh of your own and the nodes that hold it
+//! ([`Support`]).
+//!
+//! No error is estimated here, as the package for Python does: solve with narrower cells as well, and compare.
 //!
 //! # 3. Friction
 //!
@@ -57,7 +61,7 @@
 //! let n = contact.points();
 //! let pull = vec![1e6; n];
 //! let load = Load::Pull(&pull, Body::Upper);
-//! let state = contact.slide(load, [1.0, 0.0], Friction::Field(&vec![0.2; n]), &unmonitored)?;
+//! let state = contact.slide(&[load], [1.0, 0.0], Friction::Field(&vec![0.2; n]), &unmonitored)?;
 //!
 //! let [fx, _, fz] = state.outcome.force;
 //! assert!((-fz / (1e6 * 0.06 * 0.04) - 1.0).abs() < 1e-9);
@@ -96,15 +100,16 @@ pub use mtb_geometry as geometry;
 pub use mtb_operator as operator;
 pub use mtb_wheelset as wheelset;
 
-pub use contact_of_two::{Contact, State, descent};
+pub use contact_of_two::{Contact, State, descent, tilts};
 pub use error::Error;
 pub use held::Held;
 pub use mtb_contact::problem::{Body, FreeMotion, Friction, Load};
 pub use mtb_elasticity::Material;
+pub use mtb_elasticity::tetra::{Hold, Support};
 pub use mtb_geometry::{PoleShoe, Profile, WheelOnRail};
 pub use mtb_operator::{Compliance, Component, Grid, Monitor, Relative, unmonitored};
 pub use mtb_wheelset::{PreparedWheels, Wheelset};
-pub use scenes::{BlockOnPlane, PoleShoeOnRail, STEEL, half_spaces};
+pub use scenes::{BlockOnPlane, BodyOnPlane, PoleShoeOnRail, Rail, STEEL, half_spaces};
 
 /// The examples of the README.
 #[cfg(doctest)]

@@ -3,14 +3,15 @@
 
 use std::sync::Arc;
 
-use mtb_contact::problem::{FreeMotion, Problem};
+use mtb_contact::problem::{Body, FreeMotion, Problem};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{HalfSpace, HatHalfSpace, Neighbours, Patch};
-use mtb_geometry::solid::block;
+use mtb_elasticity::tetra::{Hold, Support};
+use mtb_geometry::solid::{RailSection, SolidMesh, block};
 use mtb_geometry::{ContactPoints, GridPatch, PoleShoe, Profile};
 use mtb_operator::{Compliance, Grid, Monitor, Relative};
 
-use crate::standing::{Standing, at, beside};
+use crate::standing::{Standing, at, beside, condense};
 use crate::{Contact, Error, Held};
 
 /// The steel of the ready scenes: G = 80 GPa, Poisson's ratio 0.3.
@@ -40,7 +41,25 @@ pub fn half_spaces(
     Contact::on_plane(pair, grid, gap, motions)
 }
 
-/// The elastic pole shoe of a magnetic track brake on a rail, which is a half-space or rigid [Steininger2025].
+/// The body that a rail is taken for.
+#[derive(Clone, Copy, Debug)]
+pub enum Rail {
+    /// One that does not deform.
+    Rigid,
+    /// A half-space: right while the contact is small beside the head.
+    HalfSpace(Material),
+    /// Finite elements of head, web and foot, held at the base.
+    Elastic {
+        /// Material of the rail.
+        material: Material,
+        /// Its section below the running surface.
+        section: RailSection,
+        /// Its length [m], centred below the shoe.
+        length: f64,
+    },
+}
+
+/// The elastic pole shoe of a magnetic track brake on a rail [Steininger2025].
 #[derive(Clone, Debug)]
 pub struct PoleShoeOnRail {
     /// The shoe and the rail that it stands on.
@@ -53,8 +72,8 @@ pub struct PoleShoeOnRail {
     pub held: Held,
     /// Material of the shoe.
     pub upper: Material,
-    /// Material of the rail; `None` is rigid.
-    pub lower: Option<Material>,
+    /// What the rail is taken for.
+    pub lower: Rail,
 }
 
 impl Default for PoleShoeOnRail {
@@ -76,23 +95,54 @@ impl Default for PoleShoeOnRail {
             spacing: [3e-3; 2],
             held: Held::default(),
             upper: STEEL,
-            lower: Some(STEEL),
+            lower: Rail::HalfSpace(STEEL),
         }
     }
 }
 
 impl PoleShoeOnRail {
-    /// Meshes the poles, holds them, and condenses them onto their contact points.
+    /// Meshes the poles, and the rail if it is elastic, holds them, and condenses them onto their contact points.
     ///
     /// # Errors
-    /// A shoe that makes no sense, meshes too large to factorise, poles that miss the rail, an interruption.
+    /// A shoe that makes no sense, meshes too large to factorise, poles that miss the rail or are longer than it,
+    /// an interruption.
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let grid = self.shoe.grid(self.spacing)?;
         let mut poles = Vec::new();
         for (patch, side) in grid.patches.iter().zip([1.0, -1.0]) {
             poles.push(self.pole(side, patch, &grid.nodes, monitor)?);
         }
-        contact(&poles, self.lower, &grid.patches, &grid.nodes)
+        let below = match self.lower {
+            Rail::Rigid => None,
+            Rail::HalfSpace(material) => Some(foundation(material, &grid.patches)?),
+            Rail::Elastic {
+                material,
+                section,
+                length,
+            } => {
+                let (patches, nodes) = (&grid.patches, &grid.nodes);
+                let (x, rows) = rail_lines(patches, nodes);
+                let (left, right) = (&rows[0], &rows[rows.len() - 1]);
+                let mesh = section.solid(&self.shoe.rail, &x, left, Some(right), length, true)?;
+                let base = Support {
+                    name: "base".to_owned(),
+                    nodes: mesh.set("base").unwrap_or_default().to_vec(),
+                    hold: [Hold::Prescribed; 3],
+                };
+                let on = (&patches[..], nodes);
+                let (_, _, rail) = condense(
+                    (mesh, "head"),
+                    material,
+                    vec![base],
+                    on,
+                    Body::Lower,
+                    monitor,
+                )?;
+                let rail: Arc<dyn Compliance> = Arc::new(rail.flexibility);
+                Some(rail)
+            }
+        };
+        contact(&poles, below, &grid.nodes)
     }
 
     fn pole(
@@ -155,6 +205,64 @@ impl PoleShoeOnRail {
     }
 }
 
+/// Lines along x for the mesh of a rail below patches, and |y| of their rows, patch by patch, both rising.
+///
+/// Every second line is left out but near the ends, where a sharp edge presses: quadratic elements twice as long
+/// as the contact cells still have nodes at the contact points.
+fn rail_lines(patches: &[GridPatch], nodes: &ContactPoints) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let n = nodes.len();
+    let (mut along, mut rows) = (Vec::new(), Vec::new());
+    for patch in patches {
+        let (nx, ny) = (patch.nx + 1, patch.ny + 1);
+        let own = patch.node_start..patch.node_start + nx * ny;
+        let (x, y) = (
+            &nodes.positions[..n][own.clone()],
+            &nodes.positions[n..2 * n][own],
+        );
+        let column = |i: usize| mean(&(0..ny).map(|j| x[j * nx + i]).collect::<Vec<_>>());
+        along.push((0..nx).map(column).collect::<Vec<_>>());
+        let mut row: Vec<f64> = y.chunks_exact(nx).map(|row| mean(row).abs()).collect();
+        row.sort_by(f64::total_cmp);
+        rows.push(row);
+    }
+    let lines = shared(&along);
+    let last = lines.len() - 1;
+    let is_kept = |k: usize| {
+        let from_end = k.min(last - k);
+        // symmetric, and the cells in the middle no longer than the others
+        from_end < 3 || from_end.is_multiple_of(2) || (last % 2 == 1 && from_end == last / 2)
+    };
+    let kept = (0..=last).filter(|k| is_kept(*k)).map(|k| lines[k]);
+    (kept.collect(), rows)
+}
+
+/// Evenly spaced lines over all patches, which a turned shoe shifts against each other.
+fn shared(along: &[Vec<f64>]) -> Vec<f64> {
+    let first = &along[0];
+    let size = first[first.len() - 1] - first[0];
+    let is_alike = |other: &Vec<f64>| {
+        let mut pairs = first.iter().zip(other);
+        other.len() == first.len() && pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * size)
+    };
+    if along.iter().all(is_alike) {
+        return first.clone();
+    }
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for x in along {
+        (low, high) = (low.min(x[0]), high.max(x[x.len() - 1]));
+    }
+    let counts = along.iter().map(|x| {
+        let cells = (x.len() - 1) as f64;
+        ((high - low) / (x[x.len() - 1] - x[0]) * cells)
+            .round()
+            .max(cells) as usize
+    });
+    let count = counts.fold(1, usize::max);
+    let line = |k: usize| low + (high - low) * k as f64 / count as f64;
+    (0..=count).map(line).collect()
+}
+
 /// An elastic block on a plane, which is a half-space or rigid.
 #[derive(Clone, Debug)]
 pub struct BlockOnPlane {
@@ -177,13 +285,58 @@ impl BlockOnPlane {
     /// Sizes that make no sense, a mesh too large to factorise, an interruption.
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let [length, width, height] = self.size;
-        let cells = |extent: f64, step: f64| ((extent / step).round() as usize).max(1);
+        let cells = [
+            cells(length, self.spacing[0]),
+            cells(width, self.spacing[1]),
+        ];
+        let (x, y) = (spread(length, cells[0]), spread(width, cells[1]));
+        let mesh = block(&x, &y, height, self.held.filling())?;
+        let unturned = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let supports = self
+            .held
+            .supports(&mesh, [0.0; 3], [length, width], height, unturned)?;
+        BodyOnPlane {
+            mesh,
+            material: self.upper,
+            supports,
+            face: [length, width],
+            spacing: self.spacing,
+            lower: self.lower,
+        }
+        .stand(monitor)
+    }
+}
+
+/// An elastic body of your own, as a mesh with its supports, on the plane z = 0, which is a half-space or rigid.
+#[derive(Clone, Debug)]
+pub struct BodyOnPlane {
+    /// Tetrahedra above the plane; the nodes of its set "contact" span the face that touches it.
+    pub mesh: SolidMesh,
+    /// Material of the body.
+    pub material: Material,
+    /// How it is held: nodes, and which of their displacements keep their place.
+    pub supports: Vec<Support>,
+    /// Extents [m] along x and y of the face, a rectangle about the origin.
+    pub face: [f64; 2],
+    /// Spacing of the contact points along x and y [m], met as well as whole numbers allow.
+    pub spacing: [f64; 2],
+    /// Material of the half-space; `None` is rigid.
+    pub lower: Option<Material>,
+}
+
+impl BodyOnPlane {
+    /// Condenses the body onto its contact points.
+    ///
+    /// # Errors
+    /// A mesh that is no body or is too large to factorise, supports that contradict each other, a face that is not
+    /// the rectangle that was stated, an interruption.
+    pub fn stand(self, monitor: Monitor<'_>) -> Result<Contact, Error> {
+        let [length, width] = self.face;
         let (nx, ny) = (
             cells(length, self.spacing[0]),
             cells(width, self.spacing[1]),
         );
         let (x, y) = (spread(length, nx), spread(width, ny));
-        let mesh = block(&x, &y, height, self.held.filling())?;
         let n = x.len() * y.len();
         let axis = |c: usize| -> Vec<f64> {
             (0..3 * n)
@@ -202,7 +355,7 @@ impl BlockOnPlane {
             arc_lengths,
             gap: vec![0.0; n],
         };
-        let grid = GridPatch {
+        let patch = GridPatch {
             nx,
             ny,
             start: 0,
@@ -210,13 +363,24 @@ impl BlockOnPlane {
             spacing: [length / nx as f64, width / ny as f64],
             origin: [x[0], y[0]],
         };
-        let unturned = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let supports = self
-            .held
-            .supports(&mesh, [0.0; 3], [length, width], height, unturned)?;
-        let body = Standing::new("block", mesh, self.upper, supports, &grid, &nodes, monitor)?;
-        contact(&[body], self.lower, &[grid], &nodes)
+        let (mesh, supports) = (self.mesh, self.supports);
+        let body = Standing::new(
+            "body",
+            mesh,
+            self.material,
+            supports,
+            &patch,
+            &nodes,
+            monitor,
+        )?;
+        let below = self.lower.map(|material| foundation(material, &[patch]));
+        contact(&[body], below.transpose()?, &nodes)
     }
+}
+
+/// Number of equal cells of about `step` that fill `extent`, at least one.
+fn cells(extent: f64, step: f64) -> usize {
+    ((extent / step).round() as usize).max(1)
 }
 
 /// Evenly spaced stations about the middle of an extent [m].
@@ -226,35 +390,34 @@ fn spread(extent: f64, cells: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Elastic bodies side by side on the nodes of grids, above a half-space or a rigid body.
+/// A half-space below the nodes of patches.
+fn foundation(material: Material, patches: &[GridPatch]) -> Result<Arc<dyn Compliance>, Error> {
+    let patches = patches.iter().map(|p| {
+        Ok(Patch {
+            x0: p.origin[0],
+            y0: p.origin[1],
+            grid: Grid::new(p.nx + 1, p.ny + 1, p.spacing[0], p.spacing[1])?,
+        })
+    });
+    let patches = patches.collect::<Result<Vec<_>, Error>>()?;
+    Ok(Arc::new(HatHalfSpace::new(
+        material,
+        patches,
+        Neighbours::Interact,
+    )?))
+}
+
+/// Elastic bodies side by side on contact points, above a body or a rigid one.
 fn contact(
     bodies: &[Standing],
-    lower: Option<Material>,
-    grids: &[GridPatch],
+    below: Option<Arc<dyn Compliance>>,
     nodes: &ContactPoints,
 ) -> Result<Contact, Error> {
-    let (upper, geometry, motions) = beside(bodies, nodes);
-    let below: Option<Arc<dyn Compliance>> = match lower {
-        None => None,
-        Some(material) => {
-            let patches = grids.iter().map(|g| {
-                Ok(Patch {
-                    x0: g.origin[0],
-                    y0: g.origin[1],
-                    grid: Grid::new(g.nx + 1, g.ny + 1, g.spacing[0], g.spacing[1])?,
-                })
-            });
-            let patches = patches.collect::<Result<Vec<_>, Error>>()?;
-            Some(Arc::new(HatHalfSpace::new(
-                material,
-                patches,
-                Neighbours::Interact,
-            )?))
-        }
-    };
-    let pair = Relative::new(below, Some(upper))?;
+    let above = beside(bodies, nodes);
+    let pair = Relative::new(below, Some(above.compliance))?;
     Ok(Contact {
-        problem: Problem::new(pair, Arc::new(geometry), motions)?,
+        problem: Problem::new(pair, Arc::new(above.geometry), above.motions)?,
         gap: nodes.gap.clone(),
+        spread: above.spread,
     })
 }

@@ -113,6 +113,13 @@ impl PySampling {
         .map_err(|error| bad_input(&error))
     }
 
+    /// Samplings of several grids on one face, their contact points one after the other.
+    #[staticmethod]
+    fn joined(parts: Vec<PyRef<'_, Self>>) -> Self {
+        let parts: Vec<Sampling> = parts.iter().map(|part| part.0.clone()).collect();
+        Self(Sampling::joined(&parts))
+    }
+
     /// Area of each contact point (n,) [m2].
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

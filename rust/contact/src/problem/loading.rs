@@ -21,6 +21,9 @@ pub enum Body {
 pub enum Load<'a> {
     /// A force [N] down on the upper body; of several bodies that come down by themselves each takes its share.
     Force(f64),
+    /// Moments [N m] about x and y on the upper body; of several bodies that tilt by themselves each takes its
+    /// share.
+    Moments([f64; 2]),
     /// The upper body comes down by so much [m], as a whole.
     Approach(f64),
     /// A pressure (n) [Pa] that pulls at the surface of one body towards the other, as magnets do: it moves the
@@ -154,6 +157,22 @@ impl Problem {
                     *work -= force / count as f64 * lift;
                 }
             }
+            Load::Moments(moments) => {
+                check("moments", &moments, 2)?;
+                let turns: Vec<[f64; 2]> =
+                    self.motions.iter().map(|free| self.turn(free)).collect();
+                for axis in 0..2 {
+                    let count = turns.iter().filter(|turn| turn[axis] != 0.0).count();
+                    if count == 0 && moments[axis] != 0.0 {
+                        return Err(Error::NotTilting {
+                            axis: ["x", "y"][axis],
+                        });
+                    }
+                    for (work, turn) in loading.work.iter_mut().zip(&turns) {
+                        *work += moments[axis] / count.max(1) as f64 * turn[axis];
+                    }
+                }
+            }
             Load::Approach(approach) => {
                 check("approach", &[approach], 1)?;
                 for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
@@ -263,6 +282,48 @@ impl Problem {
             }
         }
         if free.body == Body::Upper { lift } else { 0.0 }
+    }
+
+    /// Rotation of the upper body, or of one of several, about x and y by a unit of a motion.
+    ///
+    /// Its points rise by a + `turn_x` y - `turn_y` x, wherever they lie along z.
+    fn turn(&self, free: &FreeMotion) -> [f64; 2] {
+        let (g, motion) = (&*self.geometry, &free.motion);
+        let n = g.points();
+        let mut moved = Vec::new();
+        for i in 0..n {
+            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
+            let [along, across, opening] = [
+                motion.tangential_x[i],
+                motion.tangential_y[i],
+                motion.opening[i],
+            ];
+            if [along, across, opening] != [0.0; 3] {
+                let rise = opening * z - along * x - across * y;
+                moved.push([g.points[i], g.points[n + i], rise]);
+            }
+        }
+        if free.body == Body::Lower || moved.is_empty() {
+            return [0.0; 2];
+        }
+        let mean = [0, 1, 2].map(|c| moved.iter().map(|p| p[c]).sum::<f64>() / moved.len() as f64);
+        let sum = |a: usize, b: usize| -> f64 {
+            let parts = moved.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b]));
+            parts.sum()
+        };
+        let (xx, xy, yy, xz, yz) = (sum(0, 0), sum(0, 1), sum(1, 1), sum(0, 2), sum(1, 2));
+        let determinant = xx * yy - xy * xy;
+        if determinant <= 1e-12 * (xx + yy).powi(2) {
+            return [0.0; 2];
+        }
+        let turn = [
+            (yz * xx - xz * xy) / determinant,
+            -(xz * yy - yz * xy) / determinant,
+        ];
+        // what a translation turns is rounding
+        let size = ((xx + yy) / moved.len() as f64).sqrt();
+        let least = 1e-9 * moved.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
+        turn.map(|t| if t.abs() * size > least { t } else { 0.0 })
     }
 
     pub(super) fn check(&self, loading: &Loading) -> Result<(), Error> {

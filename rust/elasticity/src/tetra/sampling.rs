@@ -93,6 +93,30 @@ impl Sampling {
         })
     }
 
+    /// Samplings of several grids on one face, their contact points one after the other.
+    pub fn joined(parts: &[Sampling]) -> Self {
+        let mut whole = Self {
+            n_points: 0,
+            quadrature: Vec::new(),
+            start: vec![0],
+            basis: Vec::new(),
+        };
+        for part in parts {
+            let (first, entries) = (whole.n_points, whole.basis.len());
+            whole.quadrature.extend_from_slice(&part.quadrature);
+            let moved = part
+                .basis
+                .iter()
+                .map(|&(point, value)| (first + point, value));
+            whole.basis.extend(moved);
+            whole
+                .start
+                .extend(part.start[1..].iter().map(|s| entries + s));
+            whole.n_points += part.n_points;
+        }
+        whole
+    }
+
     /// Number of contact points.
     pub fn n_points(&self) -> usize {
         self.n_points
