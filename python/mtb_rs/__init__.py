@@ -76,9 +76,22 @@ if TYPE_CHECKING:
     from .pictures.space import write_html
 
     def load(
-        directory: str | Path,
-    ) -> Result | NormalResult | TangentialResult | FoundationResult | StepResult | WheelPatch:
-        """A saved result, of the kind that was saved; the room of results does not know them all."""
+        saved: str | Path,
+    ) -> (
+        Result
+        | NormalResult
+        | TangentialResult
+        | FoundationResult
+        | Hertz
+        | StepResult
+        | StartOfSliding
+        | WheelStep
+        | WheelPatch
+        | Chart
+        | SweepTable
+        | AreaLoadCurve
+    ):
+        """What was saved, of the kind that was saved; the room of results does not know them all."""
 else:
     from .results.saved import load
 

@@ -6,7 +6,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import pickle
+import re
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +25,7 @@ from mtb_rs.commands import main
 from mtb_rs.half_space import reference
 from mtb_rs.pictures import space
 from mtb_rs.pictures.quantities import drawable
+from mtb_rs.results.chart import Figure
 from mtb_rs.results.saved import FIELDS, REST, RESULT, SUMMARY
 
 PATCH = reference.elliptic_pressure(1e3, (2e-3, 2e-3), (10, 8), mtb.steel, mtb.steel)
@@ -46,6 +50,26 @@ def wheel_step() -> mtb.WheelStep:
     return wheels.step(velocity=20.0)
 
 
+def sliding(pressure: Any = "follows") -> mtb.StartOfSliding:
+    pushes = [[1e-7, 0.0], [1e-6, 1e-7]]
+    return mtb.scenes.pole_shoe_on_rail(spacing=1e-2).start_of_sliding(
+        pushes, "half-space", pressure=pressure
+    )
+
+
+def bare_sliding() -> mtb.StartOfSliding:
+    """Of a compliance alone, which does not know where its points lie."""
+    problem = mtb.scenes.block_on_plane(spacing=2e-2).problem("half-space")
+    pressure = np.full(problem.n, 1e6)
+    return mtb.start_of_sliding(problem.core.pair, pressure, problem.area, 0.3, [[1e-7, 0.0]])
+
+
+@functools.cache
+def two_wheels(height: float = np.nan) -> mtb.WheelStep:
+    wheels = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(side="both")
+    return wheels.step(pose=[0.0, 0.0, height, np.nan if np.isnan(height) else 0.0, 0.0, 0.0], velocity=20.0)
+
+
 #: A result of every kind that can be saved.
 MADE: dict[str, Callable[[], Any]] = {
     "incremental": lambda: mtb.scenes.paraboloid_on_plane(points=12).solve(
@@ -62,6 +86,44 @@ MADE: dict[str, Callable[[], Any]] = {
     "fastsim": lambda: mtb.fastsim(PATCH, (5e-4, 3e-4, 0.6), COULOMB),
     "step": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2).prepare("half-space").step(velocity=1.0),
     "wheel patch": lambda: wheel_step().patches[0],
+    "wheel step": wheel_step,
+    "two wheels": two_wheels,
+    "lifted wheels": lambda: two_wheels(5e-2),
+    "sliding": sliding,
+    "sliding under held pressure": lambda: sliding("held"),
+    "sliding of a compliance": bare_sliding,
+    "hertz": lambda: mtb.hertz(1e3, (0.5, 0.2), upper=mtb.Rigid()),
+}
+#: Tables and charts, which have no contact points.
+STUDIES: dict[str, Callable[[], Any]] = {
+    "chart": lambda: mtb.Chart(
+        "a scene",
+        (
+            mtb.ChartPoint("fast", 1e-3, 100, (0.1, 0.2), (0.1, 0.2), {"pressure": 0.1, "force": 1e-3}),
+            mtb.ChartPoint("slow", 5e-4, 400, (1.0,), (1.1,), {"pressure": 0.01}, 7, 2.5, "dense"),
+            mtb.ChartPoint("broken", 5e-4, 400, (1.0,), (1.1,), failure="too coarse"),
+        ),
+        "a closed form",
+        0.0,
+        figures=(Figure("a paper", 20.0), Figure("another", 30.0, 0.02)),
+        remark="Nothing is left out.",
+    ),
+    "sweep": lambda: mtb.sweep(
+        mtb.scenes.block_on_plane(spacing=2e-2),
+        {
+            "friction": [0.1, 0.3],
+            "supports": {"free": "driven-top", "held": "clamped-top"},
+            "magnetic_pressure": [1e5, 5e5],
+        },
+        model="half-space",
+    ),
+    "area-load curve": lambda: mtb.area_load_curve(
+        1e-7 * np.cos(np.arange(16.0))[:, None] * np.cos(np.arange(16.0)) + 1e-7,
+        1e-6,
+        [2e-3, 1e-3],
+        lower=mtb.steel,
+        upper=mtb.Rigid(),
+    ),
 }
 
 
@@ -71,7 +133,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[An
 
     @functools.cache
     def made(kind: str) -> tuple[Any, Path]:
-        result = MADE[kind]()
+        result = (MADE | STUDIES)[kind]()
         place = tmp_path_factory.mktemp(kind.replace(" ", "_"))
         result.save(place)
         return result, place
@@ -85,7 +147,7 @@ def test_a_saved_result_comes_back_as_it_was(
     kind: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
 ) -> None:
     result, place = folder(kind)
-    loaded = mtb.load(place)
+    loaded: Any = mtb.load(place)
     assert type(loaded) is type(result)
     assert (repr(loaded), str(loaded)) == (repr(result), str(result))
     for mine, theirs in ((result.fields(), loaded.fields()), (result.totals(), loaded.totals())):
@@ -96,16 +158,136 @@ def test_a_saved_result_comes_back_as_it_was(
             assert field.values.dtype == theirs[name].values.dtype
     for name in ("report", "state", "motion", "patches", "surfaces", "coefficients", "error_estimate"):
         assert same(getattr(loaded, name, None), getattr(result, name, None)), name
-    words = drawable(loaded._picture())
-    for word in words:
-        for picture in ("map", "line"):
-            assert loaded.plot(word, picture).axes
+    if loaded.blank:
+        with pytest.raises(ValueError, match=re.escape(loaded.blank)):
+            loaded.plot("pressure")
+    else:
+        for word in drawable(loaded._picture()):
+            for picture in ("map", "line"):
+                assert loaded.plot(word, picture).axes
+    for word in loaded.curves:
+        assert loaded.plot(word).axes
     # everything again, pictures in space included
     loaded.save(tmp_path / "again")
     written = sorted(path.name for path in place.iterdir())
     assert sorted(path.name for path in (tmp_path / "again").iterdir()) == written
     for name in written:
         assert (place / name).read_bytes() == (tmp_path / "again" / name).read_bytes(), name
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("kind", MADE | STUDIES)
+def test_every_kind_is_pickled_and_shown(kind: str, folder: Callable[[str], tuple[Any, Path]]) -> None:
+    result, place = folder(kind)
+    loaded = mtb.load(place)
+    assert same(pickle.loads(pickle.dumps(loaded)), loaded)
+    assert same(pickle.loads(pickle.dumps(result)), result)
+    page = result._repr_html_()
+    assert "<table>" in page
+    assert result.told()
+    picture = place.parent / f"{place.name}.png"
+    if kind == "lifted wheels":
+        assert main(["show", str(place)]) == 0
+        return
+    assert ("<img" in page) == (kind != "sweep")
+    drawn = ["--quantity", "normal_force"] if kind == "sweep" else []
+    assert main(["show", str(place), "-o", str(picture), *drawn]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("kind", STUDIES)
+def test_a_study_comes_back_as_it_was(
+    kind: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    study, place = folder(kind)
+    loaded: Any = mtb.load(place)
+    assert type(loaded) is type(study)
+    assert loaded == study
+    assert (repr(loaded), str(loaded)) == (repr(study), str(study))
+    assert loaded.plot("normal_force").axes if kind == "sweep" else loaded.plot().axes
+    time.sleep(1.1)  # files that tell their time tell it in seconds
+    loaded.save(tmp_path / "again", name="other")
+    stem = study.usual_name
+    for path in place.iterdir():
+        again = tmp_path / "again" / path.name.replace(stem, "other")
+        content = path.read_bytes().replace(f'"{stem}.npz"'.encode(), b'"other.npz"')
+        assert again.read_bytes() == content, path.name
+    assert mtb.load(tmp_path / "again" / "other.json") == study
+    # what an earlier one has left is replaced, and nothing else
+    loaded.save(place)
+    (place / f"{stem}.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ValueError, match="has written it: it would be overwritten"):
+        loaded.save(place)
+
+
+def test_several_things_in_a_directory_are_told_apart(
+    folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    chart, curve = STUDIES["chart"](), STUDIES["area-load curve"]()
+    chart.save(tmp_path)
+    assert mtb.load(tmp_path) == chart
+    curve.save(tmp_path)
+    (tmp_path / "notes.json").write_text('{"mine": 1}', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"holds area_load.json, chart.json: the path of one"):
+        mtb.load(tmp_path)
+    assert mtb.load(tmp_path / "chart.json") == chart
+    assert mtb.load(tmp_path / "area_load.json") == curve
+    result, _ = folder("normal")
+    result.save(tmp_path)
+    for path in (tmp_path, tmp_path / SUMMARY, tmp_path / RESULT):
+        assert isinstance(mtb.load(path), mtb.NormalResult)
+    assert mtb.load(tmp_path / "chart.json") == chart
+
+
+#: What is done to a saved sweep, and what the refusal says.
+STUDY_DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
+    "later form": (lambda p: _record(p, schema=99), "was saved in format 99"),
+    "no JSON": (lambda p: (p / "sweep.json").write_text("{"), "no result was saved there"),
+    "no arrays": (lambda p: (p / "sweep.npz").unlink(), "sweep.npz cannot be read"),
+    "other arrays": (lambda p: _other_columns(p), "differs from the one in sweep.json"),
+    "no sums": (lambda p: _record(p, sha256={}), "is missing"),
+    "shapes": (lambda p: _other_columns(p, is_told=True), "has the shape"),
+    "no study": (lambda p: _record(p, result={"tuple": []}), "no result was saved there"),
+}
+
+
+def _record(place: Path, **changes: Any) -> None:
+    found = json.loads((place / "sweep.json").read_text(encoding="utf-8")) | changes
+    (place / "sweep.json").write_text(json.dumps(found), encoding="utf-8")
+
+
+def _other_columns(place: Path, is_told: bool = False) -> None:
+    with np.load(place / "sweep.npz") as arrays:
+        kept = {name: array[:1] for name, array in arrays.items()}
+    np.savez(place / "sweep.npz", **kept)
+    if is_told:
+        _record(place, sha256={"sweep.npz": hashlib.sha256((place / "sweep.npz").read_bytes()).hexdigest()})
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("damage", STUDY_DAMAGES)
+def test_a_damaged_study_is_refused_in_a_sentence(
+    damage: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
+) -> None:
+    STUDIES["sweep"]().save(tmp_path / "out")
+    harm, said = STUDY_DAMAGES[damage]
+    harm(tmp_path / "out")
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (the message is looked at below)
+        mtb.load(tmp_path / "out")
+    assert said in str(caught.value)
+    assert str(tmp_path) in str(caught.value)
+
+
+def test_the_fields_of_a_step_are_its_forces() -> None:
+    """All patches together, in the track, carry what the step says."""
+    for step in (wheel_step(), two_wheels()):
+        fields = {name: field.values for name, field in step.fields().items()}
+        load = (fields["traction"] - fields["normal"] * fields["pressure"]) * fields["area"]
+        assert load.sum(axis=1) == pytest.approx(step.force, rel=1e-9)
+        moment = np.cross(fields["points"].T - step.reference_point, load.T).sum(axis=0)
+        # forces act on the undeformed surface of the wheel, an approach away
+        assert moment == pytest.approx(step.moment, abs=1e-3 * np.abs(step.force).max())
 
 
 @pytest.mark.coarse

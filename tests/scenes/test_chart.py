@@ -44,7 +44,7 @@ def test_errors_of_a_paraboloid_are_against_hertz(paraboloid: Chart) -> None:
 
 
 def test_files(paraboloid: Chart, tmp_path: Path) -> None:
-    png, html, table = paraboloid.save(tmp_path)
+    png, html, table, _ = paraboloid.save(tmp_path)
     assert png.stat().st_size > 10_000
     page = html.read_text(encoding="utf-8")
     assert not re.search(r'(src|href)\s*=\s*"', page)  # nothing is loaded from elsewhere
@@ -125,7 +125,9 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     code = main(["chart", str(case), "-o", str(tmp_path / "out"), "--budget", "1", "--repeats", "1"])
     assert code == 0
     assert "closed form" in capsys.readouterr().out
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["chart.csv", "chart.html", "chart.png"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        f"chart.{ending}" for ending in ("csv", "html", "json", "png")
+    ]
 
 
 def test_letters_of_known_times_keep_clear_of_each_other_and_are_named() -> None:

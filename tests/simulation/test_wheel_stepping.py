@@ -433,7 +433,10 @@ def test_a_step_draws_its_patches_side_by_side():
     assert ends[0] == ends[1]
     assert step._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(ValueError, match="maps or lines"):
-        step.plot("pressure", "3d")
+        step.plot("pressure", ax=step.plot().axes[0])
+    if len({patch.side for patch in step.patches}) > 1:
+        with pytest.raises(ValueError, match="too far apart for one picture"):
+            step.plot("pressure", "3d")
     with pytest.raises(ValueError, match="quantity is 'gap'"):
         step.plot("gap")
     lifted = contact.step([0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], V)

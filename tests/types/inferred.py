@@ -66,15 +66,18 @@ assert_type(rolling.plot("traction", x=0.0), Figure)
 assert_type(mtb.fastsim(normal, (1e-3, 0.0, 0.0), mtb.Coulomb(0.3), velocity=20.0), mtb.FoundationResult)
 assert_type(mtb.animate([rolling, rolling], "rolling.gif", "slip", captions=["a", "b"]), Path)
 
-# a saved result is of one of six kinds, to be told apart before what only some have is asked for
+# what was saved is of one of twelve kinds, to be told apart before what only some have is asked for
 loaded = mtb.load(Path("out"))
-assert_type(loaded.plot("pressure"), Figure)
 assert_type(loaded.fields(), dict[str, ResultField])
 if isinstance(loaded, mtb.Result):
     assert_type(loaded, mtb.Result)
     assert_type(loaded.normal_force, float)
+    assert_type(loaded.plot("pressure"), Figure)
 elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.FoundationResult, mtb.StepResult)):
-    assert_type(loaded, mtb.WheelPatch)
+    if isinstance(loaded, (mtb.Hertz, mtb.WheelStep, mtb.WheelPatch, mtb.Chart, mtb.SweepTable)):
+        assert_type(loaded.plot("pressure"), Figure)
+    elif not isinstance(loaded, mtb.AreaLoadCurve):
+        assert_type(loaded, mtb.StartOfSliding)
 print(loaded.reprot)  # type: ignore[union-attr]
 
 # sweeps

@@ -8,13 +8,17 @@ by their own constructors, from values that fit the types of their fields.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 import types
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .fingerprint import fingerprint
 
 C = TypeVar("C", bound=type)
 
@@ -45,6 +49,73 @@ def plain_data(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain_data(getattr(value, f.name)) for f in dataclasses.fields(value) if f.repr}
     return str(value)
+
+
+#: Most numbers of an array among the inputs that are listed one by one.
+MOST_LISTED = 1000
+
+
+def input_data(value: Any) -> Any:
+    """An input as JSON can hold it, so that a reader knows what was solved.
+
+    Large arrays are told by shape, range and digest, functions and other objects by name and digest, and what
+    has a method `described` by what that says.
+    """
+    if hasattr(value, "described"):
+        return {name: input_data(part) for name, part in value.described().items()}
+    if isinstance(value, (list, tuple)) and not all(isinstance(part, (str, bool)) for part in value):
+        try:
+            array = np.array(value, dtype=float)
+        except (ValueError, TypeError):
+            return [input_data(part) for part in value]
+        return input_data(array) if array.size > MOST_LISTED else plain_data(value)
+    if isinstance(value, np.ndarray) and value.size > MOST_LISTED:
+        return {
+            "shape": list(value.shape),
+            "smallest": plain_data(value.min()),
+            "largest": plain_data(value.max()),
+            "sha256": array_digest(value),
+        }
+    if isinstance(value, Mapping):
+        return {str(key): input_data(part) for key, part in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: input_data(getattr(value, f.name)) for f in dataclasses.fields(value) if f.repr}
+    if value is None or isinstance(value, (bool, str, int, float, np.generic, np.ndarray, list, tuple, Path)):
+        return plain_data(value)
+    return _object_data(value)
+
+
+def _object_data(value: Any) -> dict[str, Any]:
+    named = {
+        "kind": type(value).__name__,
+        "name": str(getattr(value, "name", getattr(value, "__name__", ""))),
+    }
+    try:
+        return named | {"sha256": fingerprint(value)}
+    except ValueError:  # it hides what it holds
+        return named
+
+
+def array_digest(*arrays: NDArray[Any]) -> str:
+    """SHA-256 of the numbers of arrays, with their shapes and types."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def without_functions(value: Any) -> Any:
+    """`value`, or what :func:`input_data` tells of it if there are functions in it: what can be pickled."""
+    return input_data(value) if _has_function(value) else value
+
+
+def _has_function(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return any(map(_has_function, value))
+    if dataclasses.is_dataclass(value):
+        return any(_has_function(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init)
+    return callable(value)
 
 
 class Packer:
@@ -172,7 +243,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return value is None
     if origin is np.ndarray:
         kind = get_args(arguments[1])[0]
-        return isinstance(value, np.ndarray) and (kind is Any or value.dtype == np.dtype(kind))
+        is_text = kind is np.str_ and isinstance(value, np.ndarray) and value.dtype.kind == "U"
+        return is_text or (isinstance(value, np.ndarray) and (kind is Any or value.dtype == np.dtype(kind)))
     if origin is tuple:
         if not isinstance(value, tuple):
             return False

@@ -14,6 +14,8 @@ import numpy as np
 Row = tuple[str, str]
 #: Most rows of a table in a notebook, most signs of a stated value, the largest picture there [pixels].
 MOST_ROWS, MOST_SIGNS, WIDTH, HEIGHT = 40, 160, 640, 600
+#: Most numbers of an array that are listed in a row.
+MOST_NUMBERS = 12
 
 
 class Told:
@@ -92,6 +94,8 @@ def _plainly(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, Mapping):
         return ", ".join(f"{name.replace('_', ' ')}: {_plainly(part)}" for name, part in value.items())
+    if isinstance(value, np.ndarray) and value.ndim and value.size > MOST_NUMBERS:
+        return f"{' x '.join(map(str, value.shape))} values"
     if isinstance(value, (list, tuple, np.ndarray)):
         return ", ".join(_plainly(part) for part in value)
     return value if isinstance(value, str) else " ".join(repr(value).split())

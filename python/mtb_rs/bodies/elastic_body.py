@@ -739,6 +739,11 @@ class ElasticBody:
         """Numbers of the corners on the boundary."""
         return np.unique(self.faces[:, :3]).astype(np.int64)
 
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        names = ("name", "mesh", "material", "contact", "supports", "linear")
+        return {"kind": "ElasticBody", **{name: getattr(self, name) for name in names}}
+
     def kept(self) -> None:
         """A saved result keeps its nodes, displacements and stresses, not what was given."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,7 @@ from .. import _mtb_rs
 from ..base.check import choice, positive
 from ..base.owning import owning
 from ..base.plain import plain
-from ..base.stored import stored
+from ..base.stored import array_digest, stored
 from ..base.words import Side
 from ..geometry.pole_shoe import PoleShoe
 from ..geometry.profiles import Profile
@@ -55,6 +56,18 @@ class TetraMesh:
     def is_quadratic(self) -> bool:
         """Whether the tetrahedra have 10 nodes."""
         return bool(self.cells.shape[1] == 10)
+
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        return {
+            "kind": "TetraMesh",
+            "nodes": len(self.nodes),
+            "cells": len(self.cells),
+            "is_quadratic": self.is_quadratic,
+            "lowest": self.nodes.min(axis=0),
+            "highest": self.nodes.max(axis=0),
+            "sha256": array_digest(self.nodes, self.cells),
+        }
 
     def moved(
         self, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: ArrayLike = (0, 0, 0)

@@ -73,6 +73,10 @@ class HalfSpace:
         """The same on hats of one grid that end where the body of `carrier` ends."""
         return hats.half_space(carrier, *self.elastic, *grid)
 
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        return {"kind": "HalfSpace", "material": self.material, "surface": self.surface}
+
     def kept(self) -> HalfSpace:
         """What a saved result keeps of it: the material."""
         return HalfSpace(self.material)
@@ -110,6 +114,10 @@ class Rigid:
 
     def on_cut_hats(self, hats: Hats, carrier: _mtb_rs.Sampling, grid: Grid) -> None:
         """It does not give way."""
+
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        return {"kind": "Rigid", "surface": self.surface}
 
     def kept(self) -> Rigid:
         """What a saved result keeps of it."""

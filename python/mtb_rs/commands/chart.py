@@ -9,7 +9,7 @@ import sys
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from ..results.chart import check_saveable
+from ..results.chart import Chart
 from ..results.report import QUANTITIES
 from .arguments import add_case, directory_of, repeats, seconds
 from .console import console_on
@@ -49,7 +49,7 @@ def _chart(options: argparse.Namespace) -> int:
     from ..case import load_case
 
     console = console_on(sys.stdout)
-    directory = check_saveable(directory_of(options))
+    directory = Chart.check_saveable(directory_of(options))
     scene = load_case(options.case).scene()
     with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
         task = bar.add_task("charting ...", total=1.0)

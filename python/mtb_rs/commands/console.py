@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..base.told import Row
-from ..results.result import Drawn
+from ..results.savable import Savable
 
 
 @contextlib.contextmanager
@@ -66,7 +66,7 @@ def leave_standard_output() -> None:
             os.close(nowhere)
 
 
-def print_report(result: Drawn, console: Console, elapsed: float | None = None) -> None:
+def print_report(result: Savable, console: Console, elapsed: float | None = None) -> None:
     """A short report: what was solved, what carries what, how well, how long it took, if that is known."""
     if result.heading:
         console.print(result.heading, markup=False, soft_wrap=True)

@@ -45,7 +45,7 @@ def _show(options: argparse.Namespace) -> int:
     if options.output is not None:
         from ..pictures.files import draw_into
 
-        draw_into(options.output, result, options.quantity or "pressure", options.kind)
+        draw_into(options.output, result, options.quantity, options.kind)
     print_report(result, console)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for name in ("field", "unit"):
@@ -58,7 +58,8 @@ def _show(options: argparse.Namespace) -> int:
             body = "" if field.body is None else f" of the {field.body} body"
             ends = (f"{float(end):.5g}" for end in (part.values.min(), part.values.max()))
             table.add_row(word.replace("_", " ") + body, part.unit, *ends)
-    console.print(table, markup=False)
+    if table.row_count:
+        console.print(table, markup=False)
     if options.output is not None:
         console.print(f"drawn in {options.output}", markup=False, soft_wrap=True)
     return 0

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-from pathlib import Path
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from rich.progress import MofNCompleteColumn, Progress
 
-from ..base.files import DATA, check_folder, read_text
+from ..results.sweep_table import SweepTable
 from ..studies.sweeps import sweep
 from .arguments import add_case, directory_of, processes, variation
 from .console import console_on
@@ -27,7 +26,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "sweep",
         help="solve a case for all combinations of some of its arguments",
         description="Solves the scene of a case file for all combinations of the values of --vary and writes "
-        "sweep.csv and, where xarray is installed, sweep.nc. What is solved is kept in sweep.jsonl: the same "
+        "sweep.csv, sweep.json and sweep.npz, which `mtb-rs show` reads, and, where xarray is installed, "
+        "sweep.nc. What is solved is kept in sweep.jsonl: the same "
         "command goes on where it was stopped; other values need another DIR.",
     )
     add_case(sweep)
@@ -53,27 +53,11 @@ def _meant(case: Case, key: str, values: list[Any]) -> Any:
     return {value: case.argument(key, value) for value in values}
 
 
-def _check_sweep_saveable(directory: Path) -> Path:
-    """The directory, if what is replaced there is a sweep's, as its table or its checkpoint tells."""
-    check_folder(directory)
-    table = directory / "sweep.csv"
-    is_own = (directory / "sweep.jsonl").exists()
-    if not is_own and table.is_file():
-        is_own = "status" in read_text(table, "table", DATA).partition("\n")[0].strip().split(",")
-    for path in (table, directory / "sweep.nc"):
-        if os.path.lexists(path) and not is_own:
-            raise ValueError(
-                f"{path} is there already, and no earlier sweep has written it: it would be overwritten; "
-                "move it, or write into another directory"
-            )
-    return directory
-
-
 def _sweep(options: argparse.Namespace) -> int:
     from ..case import load_case
 
     console = console_on(sys.stdout)
-    directory = _check_sweep_saveable(directory_of(options))
+    directory = SweepTable.check_saveable(directory_of(options))
     varied = [key for key, _ in options.vary]
     if len(set(varied)) < len(varied):
         twice = next(key for key in varied if varied.count(key) > 1)
@@ -91,13 +75,11 @@ def _sweep(options: argparse.Namespace) -> int:
             progress=lambda done, total: bar.update(task, completed=done, total=total),
             **dict(solving),
         )
-    written = [directory / "sweep.csv"]
-    table.to_csv(written[0])
-    try:
-        table.to_netcdf(directory / "sweep.nc")
-        written.append(directory / "sweep.nc")
-    except ImportError as error:
-        console.print(f"notice: no netCDF: {error}", style="yellow", markup=False, soft_wrap=True)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        written = table.save(directory)
+    for warning in caught:
+        console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
     for values, reason in table.failures:
         where = ", ".join(f"{k} = {v}" for k, v in values.items())
         console.print(f"{where}: {reason}", style="yellow", markup=False, soft_wrap=True)

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +16,19 @@ from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.memory import of_matrices, refuse
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.stored import input_data, stored
+from ..base.told import Row, in_words
 from ..friction.laws import InterfaceLayer
+from ..geometry.contact_points import Patch
+from ..results.doors import pictures
+from ..results.fields import Field, fields_of, totals_of
+from ..results.result import Pictured, png
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
+
+#: What is drawn over the way of the upper body.
+CURVES = ("force", "slip_share")
 
 
 def check_room(points: int, matrices: int = 20) -> None:
@@ -28,11 +38,15 @@ def check_room(points: int, matrices: int = 20) -> None:
     )
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class StartOfSliding:
+class StartOfSliding(Pictured):
     """The way of a contact from rest to full sliding, step by step.
+
+    ``plot()`` draws the force over the way of the upper body, ``plot("slip_share")`` the share that slips,
+    and ``plot("traction")`` and the like the last state as maps, lines or in space.
 
     Attributes
     ----------
@@ -58,7 +72,17 @@ class StartOfSliding:
         tangential tractions as a share of the friction that all points can bear, or of the pressures as a
         share of the normal force, whichever is larger. The estimate comes from following each step in more
         and more parts.
+    points : (3, n) [m]
+        Contact points; none (3, 0) of :func:`mtb_rs.start_of_sliding`, which does not know their places.
+    area : (n,) [m2]
+    patches : tuple of Patch
+    summary : Mapping
+        Inputs of the scene.
     """
+
+    # what the user has said
+    _unbounded = ("summary",)
+    curves: ClassVar[tuple[str, ...]] = CURVES
 
     displacement: Array
     force: Array
@@ -69,6 +93,94 @@ class StartOfSliding:
     status: NDArray[np.int8]
     iterations: NDArray[np.int64]
     path_error: Array
+    points: Array = field(default_factory=lambda: np.empty((3, 0)))
+    area: Array = field(default_factory=lambda: np.empty(0))
+    patches: tuple[Patch, ...] = ()
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def blank(self) -> str:
+        """Why it has no picture of its contact points; "" where it has one."""
+        if self.points.size:
+            return ""
+        return "the places of its points are not known: Scene.start_of_sliding knows them"
+
+    def _picture(self) -> StartOfSliding:
+        if self.blank:
+            raise ValueError(self.blank)
+        return self
+
+    def _kept(self) -> StartOfSliding:
+        return replace(self, summary=input_data(self.summary))
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        super().check()
+        m, n = len(self.displacement), self.pressure.size
+        wanted = {"displacement": (m, 2), "force": (m, 2), "traction": (2, n), "status": (n,)}
+        wanted |= dict.fromkeys(("normal_force", "slip_share", "iterations", "path_error"), (m,))
+        for name, shape in wanted.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} has the shape {getattr(self, name).shape}: {shape} is needed")
+
+    def fields(self) -> dict[str, Field]:
+        """The last state over the contact points, by name: values with unit and label."""
+        state = fields_of(pressure=self.pressure, traction=self.traction, status=self.status)
+        return state if self.blank else fields_of(points=self.points, area=self.area) | state
+
+    def totals(self) -> dict[str, Field]:
+        """What it has at each step, by name: values with unit and label."""
+        return totals_of(
+            displacement=self.displacement,
+            force=self.force,
+            normal_force=self.normal_force,
+            slip_share=self.slip_share,
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: inputs, and the Newton steps."""
+        return {"inputs": self.summary, "iterations": self.iterations, "path_error": self.path_error}
+
+    def told(self) -> list[Row]:
+        """Its last step in words: what a notebook shows."""
+        slips = self.slip_share >= 1.0 - 1e-9
+        return [
+            ("steps", str(len(self.force))),
+            ("displacement", in_words(self.displacement[-1], "m")),
+            ("force on the lower body", in_words(self.force[-1], "N")),
+            ("normal force", in_words(self.normal_force[-1], "N")),
+            ("slips", f"{100.0 * self.slip_share[-1]:.4g} % of the contact area"),
+            ("all slips", f"from step {int(slips.argmax()) + 1} on" if slips.any() else "in no step"),
+        ]
+
+    def _repr_png_(self) -> bytes | None:
+        """The force over the way, for notebooks."""
+        with pictures().own_figures():
+            return png(self.plot())
+
+    def plot(self, quantity: Any = "force", kind: Any = None, **options: Any) -> Any:
+        """Picture of one quantity.
+
+        Parameters
+        ----------
+        quantity : str
+            "force" or "slip_share" over the way of the upper body; or "pressure", "traction",
+            "longitudinal_traction", "lateral_traction" or "status" of the last step, as
+            :func:`mtb_rs.pictures.plot` draws them.
+        kind, **options
+            As :func:`mtb_rs.pictures.plot`; what is drawn over the way takes `ax` only.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or pyvista.Plotter
+        """
+        if quantity not in CURVES:
+            return super().plot(quantity, kind, **options)
+        ax = options.pop("ax", None)
+        if kind not in (None, "line") or options:
+            given = ", ".join(options) or f"kind={kind!r}"
+            raise ValueError(f"quantity is {quantity!r}: it is a line over the way, and takes no {given}")
+        return pictures().draw_start(self, quantity, ax)
 
     def __repr__(self) -> str:
         stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,15 +14,20 @@ from ..base.check import positive, whole
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.questions import ask
+from ..base.stored import stored
+from ..base.told import Row, in_words, length
 from ..bodies.material import Material, of_material, steel
 from ..bodies.simple import Simple, as_body
 from ..results.report import Report
+from ..results.result import Drawn
 from .normal import NormalResult, centres
 
 Array = NDArray[np.float64]
 
 #: Short semi-axis over the relative radius up to which half-spaces stand for curved bodies.
 WIDEST = 0.2
+#: Cells along each axis of the grid on which it is drawn; an odd number has one in the middle.
+CELLS = 81
 
 
 def elliptic_integrals(ratio: float) -> tuple[float, float]:
@@ -40,11 +46,15 @@ def elliptic_integrals(ratio: float) -> tuple[float, float]:
     return first, first * (1.0 - deficit)
 
 
+@stored
 @solved
 @dataclass(frozen=True)
 @plain
-class Hertz:
+class Hertz(Drawn):
     """Contact of two smooth bodies with curvatures along x and y [Hertz1882].
+
+    Pictures, fields and files show it :meth:`on_grid`, 81 x 81 cells over the contact ellipse and a tenth
+    around it.
 
     Attributes
     ----------
@@ -65,6 +75,34 @@ class Hertz:
     curvatures: tuple[float, float]
     lower: Simple
     upper: Simple
+
+    def _picture(self) -> NormalResult:
+        a, b = self.semi_axes
+        return self.on_grid((CELLS, CELLS), (2.2 * a / CELLS, 2.2 * b / CELLS))
+
+    def _kept(self) -> Hertz:
+        return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: the closed form."""
+        return {
+            "semi_axes": self.semi_axes,
+            "peak_pressure": self.peak_pressure,
+            "curvatures": self.curvatures,
+            "lower": self.lower,
+            "upper": self.upper,
+            **self._picture().facts(),
+        }
+
+    def told(self) -> list[Row]:
+        """The closed form in words."""
+        a, b = self.semi_axes
+        return [
+            ("normal force", in_words(self.force, "N")),
+            ("semi-axes", f"{length(a)} along x, {length(b)} along y"),
+            ("peak pressure", f"{self.peak_pressure / 1e6:.5g} MPa"),
+            ("approach", length(self.approach)),
+        ]
 
     @property
     def contact_area(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,10 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import number, positive, whole
 from ..base.owning import owned
 from ..base.plain import plain
+from ..base.stored import stored
+from ..base.told import Row
 from ..bodies.material import Material
 from ..bodies.simple import Simple
 from ..geometry.contact_points import spacing_pair
 from ..results.doors import pictures
+from ..results.result import png
+from ..results.study import Study
 from .normal import solve_normal
 
 Array = NDArray[np.float64]
@@ -152,22 +156,62 @@ def _shape(shape: int | tuple[int, int]) -> tuple[int, int]:
     return whole("shape[0]", ny), whole("shape[1]", nx)
 
 
-@plain
-class AreaLoadCurve(NamedTuple):
-    """Contact area over load."""
-
+class _Columns(NamedTuple):
     force: Array
-    """Normal force [N]."""
     contact_area: Array
-    """Real area of contact [m2]."""
     approach: Array
-    """Approach [m]."""
     mean_gap: Array
-    """Mean of the deformed gap [m]."""
+
+
+@stored
+@plain
+class AreaLoadCurve(_Columns, Study):
+    """Contact area over load.
+
+    Attributes
+    ----------
+    force : (k,) [N]
+        Normal force.
+    contact_area : (k,) [m2]
+        Real area of contact.
+    approach : (k,) [m]
+    mean_gap : (k,) [m]
+        Mean of the deformed gap.
+    """
+
+    usual_name: ClassVar[str] = "area_load"
+    called: ClassVar[str] = "area-load curve"
+    endings: ClassVar[tuple[str, ...]] = ("png", "csv")
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the contact area over the force, into matplotlib's axes `ax` if given; returns the figure."""
         return pictures().draw_area_load(self, ax)
+
+    def told(self) -> list[Row]:
+        """Its ends in words: what a notebook shows beside the picture."""
+        columns = zip(self._fields, ("N", "m2", "m", "m"), self, strict=True)
+        return [
+            (name.replace("_", " "), f"{values.min():.6g} to {values.max():.6g} {unit}")
+            for name, unit, values in columns
+            if values.size
+        ]
+
+    def exports(self) -> tuple[dict[str, bytes], list[str]]:
+        """A picture, and the columns as CSV."""
+        rows = [",".join(f"{value!r}" for value in row) for row in np.array(self).T.tolist()]
+        lines = ["force [N],contact_area [m2],approach [m],mean_gap [m]", *rows]
+        with pictures().own_figures():
+            return {"png": png(self.plot()), "csv": "".join(f"{line}\n" for line in lines).encode()}, []
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        if self.force.ndim != 1 or any(column.shape != self.force.shape for column in self):
+            raise ValueError(f"its columns have the shapes {[column.shape for column in self]}")
+
+    def _repr_png_(self) -> bytes | None:
+        """Its picture, for notebooks; none without a load."""
+        with pictures().own_figures():
+            return png(self.plot()) if self.force.size else None
 
 
 def area_load_curve(

@@ -22,6 +22,7 @@ from ..base.words import Stress
 from ..results.grids import flat, patches
 from ..results.result import Drawn, Pictured, png
 from ..results.saved import SUMMARY, data_files, mark, summary_in
+from ..results.study import Study
 from . import space
 from .figures import own_figures
 from .quantities import drawable
@@ -37,7 +38,7 @@ LINES: tuple[Word, ...] = ("pressure", "vertical_displacement")
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(
     rf"fields\.npz|result\.(npz|json)|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
-    rf"({'|'.join(LINES)})_lines(_along_y)?\.png"
+    rf"({'|'.join(LINES)})_lines(_along_y)?\.png|(force|slip_share)\.png"
 )
 
 
@@ -83,11 +84,16 @@ def save(result: Drawn, directory: str | Path) -> list[Path]:
     files: dict[str, bytes] = {}
     with own_figures():
         kept = result._kept()
-        picture = kept._picture()
         files |= data_files(kept)
-        notices = _vtk(picture, files) + _pictures(picture, files)
+        for quantity in kept.curves:
+            files[f"{quantity}.png"] = png(kept.plot(quantity))
+        missing: list[str] = []
+        if not kept.blank:
+            picture = kept._picture()
+            missing = _vtk(picture, files) + _pictures(picture, files)
     names = sorted(files)
-    told = summary(picture, names, notices, type(kept).__name__)
+    notices = [f"no maps and no VTK files: {kept.blank}"] if kept.blank else missing
+    told = summary(kept, names, notices)
     text = json.dumps(told, indent=2, allow_nan=False)
     earlier = _files_of_earlier_result(target)
     with drafted(target) as draft:
@@ -102,13 +108,15 @@ def save(result: Drawn, directory: str | Path) -> list[Path]:
         for name in earlier - set(names):
             (target / name).unlink(missing_ok=True)
         draft.move(SUMMARY)
-    for notice in notices:
+    for notice in missing:
         warn(notice, PictureWarning)
     return [target / name for name in [*names, SUMMARY]]
 
 
-def draw_into(path: str | Path, result: Drawn, quantity: str, kind: str | None = None) -> None:
-    """Draws one quantity of a result into a file, whose ending tells the format.
+def draw_into(
+    path: str | Path, result: Drawn | Study, quantity: str | None = None, kind: str | None = None
+) -> None:
+    """Draws one quantity of a result into a file, whose ending tells the format; None: its usual one.
 
     Raises
     ------
@@ -126,12 +134,16 @@ def draw_into(path: str | Path, result: Drawn, quantity: str, kind: str | None =
     if ending not in endings:
         raise ValueError(f"path is {str(path)!r}: a name ending in one of {', '.join(endings)} is needed")
     drawn: Any = result
+    asked = () if quantity is None else (quantity,)
+    named = {} if kind is None else {"kind": kind}
+    if named and not isinstance(result, Drawn):
+        raise ValueError(f"kind is {kind!r}: a {result.called} is drawn in one way")
     buffer = io.BytesIO()
     with own_figures():
         if not is_space:
-            drawn.plot(quantity, kind).savefig(buffer, format=ending[1:])
+            drawn.plot(*asked, **named).savefig(buffer, format=ending[1:])
         else:
-            plotter = drawn.plot(quantity, "3d", off_screen=True)
+            plotter = drawn.plot(*asked, kind="3d", off_screen=True)
             if ending == ".html":
                 buffer.write(space.page_of(plotter).encode())
             else:
@@ -160,8 +172,20 @@ def check_saveable(directory: str | Path) -> Path:
     return target
 
 
-def summary(result: Pictured, files: list[str], notices: list[str], kind: str) -> dict[str, Any]:
-    """What `summary.json` holds of a result of a `kind`: plain data, None for what is not finite."""
+def summary(result: Drawn, files: list[str], notices: list[str]) -> dict[str, Any]:
+    """What `summary.json` holds of a result: plain data, None for what is not finite."""
+    facts = result.facts()
+    report = {"report": facts.pop("report")} if "report" in facts else {}
+    content: dict[str, Any] = {**mark(), "result": type(result).__name__, **facts}
+    content |= {name: total.values for name, total in result.totals().items()}
+    content |= {"points": 0, "patches": {}} if result.blank else _by_patch(result._picture())
+    content |= {"fields": {n: {"label": f.label, "unit": f.unit} for n, f in result.fields().items()}}
+    content |= {**report, "files": files, "notices": notices}
+    return {key: plain_data(value) for key, value in content.items()}
+
+
+def _by_patch(result: Pictured) -> dict[str, Any]:
+    """The number of points, and figures of each patch."""
     pressure, area, status = (flat(result, v) for v in (result.pressure, result.area, result.status))
     by_patch = {
         patch.name: {
@@ -173,14 +197,7 @@ def summary(result: Pictured, files: list[str], notices: list[str], kind: str) -
         }
         for patch in patches(result)
     }
-    facts = result.facts()
-    report = {"report": facts.pop("report")} if "report" in facts else {}
-    content: dict[str, Any] = {**mark(), "result": kind, **facts}
-    content |= {name: total.values for name, total in result.totals().items()}
-    content |= {"points": int(pressure.size), "patches": by_patch}
-    content |= {"fields": {n: {"label": f.label, "unit": f.unit} for n, f in result.fields().items()}}
-    content |= {**report, "files": files, "notices": notices}
-    return {key: plain_data(value) for key, value in content.items()}
+    return {"points": int(pressure.size), "patches": by_patch}
 
 
 def _vtk(result: Pictured, files: dict[str, bytes]) -> list[str]:
@@ -219,7 +236,9 @@ def _plain_names(names: Iterable[str]) -> list[str]:
 def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
     known = drawable(result)
     for quantity in MAPS:
-        if quantity in known and (quantity not in ("traction", "slip") or "slip" in known):
+        # in gross sliding the traction is friction times pressure
+        is_told = quantity not in ("traction", "slip") or "slip" in known or result.curves
+        if quantity in known and is_told:
             files[f"{quantity}.png"] = png(result.plot(quantity))
     if patches(result):
         shoe = result.facts().get("inputs", {}).get("scene") == "pole_shoe_on_rail"
@@ -227,9 +246,9 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
             if quantity in known:
                 picture = result.plot(quantity, "line", y=POLE_SHOE_CUTS if shoe else None)
                 files[f"{quantity}_lines.png"] = png(picture)
-                if any(patch.ny > 1 for patch in patches(result)):
-                    peak = flat(result, result.points)[0, flat(result, result.pressure).argmax()]
-                    picture = result.plot(quantity, "line", x=float(peak))
+                peak = result.peak_x()
+                if peak is not None and any(patch.ny > 1 for patch in patches(result)):
+                    picture = result.plot(quantity, "line", x=peak)
                     files[f"{quantity}_lines_along_y.png"] = png(picture)
     if not result.surfaces and not result.solids():
         return []

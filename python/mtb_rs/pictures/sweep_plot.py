@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ..results.fields import Field
 from ..results.sweep_table import UNITS, SweepTable
 from .figures import canvas, style_axes
 from .quantities import INK, LINE_COLOURS, PREFIXES, unit_of
@@ -79,8 +80,8 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
 def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
     """Contact area over the force of a rough contact, in the order of the forces."""
     order = np.argsort(curve.force, kind="stable")
-    newton, force = next((unit for unit in _FORCES if curve.force.max() >= unit[0]), _FORCES[-1])
-    square, area = next((unit for unit in _AREAS if curve.contact_area.max() >= unit[0]), _AREAS[-1])
+    newton, force = _unit(_FORCES, float(curve.force.max()))
+    square, area = _unit(_AREAS, float(curve.contact_area.max()))
     figure, ax = canvas(ax, (7.2, 3.9))
     ax.plot(
         curve.force[order] / newton,
@@ -99,6 +100,40 @@ def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
     return figure
 
 
+def draw_start(start: Start, quantity: str, ax: Axes | None) -> Figure:
+    """The force or the share that slips over the way of the upper body, from rest."""
+    steps = np.concatenate([np.zeros((1, 2)), start.displacement])
+    way = np.cumsum(np.linalg.norm(np.diff(steps, axis=0), axis=1))
+    factor, unit = unit_of(way, "m")
+    figure, ax = canvas(ax, (7.2, 3.9))
+    asked = start.totals()[quantity]
+    if quantity == "force":
+        size, name = _unit(_FORCES, float(np.abs(start.force).max(initial=0.0)))
+        lines = {"along x": start.force[:, 0] / size, "along y": start.force[:, 1] / size}
+        # a component that is rounding beside the other one tells nothing
+        least = 1e-6 * max(float(np.abs(line).max(initial=0.0)) for line in lines.values())
+        lines = {label: line for label, line in lines.items() if np.abs(line).max(initial=0.0) > least}
+    else:
+        name, lines = "%", {"": 100.0 * asked.values}
+    for (label, line), colour in zip(lines.items(), LINE_COLOURS, strict=False):
+        ax.plot(way / factor, line, marker=".", color=colour, linewidth=1.6, label=label or None)
+    if len(lines) > 1:
+        ax.legend(frameon=False, fontsize=9)
+    ax.set_xlim(left=0.0)
+    if quantity == "slip_share":
+        ax.set_ylim(0.0, 105.0)
+    ax.set_xlabel(f"way of the upper body [{unit}]")
+    ax.set_ylabel(f"{asked.label} [{name}]")
+    ax.set_title("Start of sliding", loc="left", fontsize=10.5, color=INK)
+    style_axes(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+def _unit(units: tuple[tuple[float, str], ...], largest: float) -> tuple[float, str]:
+    return next((unit for unit in units if largest >= unit[0]), units[-1])
+
+
 #: Newtons of the units of a force, square metres of those of an area.
 _FORCES = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"))
 _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"))
@@ -111,6 +146,16 @@ class AreaLoad(Protocol):
     def force(self) -> Array: ...
     @property
     def contact_area(self) -> Array: ...
+
+
+class Start(Protocol):
+    """Forces (m, 2) [N] over displacements (m, 2) [m], and other totals."""
+
+    @property
+    def displacement(self) -> Array: ...
+    @property
+    def force(self) -> Array: ...
+    def totals(self) -> dict[str, Field]: ...
 
 
 def _name_places(ax: Axes, places: Array, labels: list[str], name: str) -> None:

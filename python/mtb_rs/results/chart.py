@@ -5,32 +5,38 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..base.files import check_folder, drafted, read_bytes
+from ..base.check import choice
+from ..base.files import read_bytes
 from ..base.owning import owning
 from ..base.plain import plain
-from ..base.told import Row, Told
+from ..base.stored import stored
+from ..base.told import Row
 from ..base.words import Quantity
 from .doors import pictures
 from .report import QUANTITIES
 from .result import percent, png
+from .study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing  # noqa: TID251 (only for type checkers)
 
 #: Errors below this are none.
 ROUNDING = 1e-12
 
 
-#: Files of a chart, and what its table begins with.
-KINDS = ("png", "html", "csv")
+#: What the table of a chart begins with.
 HEADING = b"series,spacing_m,unknowns,"
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
@@ -80,6 +86,7 @@ class ChartPoint:
         return replace(self, times=(*self.times, seconds), clock=(*self.clock, elapsed))
 
 
+@stored
 @dataclass(frozen=True)
 @plain
 class Figure:
@@ -97,10 +104,11 @@ class Figure:
     error: float | None = None
 
 
+@stored
 @owning
 @dataclass(frozen=True)
 @plain
-class Chart(Told):
+class Chart(Study):
     """Points of time against error, and the reference of the errors.
 
     Attributes
@@ -118,6 +126,10 @@ class Chart(Told):
     remark : str
         One sentence on the effects that the errors do not contain.
     """
+
+    usual_name: ClassVar[str] = "chart"
+    called: ClassVar[str] = "chart"
+    endings: ClassVar[tuple[str, ...]] = ("png", "html", "csv")
 
     title: str
     points: tuple[ChartPoint, ...]
@@ -139,7 +151,7 @@ class Chart(Told):
     def _repr_png_(self) -> bytes | None:
         """Its picture, for notebooks; none where no point has an error to show."""
         with pictures().own_figures():
-            return png(pictures().drawing_of_chart(self)) if self.drawn() else None
+            return png(self.plot()) if self.drawn() else None
 
     def check_drawable(self) -> None:
         """ValueError if no point has an error to show."""
@@ -226,49 +238,23 @@ class Chart(Told):
             )
         return out.getvalue()
 
-    def save(self, directory: str | Path, name: str = "chart") -> list[Path]:
-        """Writes the chart as PNG, as an interactive page (HTML), and as CSV.
+    def plot(self, quantity: Quantity | None = None) -> Drawing:
+        """Draws processor time against the error of a quantity; None: that of the chart."""
+        shown = self if quantity is None else replace(self, quantity=choice("quantity", quantity, Quantity))
+        figure: Drawing = pictures().drawing_of_chart(shown)
+        return figure
 
-        Raises
-        ------
-        ValueError
-            If no point has an error to show, or files of these names exist that do not belong to a chart.
-        OSError
-            If nothing can be written there.
-        """
-        directory = check_saveable(directory, name)
-        files = [directory / f"{name}.{kind}" for kind in KINDS]
+    def exports(self) -> tuple[dict[str, bytes], list[str]]:
+        """A picture, an interactive page, and the points as a table."""
         picture = io.BytesIO()
-        pictures().drawing_of_chart(self).savefig(picture, dpi=150, format="png")
-        contents = [picture.getvalue(), pictures().page_of_chart(self).encode(), self.csv().encode()]
-        with drafted(directory) as draft:
-            for path, content in zip(files, contents, strict=True):
-                draft.write(path.name, content)
-            for path in files:
-                draft.move(path.name)
-        return files
+        self.plot().savefig(picture, dpi=150, format="png")
+        page = pictures().page_of_chart(self).encode()
+        return {"png": picture.getvalue(), "html": page, "csv": self.csv().encode()}, []
 
-
-def check_saveable(directory: str | Path, name: str = "chart") -> Path:
-    """The directory that a chart is to be saved into; nothing is left there.
-
-    Raises
-    ------
-    ValueError, OSError
-        As :meth:`Chart.save`.
-    """
-    folder = check_folder(directory)
-    present = [folder / f"{name}.{kind}" for kind in KINDS if os.path.lexists(folder / f"{name}.{kind}")]
-    if present and not _is_of_chart(folder / f"{name}.csv"):
-        raise ValueError(
-            f"{present[0]} is there already, and {name}.csv is no table of an earlier chart: saving would "
-            "overwrite it; move it, or save into another directory"
-        )
-    return folder
-
-
-def _is_of_chart(path: Path) -> bool:
-    try:
-        return read_bytes(path).startswith(HEADING)
-    except ValueError:
-        return False
+    @classmethod
+    def wrote(cls, folder: Path, name: str) -> bool:
+        """Whether the table is that of a chart: version 0.1.0 wrote no record."""
+        try:
+            return read_bytes(folder / f"{name}.csv").startswith(HEADING)
+        except ValueError:
+            return False

@@ -117,6 +117,9 @@ TOTALS = {
         Field("approach", "approach", "m", _EMPTY, parts=()),
         Field("tilts", "tilts", "-", _EMPTY, parts=()),
         Field("creepage", "creepage or shift", "", _EMPTY, parts=()),
+        Field("friction_power", "heat of sliding", "W", _EMPTY, parts=()),
+        Field("displacement", "displacement of the upper body", "m", _EMPTY, parts=()),
+        Field("slip_share", "share of the contact area that slips", "-", _EMPTY, parts=()),
     )
 }
 

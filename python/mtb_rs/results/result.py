@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..base.owning import solved
 from ..base.plain import plain
-from ..base.stored import plain_data, stored
-from ..base.told import Row, Told, along, in_words, length
+from ..base.stored import input_data, stored
+from ..base.told import Row, along, in_words, length
 from ..base.words import Field, Flat, FlatOptions, Model, Space, SpaceOptions, Stress, StressOptions
 from ..bodies.elastic_body import BodyState
 from ..bodies.sides import ElasticPart
@@ -26,6 +26,7 @@ from .doors import pictures
 from .fields import Field as ResultField
 from .fields import fields_of, totals_of
 from .report import Report
+from .savable import Savable
 from .solid import Solid, solid_of
 
 if TYPE_CHECKING:
@@ -48,19 +49,29 @@ class Displacement(NamedTuple):
     lower: Array
 
 
-class Drawn(Told):
+class Drawn(Savable):
     """What draws and saves itself, as the result that :meth:`_picture` returns."""
 
     def _picture(self) -> Pictured:
+        """Its fields over the contact points; ValueError if it has none, with the reason."""
         raise NotImplementedError
 
-    def _kept(self) -> Any:
-        """What goes into files in its place: the same as plain data."""
-        return self
+    #: What it draws over its steps, where it has such.
+    curves: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def blank(self) -> str:
+        """Why it has no picture of its contact points; "" where it has one."""
+        return ""
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
+        return self._picture().facts()
 
     def check(self) -> None:
         """Checks that what was read from files fits together; ValueError if it does not."""
-        check_fields(self._picture())
+        if not self.blank:
+            check_fields(self._picture())
 
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
@@ -69,15 +80,6 @@ class Drawn(Told):
     def totals(self) -> dict[str, ResultField]:
         """Its forces, moments and motions, by name: values with unit and label."""
         return self._picture().totals()
-
-    def facts(self) -> dict[str, Any]:
-        """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
-        return self._picture().facts()
-
-    @property
-    def heading(self) -> str:
-        """What it is, where :meth:`told` does not say it."""
-        return repr(self)
 
     def told(self) -> list[Row]:
         """Its forces, moments and motions in words: what a notebook and the command line show."""
@@ -108,6 +110,9 @@ class Drawn(Told):
 
     def plot(self, quantity: Any = "pressure", kind: Any = None, **options: Any) -> Any:
         """Picture of one quantity; see :func:`mtb_rs.pictures.plot`."""
+        return self._draw(quantity, kind, options)
+
+    def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         return pictures().plot(self._picture(), quantity, kind, **options)
 
     def save(self, directory: str | Path) -> list[Path]:
@@ -152,6 +157,12 @@ class Pictured(Drawn):
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is, the report."""
         return {}
+
+    def peak_x(self) -> float | None:
+        """x [m] of the largest pressure, where cuts along y go through; None where patches have frames of
+        their own."""
+        points, pressure = self.points, self.pressure.ravel()
+        return float(points.reshape(len(points), -1)[0, pressure.argmax()])
 
     @property
     def has_solids(self) -> bool:
@@ -284,7 +295,9 @@ class Result(Pictured):
     motion : (m,)
         Amplitudes of the rigid motions that only contact holds.
     summary : Mapping
-        Inputs of the scene worth repeating in `summary.json`.
+        Inputs of the scene, which `summary.json` repeats: the arguments of a ready scene, or the fields of a
+        scene of your own. Functions are told by their name and digest; in a loaded result large arrays,
+        meshes and surfaces as well.
     """
 
     # what the user has said
@@ -353,7 +366,7 @@ class Result(Pictured):
 
     def _kept(self) -> Result:
         bodies = {side: getattr(self, side) and getattr(self, side).kept() for side in ("lower", "upper")}
-        return replace(self, parts=(), loaded=self.solids(), summary=plain_data(self.summary), **bodies)
+        return replace(self, parts=(), loaded=self.solids(), summary=input_data(self.summary), **bodies)
 
     def states(self) -> dict[str, BodyState]:
         """The whole elastic bodies, by name: displacements, reactions and stresses inside.

@@ -2,7 +2,7 @@
 """A result as data in a folder, and back from there without solving.
 
 `result.json` tells how the result is built, down to numbers and text; its arrays are in `fields.npz`, those
-that are fields or totals, and in `result.npz`.
+that are fields or totals, and in `result.npz`. A chart or a table has NAME.json and NAME.npz.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..base.check import path_of
 from ..base.errors import MissingFileError
 from ..base.files import read_arrays, read_bytes, read_text
 from ..base.stored import Packer, unpack
-from .result import Drawn
+from .savable import Savable
 
 #: What lists the files of a result; how it is built; its fields and totals; its other arrays.
 SUMMARY, RESULT, FIELDS, REST = "summary.json", "result.json", "fields.npz", "result.npz"
@@ -44,18 +44,41 @@ def summary_in(directory: Path) -> dict[str, Any] | None:
     return found if is_own and isinstance(found.get("files"), list) else None
 
 
-def data_files(kept: Drawn) -> dict[str, bytes]:
+def data_files(kept: Savable) -> dict[str, bytes]:
     """The files that :func:`load` reads, from a result as plain data."""
     told = {**kept.fields(), **kept.totals()}
     named = {name: field.values for name, field in told.items()}
+    return _files(kept, RESULT, REST, named, {FIELDS: _archive(named)})
+
+
+def record_files(kept: Savable, name: str) -> dict[str, bytes]:
+    """The same of a study, under its name."""
+    return _files(kept, f"{name}.json", f"{name}.npz", {}, {})
+
+
+def _files(
+    kept: Savable, record: str, rest: str, named: dict[str, NDArray[Any]], files: dict[str, bytes]
+) -> dict[str, bytes]:
     packer = Packer(named)
     structure = packer.pack(kept)
-    files = {FIELDS: _archive(named)}
     if packer.arrays:
-        files[REST] = _archive(packer.arrays)
+        files[rest] = _archive(packer.arrays)
     sums = {name: _sum(content) for name, content in files.items()}
     whole = {**mark(), "sha256": sums, "result": structure}
-    return files | {RESULT: json.dumps(whole, allow_nan=False).encode() + b"\n"}
+    # the record comes last: with it the others are complete
+    return files | {record: json.dumps(whole, allow_nan=False).encode() + b"\n"}
+
+
+def class_of(record: Path) -> str | None:
+    """The class of what a record holds; None if it is none of this library."""
+    try:
+        found = json.loads(read_text(record))
+    except (ValueError, RecursionError, OSError):
+        return None
+    is_own = isinstance(found, dict) and isinstance(found.get("mtb_rs"), str) and "schema" in found
+    held = found.get("result") if is_own else None
+    kind = held.get("class") if isinstance(held, dict) else None
+    return kind if isinstance(kind, str) else None
 
 
 def _sum(content: bytes) -> str:
@@ -68,32 +91,50 @@ def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
     return buffer.getvalue()
 
 
-def load(directory: str | Path) -> Any:
-    """Loads a result that ``result.save`` or ``mtb-rs run`` saved into a directory, without solving.
+def load(saved: str | Path) -> Any:
+    """Loads what was saved into a directory, without solving: by ``save`` of a result, a chart, a sweep or a
+    curve, or by ``mtb-rs run``, ``demo``, ``chart`` or ``sweep``.
 
-    It can be drawn, exported and saved like the original, and its fields and its report are the same to the
-    last bit. It has elastic bodies at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of a scene
-    as in its summary, and half-spaces without their surfaces.
+    It can be drawn, exported and saved like the original, and its numbers are the same to the last bit.
+    A result has elastic bodies at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of a scene as
+    in its summary, and half-spaces without their surfaces.
 
     Parameters
     ----------
-    directory : str or Path
+    saved : str or Path
+        The directory. If it holds a result beside charts or sweeps, the result is loaded. If it holds several
+        charts or sweeps and no result, give the file of one of them, such as ``"out/chart.json"``.
 
     Returns
     -------
-    Result, NormalResult, TangentialResult, FoundationResult, StepResult or WheelPatch
+    Result, NormalResult, TangentialResult, FoundationResult, Hertz, StepResult, StartOfSliding, WheelStep, \
+WheelPatch, Chart, SweepTable or AreaLoadCurve
         Of the kind that was saved.
 
     Raises
     ------
     ValueError
-        If there is no such directory (then it is also a FileNotFoundError), if it holds no result, if another
-        version saved it, or if a file is damaged or was changed. The message names the file.
+        If there is no such directory (then it is also a FileNotFoundError), if nothing was saved there, if
+        another version saved it, or if a file is damaged or was changed. The message names the file.
     """
-    folder = path_of("directory", directory)
-    if not folder.is_dir():
-        kind = ValueError if folder.exists() else MissingFileError
-        raise kind(f"{folder} is no directory: one that a result was saved into is needed")
+    place = path_of("directory", saved)
+    if place.is_file() and place.suffix == ".json":
+        own = place.name in (SUMMARY, RESULT)
+        return _load_result(place.parent) if own else _load_study(place)
+    if not place.is_dir():
+        kind = ValueError if place.exists() else MissingFileError
+        raise kind(f"{place} is no directory: one that a result was saved into is needed")
+    if summary_in(place) is None and not (place / RESULT).exists():
+        studies = [path for path in sorted(place.glob("*.json")) if class_of(path) is not None]
+        if len(studies) == 1:
+            return _load_study(studies[0])
+        if studies:
+            names = ", ".join(path.name for path in studies)
+            raise ValueError(f"{place} holds {names}: the path of one of these files is needed")
+    return _load_result(place)
+
+
+def _load_result(folder: Path) -> Any:
     summary = summary_in(folder)
     if summary is None:
         raise ValueError(f"{folder} has no {SUMMARY} of mtb_rs: no result was saved there")
@@ -104,33 +145,55 @@ def load(directory: str | Path) -> Any:
             f"the result in {folder} was saved by an mtb_rs that did not yet keep what loading needs: solve "
             "and save it again"
         )
-    if summary["schema"] != SCHEMA:
-        raise ValueError(
-            f"the result in {folder} was saved in format {summary['schema']!r} by mtb_rs "
-            f"{summary['mtb_rs']}: mtb_rs {_mtb_rs.__version__} reads format {SCHEMA}"
-        )
+    _check_form(summary, f"the result in {folder}")
     structure, sums = _structure(folder / RESULT)
-    arrays = {name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file, sums).items()}
+    arrays = {
+        name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file, sums, RESULT).items()
+    }
+    return _made(folder / RESULT, structure, arrays)
+
+
+def _load_study(record: Path) -> Any:
+    _check_form(_json(record), str(record))
+    structure, sums = _structure(record)
+    arrays = record.with_suffix(".npz")
+    is_listed = sums is None or arrays.name in sums
+    return _made(record, structure, _arrays(arrays, sums, record.name) if is_listed else {})
+
+
+def _check_form(found: Any, what: str) -> None:
+    if isinstance(found, dict) and found.get("schema", SCHEMA) != SCHEMA:
+        raise ValueError(
+            f"{what} was saved in format {found['schema']!r} by mtb_rs {found.get('mtb_rs')}: mtb_rs "
+            f"{_mtb_rs.__version__} reads format {SCHEMA}"
+        )
+
+
+def _made(record: Path, structure: Any, arrays: dict[str, NDArray[Any]]) -> Any:
     try:
         result = unpack(structure, arrays)
-        if not isinstance(result, Drawn):
+        if not isinstance(result, Savable):
             raise ValueError(f"result is of the kind {type(result).__name__}, which is no result")
         result.check()
     # constructors raise whatever they stumble over
     except (ValueError, TypeError, RuntimeError, IndexError, KeyError, AttributeError, MemoryError) as error:
         told = " ".join(str(error).split())
-        raise ValueError(f"{folder / RESULT} cannot be read: it is damaged, {told}") from None
+        raise ValueError(f"{record} cannot be read: it is damaged, {told}") from None
     return result
+
+
+def _json(path: Path) -> Any:
+    text = read_text(path, "result")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        told = "it is nested too deeply" if isinstance(error, RecursionError) else f"it is no JSON: {error}"
+        raise ValueError(f"{path} cannot be read: {told}") from None
 
 
 def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
     """How a result is built, and the sums of its arrays; mtb_rs 0.1.0 has written none."""
-    text = read_text(path, "result")
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        told = "it is nested too deeply" if isinstance(error, RecursionError) else f"it is no JSON: {error}"
-        raise ValueError(f"{path} cannot be read: {told}") from None
+    found = _json(path)
     if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
         raise ValueError(f"{path} cannot be read: it holds no result in format {SCHEMA}")
     sums = found.get("sha256")
@@ -139,7 +202,7 @@ def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
     return found["result"], sums
 
 
-def _arrays(path: Path, sums: dict[str, Any] | None) -> dict[str, NDArray[Any]]:
+def _arrays(path: Path, sums: dict[str, Any] | None, record: str) -> dict[str, NDArray[Any]]:
     if path.name == REST and not path.exists() and path.name not in (sums or {}):
         return {}
     content = read_bytes(path, "arrays")
@@ -150,6 +213,6 @@ def _arrays(path: Path, sums: dict[str, Any] | None) -> dict[str, NDArray[Any]]:
     if sums is not None and sums.get(path.name) != _sum(content):
         raise ValueError(
             f"{path} is not the file that was saved: its checksum (SHA-256) differs from the one in "
-            f"{RESULT}; save the result again"
+            f"{record}; save the result again"
         )
     return arrays

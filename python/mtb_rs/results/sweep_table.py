@@ -8,15 +8,19 @@ import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import write_bytes
+from ..base.files import DATA, read_text, write_bytes
 from ..base.owning import owning
-from ..base.told import Row, Told, table_of
+from ..base.plain import plain
+from ..base.stored import stored
+from ..base.told import Row, table_of
 from .doors import pictures
+from .study import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
@@ -93,9 +97,11 @@ def check_column(name: Any) -> str:
     return text
 
 
+@stored
 @owning
 @dataclass(frozen=True)
-class SweepTable(Told):
+@plain
+class SweepTable(Study):
     """Quantities over the grid of the parameters of a sweep.
 
     ``table["force_x"]`` is an array with one axis for each parameter, in their order. It is NaN for a case
@@ -114,9 +120,13 @@ class SweepTable(Told):
         Units of the parameters that are numbers with a unit; labels have none.
     """
 
+    usual_name: ClassVar[str] = "sweep"
+    called: ClassVar[str] = "sweep"
+    endings: ClassVar[tuple[str, ...]] = ("csv", "nc")
+
     parameters: Mapping[str, tuple[Any, ...]]
     columns: Mapping[str, NDArray[np.float64]]
-    status: NDArray[np.object_]
+    status: NDArray[np.str_]
     attributes: Mapping[str, str]
     units: Mapping[str, str] = field(default_factory=dict)
 
@@ -146,12 +156,39 @@ class SweepTable(Told):
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Writes the rows; the heading names the columns, with units. OSError if nothing can be written."""
+        write_bytes(path, self._csv())
+
+    def _csv(self) -> bytes:
         rows = self.rows()
         stream = io.StringIO(newline="")
         writer = csv.writer(stream)
         writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
         writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
-        write_bytes(path, stream.getvalue().encode())
+        return stream.getvalue().encode()
+
+    def exports(self) -> tuple[dict[str, bytes], list[str]]:
+        """The table as CSV, and as netCDF-4 where xarray is installed."""
+        try:
+            return {"csv": self._csv(), "nc": self._netcdf()}, []
+        except ImportError as error:
+            return {"csv": self._csv()}, [f"no netCDF: {error}"]
+
+    @classmethod
+    def wrote(cls, folder: Path, name: str) -> bool:
+        """Whether a checkpoint stands beside it, or the table is that of a sweep: 0.1.0 wrote no record."""
+        if (folder / f"{name}.jsonl").exists():
+            return True
+        table = folder / f"{name}.csv"
+        if not table.is_file():
+            return False
+        return "status" in read_text(table, "table", DATA).partition("\n")[0].strip().split(",")
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        shape = tuple(len(values) for values in self.parameters.values())
+        for name, values in {**self.columns, "status": self.status}.items():
+            if values.shape != shape:
+                raise ValueError(f"{name} has the shape {values.shape}: {shape} is needed")
 
     def told(self) -> list[Row]:
         """Its parameters and columns in words."""
@@ -203,6 +240,9 @@ class SweepTable(Told):
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
         """Writes the table as netCDF-4 (extra ``sweep``). OSError if nothing can be written."""
+        write_bytes(path, self._netcdf())
+
+    def _netcdf(self) -> bytes:
         table = self.to_xarray()
         try:
             import h5netcdf  # noqa: F401
@@ -211,7 +251,7 @@ class SweepTable(Told):
         # made in memory: HDF5 itself ends the process on a full disk
         stream = io.BytesIO()
         table.to_netcdf(stream, engine="h5netcdf")
-        write_bytes(path, stream.getbuffer())
+        return stream.getvalue()
 
     def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         for at in np.ndindex(self.status.shape):

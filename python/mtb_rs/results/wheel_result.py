@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Unpack
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +13,19 @@ from numpy.typing import NDArray
 from ..base.owning import owning, solved
 from ..base.plain import plain
 from ..base.stored import stored
-from ..base.told import Row, Told, along, in_words
-from ..base.words import Field, Flat, FlatOptions, Side
+from ..base.told import Row, along, in_words
+from ..base.words import Side
+from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
 from .doors import pictures
+from .fields import Field as ResultField
+from .fields import totals_of
 from .result import Drawn, Pictured, png
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
-
 Array = NDArray[np.float64]
+
+#: Slips of wheels are velocities.
+SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m2"}
 
 
 @stored
@@ -142,7 +146,13 @@ class WheelPatch(Drawn):
             status=self.status,
             normal_force=self.normal_force,
             creepage=self.creepage,
+            friction_power=self.friction_power,
         )
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: where the patch is, and how it moves."""
+        names = ("side", "position", "contact_angle", "rail_position", "wheel_position", "approach")
+        return {name: getattr(self, name) for name in (*names, "rolling_speed", "neglected")}
 
     def load(self) -> Array:
         """Force on the rail at each cell (3, ny, nx) [N], in the track."""
@@ -165,13 +175,91 @@ class PatchPicture(Pictured):
     status: NDArray[np.int8]
     normal_force: float
     creepage: Array
+    friction_power: float
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "dissipation", "status",
     )  # fmt: skip
-    _summed: ClassVar[tuple[str, ...]] = ("normal_force", "creepage")
+    _summed: ClassVar[tuple[str, ...]] = ("normal_force", "creepage", "friction_power")
 
     def _units(self) -> dict[str, str]:
-        return {"slip": "m/s", "dissipation": "W/m2"}
+        return SLIP_UNITS
+
+
+@solved
+@dataclass(frozen=True)
+@plain
+class StepPicture(Pictured):
+    """All patches of a step as files take them: in rows, places and vectors in the track."""
+
+    step: WheelStep
+    points: Array
+    area: Array
+    normal: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    dissipation: Array
+    status: NDArray[np.int8]
+    patches: tuple[Patch, ...]
+
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "normal", "pressure", "traction", "slip", "dissipation", "status",
+    )  # fmt: skip
+
+    def _units(self) -> dict[str, str]:
+        return SLIP_UNITS
+
+    def totals(self) -> dict[str, ResultField]:
+        return self.step.totals()
+
+    def facts(self) -> dict[str, Any]:
+        return self.step.facts()
+
+    def peak_x(self) -> None:
+        return None
+
+    def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
+        return self.step._draw(quantity, kind, options)
+
+
+def picture_of(step: WheelStep) -> StepPicture:
+    """All patches of a step together."""
+    patches: list[Patch] = []
+    names: dict[str, int] = {}
+    for patch in step.patches:
+        name = f"{patch.side} {'flange' if patch.on_flange else 'wheel'}"
+        names[name] = names.get(name, 0) + 1
+        ny, nx = patch.pressure.shape
+        patches.append(
+            Patch(
+                name if names[name] == 1 else f"{name} {names[name]}",
+                patches[-1].start + patches[-1].nx * patches[-1].ny if patches else 0,
+                nx,
+                ny,
+                (float(patch.x[1] - patch.x[0]), float(patch.y[1] - patch.y[0])),
+                (float(patch.x[0]), float(patch.y[0])),
+            )
+        )
+
+    def row(of: Callable[[WheelPatch], Array]) -> Array:
+        parts = [of(patch) for patch in step.patches]
+        return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
+
+    def in_track(patch: WheelPatch, plane: Array) -> Array:
+        return np.asarray(np.einsum("ij,jkl->ikl", patch.rotation[:, :2], plane))
+
+    return StepPicture(
+        step=step,
+        points=row(lambda p: p.points),
+        area=row(lambda p: np.full(p.pressure.shape, p.area)),
+        normal=row(lambda p: np.broadcast_to(p.rotation[:, 2, None, None], (3, *p.pressure.shape))),
+        pressure=row(lambda p: p.pressure),
+        traction=row(lambda p: in_track(p, p.traction)),
+        slip=row(lambda p: in_track(p, p.slip_velocity)),
+        dissipation=row(lambda p: p.dissipation),
+        status=np.concatenate([p.status.ravel() for p in step.patches]),
+        patches=tuple(patches),
+    )
 
 
 @stored
@@ -199,8 +287,12 @@ class WheelReport:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelStep(Told):
+class WheelStep(Drawn):
     """Contact load of a step.
+
+    :meth:`fields` has the fields of all patches in rows (n,), with places and vectors (3, n) in the track.
+    Maps and lines show all patches on one scale of colours and of length, each in its own frame: x along the
+    rail. The view in space is of the patches of one wheel.
 
     Attributes
     ----------
@@ -241,21 +333,51 @@ class WheelStep(Told):
     state: WheelState
     report: WheelReport
 
-    def plot(
-        self, quantity: Field = "pressure", kind: Flat | None = None, **options: Unpack[FlatOptions]
-    ) -> Figure:
-        """All patches on one scale of colours and of length, each in its own frame: x along the rail; see
-        :func:`mtb_rs.pictures.plot`."""
-        if not self.patches:
-            raise ValueError("the wheels are lifted: there is no patch to draw")
+    @property
+    def blank(self) -> str:
+        """Why it has no picture of its contact points; "" where it has one."""
+        return "" if self.patches else "the wheels are lifted: there is no patch to draw"
+
+    def _picture(self) -> StepPicture:
+        if self.blank:
+            raise ValueError(self.blank)
+        return picture_of(self)
+
+    def fields(self) -> dict[str, ResultField]:
+        """The fields of all patches, by name; none where the wheels are lifted."""
+        return {} if self.blank else picture_of(self).fields()
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces and moments, by name: values with unit and label."""
+        return totals_of(
+            force=self.force,
+            moment=self.moment,
+            reference_point=self.reference_point,
+            friction_power=self.friction_power,
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: the pose, the forces of the wheels, the report."""
+        names = ("pose", "vertical_force", "balance_error", "friction_work")
+        return {name: getattr(self, name) for name in names} | {"report": asdict(self.report)}
+
+    def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
+        if self.blank:
+            raise ValueError(self.blank)
+        if kind == "3d":
+            if len({patch.side for patch in self.patches}) > 1:
+                raise ValueError(
+                    'kind is "3d": the patches of two wheels lie too far apart for one picture; '
+                    "patch.plot draws one of step.patches"
+                )
+            return pictures().plot(self._picture(), quantity, kind, **options)
         names = [
             f"{p.side} wheel{', flange' if p.on_flange else ''}, plane at "
             f"{np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
             for p in self.patches
         ]
         drawn = [p._picture() for p in self.patches]
-        figure: Figure = pictures().plot_side_by_side(drawn, names, quantity, kind, **options)
-        return figure
+        return pictures().plot_side_by_side(drawn, names, quantity, kind, **options)
 
     def told(self) -> list[Row]:
         """Forces and patches in words: what a notebook shows."""

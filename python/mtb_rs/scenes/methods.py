@@ -121,7 +121,17 @@ def slide_from_rest(
             lambda traction: force_on(problem, traction),
         )
     mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
-    return replace(start, traction=mean[:2], pressure=mean[2])
+    nodes = problem.points if problem.kept is None else problem.kept.nodes
+    return replace(
+        start,
+        traction=problem.on_grid(mean[:2]),
+        pressure=problem.on_grid(mean[2]),
+        status=problem.on_grid(start.status),
+        points=nodes.points,
+        area=problem.on_grid(problem.area),
+        patches=problem.patches,
+        summary={**scene.statement(), "pressure": pressure, "model": model},
+    )
 
 
 def _incremental(scene: PosedScene, model: Model, options: dict[str, Any]) -> Result:

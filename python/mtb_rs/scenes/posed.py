@@ -16,6 +16,7 @@ from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
 from ..base.renamed import renamed
+from ..base.stored import without_functions
 from ..base.told import Row, Told, stated
 from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
@@ -268,7 +269,7 @@ class PosedScene(Told):
             solution,
             method=method,
             surfaces=self.geometry.surfaces(),
-            summary=self._summary(),
+            summary=self.statement(),
             bodies=(self.lower, self.upper),
             **known,
         )
@@ -510,10 +511,7 @@ class PosedScene(Told):
 
     def told(self) -> list[Row]:
         """What it states, in words: what a notebook shows."""
-        said = self._summary()
-        # a ready scene has its bodies and its cells among its arguments
-        own = {name: getattr(self, name) for name in ("upper", "lower", "spacing") if name not in said}
-        return stated({**said, **{k: v for k, v in own.items() if not self.inputs}}, ARGUMENT_UNITS)
+        return stated(self.statement(), ARGUMENT_UNITS)
 
     def _repr_png_(self) -> bytes:
         """Its bodies cut across, for notebooks."""
@@ -522,20 +520,24 @@ class PosedScene(Told):
         with own_figures():
             return png(draw_section(self.geometry.surfaces()))
 
-    def _summary(self) -> dict[str, Any]:
-        """What is stated: the arguments of a ready scene, and what was changed besides but for arrays."""
-        besides = {
+    def statement(self) -> dict[str, Any]:
+        """What is stated: the arguments of a ready scene and what was changed besides, or all fields of a
+        scene of one's own. Functions are told by name and digest."""
+        is_ready = self.recipe is not None
+        untold = _MADE | _IN_ARGUMENTS if is_ready else _MADE
+        said = {
             f.name: getattr(self, f.name)
             for f in fields(self)
-            if f.compare and f.name not in _IN_RESULTS and f.name not in self.inputs
+            if f.compare and f.name not in untold and f.name not in self.inputs
         }
         default = {f.name: f.default for f in fields(self)}
         said = {
             name: value
-            for name, value in besides.items()
-            if not (value is None or same(value, default[name]) or as_form(value).has_arrays)
+            for name, value in said.items()
+            if not (value is None or (is_ready and same(value, default[name])))
         }
-        return {"scene": self.name, **self.inputs, **said}
+        given = {**self.inputs, **said}
+        return {"scene": self.name, **{name: without_functions(value) for name, value in given.items()}}
 
     @renamed(layout="geometry")
     def with_(self, **changes: Any) -> Self:
@@ -582,8 +584,8 @@ class PosedScene(Told):
         return replace(made, **{**kept, **others, "inputs": inputs})
 
 
-#: Fields of a scene that its results have under names of their own.
-_IN_RESULTS = {"name", "geometry", "gap", "spacing", "upper", "lower"}
+#: Fields of a ready scene that follow from its arguments, whatever these are.
+_IN_ARGUMENTS = {"gap", "spacing", "upper", "lower"}
 
 
 #: Fields of a ready scene that follow from its arguments; arguments of ready scenes that give another field;

@@ -142,7 +142,7 @@ class StepResult(Pictured):
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
-    _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point")
+    _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
     @property
     def points(self) -> Array:  # type: ignore[override]

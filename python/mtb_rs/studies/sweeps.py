@@ -360,7 +360,7 @@ def _table(
         for name, value in record.get("numbers", {}).items():
             columns[name][at] = value
     parameters = {name: tuple(values) for name, values in grid.items()}
-    return SweepTable(parameters, columns, status, attributes, argument_units(grid))
+    return SweepTable(parameters, columns, status.astype(str), attributes, argument_units(grid))
 
 
 def _labelled(name: str, values: Any) -> dict[Any, Any]:
