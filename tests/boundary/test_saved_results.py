@@ -9,11 +9,14 @@ import json
 import pickle
 import re
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -21,6 +24,8 @@ from hypothesis import strategies as st
 
 import mtb_rs as mtb
 from mtb_rs.base.plain import same
+from mtb_rs.base.stored import input_data
+from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.commands import main
 from mtb_rs.half_space import reference
 from mtb_rs.pictures import space
@@ -519,3 +524,69 @@ def test_show_reports_and_draws(
         assert said in capsys.readouterr().err
     assert main(["show", str(tmp_path / "nothing")]) == 2
     assert "is no directory" in capsys.readouterr().err
+
+
+BLOCK_LINE = np.linspace(-0.02, 0.02, 4)
+BLOCK = block_mesh(BLOCK_LINE, BLOCK_LINE, 0.02, halved=False, clamped=True)
+
+
+def pad(mesh: mtb.TetraMesh = BLOCK, force: float = -5e3, **changed: Any) -> mtb.Scene:
+    """A scene of one's own."""
+    body = mtb.ElasticBody(mesh, mtb.steel, supports=[mtb.Support("top", 0, 0, mtb.Guide(force))], name="pad")
+    given: dict[str, Any] = {"friction": 0.2, "lower": mtb.HalfSpace(mtb.steel, "60E1"), **changed}
+    return mtb.Scene(upper=body, spacing=0.01, **given)
+
+
+@functools.cache
+def schema() -> dict[str, Any]:
+    found = subprocess.run(
+        [sys.executable, "-m", "mtb_rs", "schema", "summary"], capture_output=True, text=True, check=True
+    )
+    schema: dict[str, Any] = json.loads(found.stdout)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return schema
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("kind", MADE)
+def test_a_summary_keeps_to_its_schema(kind: str, folder: Callable[[str], tuple[Any, Path]]) -> None:
+    result, place = folder(kind)
+    said = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
+    (branch,) = (b for b in schema()["oneOf"] if b["title"] == type(result).__name__)
+    jsonschema.validate(said, {**branch, "$defs": schema()["$defs"]})
+    jsonschema.validate(said, schema())
+    assert set(result.totals()) <= set(said)
+    assert set(said["fields"]) == set(result.fields())
+    for harm in ({"unheard": 1}, {"points": -1}, {"result": "Nothing"}, {"schema": 99}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(said | harm, schema())
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({name: value for name, value in said.items() if name != "files"}, schema())
+
+
+def test_inputs_tell_what_was_solved() -> None:
+    """The same data give the same inputs, each other one gives others; all of it is JSON of modest size."""
+    fine = np.linspace(0.0, 1e-5, 60 * 60).reshape(60, 60)
+    slope = 0.2
+    scenes = {
+        "as it is": pad(),
+        "another mesh": pad(BLOCK.moved(shift=(1e-6, 0.0, 0.0))),
+        "another load": pad(force=-6e3),
+        "another surface": pad(lower=mtb.HalfSpace(mtb.steel, mtb.BodySurface.plane())),
+        "rigid": pad(lower=mtb.Rigid("60E1")),
+        "a function": pad(friction=lambda x, y: slope + 0.0 * x),
+        "another function": pad(friction=lambda x, y: slope + 1.0 * x),
+        "a direction": pad(sliding_direction=(0.0, 1.0)),
+        "a field": mtb.Scene(upper=mtb.steel, lower=mtb.steel, gap=fine, spacing=1e-4, force=1.0),
+        "another field": mtb.Scene(upper=mtb.steel, lower=mtb.steel, gap=fine[::-1], spacing=1e-4, force=1.0),
+    }
+    told = {name: json.dumps(input_data(scene.statement())) for name, scene in scenes.items()}
+    assert len(set(told.values())) == len(told)
+    assert max(map(len, told.values())) < 2000
+    assert told["as it is"] == json.dumps(input_data(pad().statement()))
+    body = json.loads(told["as it is"])["upper"]
+    assert (body["mesh"]["nodes"], body["mesh"]["highest"]) == (len(BLOCK.nodes), [0.02, 0.02, 0.02])
+    assert body["supports"][0]["z"] == {"force": -5e3}
+    assert json.loads(told["as it is"])["lower"]["surface"]["name"] == "60E1"
+    # told once is told for ever
+    assert all(json.dumps(input_data(json.loads(text))) == text for text in told.values())

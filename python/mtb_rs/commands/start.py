@@ -155,10 +155,12 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     init.set_defaults(command=_init)
     schema = commands.add_parser(
         "schema",
-        help="write the JSON schema of case files, for editors",
+        help="write the JSON schema of case files, for editors, or of summaries",
         description="Writes the JSON schema of case files to the standard output. Editors that know TOML "
-        f"complete and check the words of a case file that begins with `#:schema ./{SCHEMA}`.",
+        f"complete and check the words of a case file that begins with `#:schema ./{SCHEMA}`. With the word "
+        "summary it writes that of summary.json, which is saved with each result.",
     )
+    schema.add_argument("what", nargs="?", choices=("case", "summary"), default="case", help="default: case")
     schema.set_defaults(command=_schema)
 
 
@@ -175,7 +177,12 @@ def schema_text() -> str:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    sys.stdout.write(schema_text())
+    if options.what == "summary":
+        from ..case.summary_schema import summary_schema
+
+        sys.stdout.write(json.dumps(summary_schema(), indent=1) + "\n")
+    else:
+        sys.stdout.write(schema_text())
     return 0
 
 
