@@ -69,6 +69,10 @@ FACTS: dict[str, dict[str, Any]] = {
     "error_estimate": {**NUMBER, "description": "estimated relative error of the pressure [-]"},
     "motion": {"type": "object", "description": "the arguments of Rolling or Shift"},
     "iterations": {"type": "array", "items": {"type": "integer"}, "description": "Newton steps"},
+    "path_error": {
+        "$ref": "#/$defs/array",
+        "description": "estimated relative error by the finite steps of the way [-]",
+    },
     "semi_axes": {"$ref": "#/$defs/array", "description": "of the contact ellipse, along x and y [m]"},
     "peak_pressure": {**NUMBER, "description": "largest pressure [Pa]"},
     "curvatures": {"$ref": "#/$defs/array", "description": "of the gap, along x and y [1/m]"},
@@ -103,7 +107,10 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     FoundationResult: (_RUBBED, None),
     Hertz: (("semi_axes", "peak_pressure", "curvatures", "lower", "upper", *_PRESSED), Report),
     StepResult: ((*_LOADED, "friction_power"), StepReport),
-    StartOfSliding: (("inputs", "iterations", "displacement", "force", "normal_force", "slip_share"), None),
+    StartOfSliding: (
+        ("inputs", "iterations", "path_error", "displacement", "force", "normal_force", "slip_share"),
+        None,
+    ),
     WheelPatch: (
         (*_PLACED, "rolling_speed", "neglected", "normal_force", "creepage", "friction_power"),
         None,
