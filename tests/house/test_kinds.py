@@ -14,7 +14,7 @@ from mtb_rs.friction.fields import Coefficients, Form
 from mtb_rs.friction.laws import WheelFriction
 from mtb_rs.geometry.geometries import Geometry
 from mtb_rs.half_space.tangential import Motion
-from mtb_rs.results.result import Drawn
+from mtb_rs.results.savable import Savable
 
 PACKAGE = Path(__file__).parents[2] / "python" / "mtb_rs"
 
@@ -35,7 +35,7 @@ KINDS = {
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
     "supports": {"Guide"},
-    "results": family(Drawn),
+    "results": family(Savable),
 }
 #: Functions that take what a user gives.
 DOORS = {
@@ -58,7 +58,7 @@ DOORS = {
     "results": {
         "half_space/tangential.py": {"_alternate"},
         "pictures/quantities.py": {"quantity_of"},
-        "results/saved.py": {"load"},
+        "results/saved.py": {"_made"},
     },
 }
 #: Functions outside `base`, which compares and stores values of all kinds, that ask for an attribute: of

@@ -136,8 +136,8 @@ def draw_into(
     drawn: Any = result
     asked = () if quantity is None else (quantity,)
     named = {} if kind is None else {"kind": kind}
-    if named and not isinstance(result, Drawn):
-        raise ValueError(f"kind is {kind!r}: a {result.called} is drawn in one way")
+    if named and result.is_one_picture:
+        raise ValueError(f"kind is {kind!r}: what was saved is a table or a chart, which is drawn in one way")
     buffer = io.BytesIO()
     with own_figures():
         if not is_space:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.told import Told
 from .fields import Field
@@ -12,6 +12,9 @@ from .fields import Field
 
 class Savable(Told):
     """What :func:`mtb_rs.load` brings back: it has fields and totals, draws and saves itself."""
+
+    #: Whether it is drawn in one way, and not as maps, lines or in space.
+    is_one_picture: ClassVar[bool] = False
 
     def _kept(self) -> Any:
         """What goes into files in its place: the same as plain data."""

@@ -19,6 +19,7 @@ class Study(Savable):
 
     #: Usual name of its files, what it is called in messages, and the endings of its exports.
     usual_name: ClassVar[str]
+    is_one_picture: ClassVar[bool] = True
     called: ClassVar[str]
     endings: ClassVar[tuple[str, ...]]
 
