@@ -128,10 +128,11 @@ def test_every_way_of_asking_gives_the_same_numbers(case: tuple[Any, ...]) -> No
 
 
 @pytest.mark.coarse
-@pytest.mark.parametrize("upper", ["driven", "half-space"])
-def test_far_from_rest_a_start_is_the_sliding_state(upper: str) -> None:
-    below = "clamped" if upper == "half-space" else "half-space"
-    scene = scene_of((upper, below, "force", "number", "upper", (1.0, 0.0)))
+@pytest.mark.parametrize(
+    ("upper", "lower"), [("driven", "half-space"), ("half-space", "clamped"), ("driven", "clamped")]
+)
+def test_far_from_rest_a_start_is_the_sliding_state(upper: str, lower: str) -> None:
+    scene = scene_of((upper, lower, "force", "number", "upper", (1.0, 0.0)))
     result = scene.solve()
     start = scene.start_of_sliding([[2e-6, 0.0], [1e-4, 0.0], [2e-4, 0.0], [3e-4, 0.0]])
     assert start.slip_share[-1] == 1.0

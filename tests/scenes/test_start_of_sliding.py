@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,22 +23,48 @@ def block(height: float, friction: float) -> mtb.Scene:
     )
 
 
+SHOE = mtb.scenes.pole_shoe_on_rail(friction=0.5, spacing=6e-3)
+
+
 @pytest.mark.coarse
 @pytest.mark.parametrize(
-    "scene",
-    [block(0.1, 0.5), block(0.5, 0.2), mtb.scenes.pole_shoe_on_rail(friction=0.5, spacing=6e-3)],
-    ids=["low block", "tall block", "pole shoe"],
+    ("scene", "model"),
+    [
+        (block(0.1, 0.5), "elastic-upper"),
+        (block(0.5, 0.2), "elastic-upper"),
+        (SHOE, "elastic-upper"),
+        (SHOE, "elastic-both"),
+        (SHOE.with_(friction=[0.2, 0.5], attraction="both"), "elastic-both"),
+    ],
+    ids=["low block", "tall block", "pole shoe", "pole shoe on elastic rail", "two coefficients"],
 )
 @pytest.mark.slow
-def test_the_start_ends_in_gross_sliding(scene: mtb.Scene) -> None:
-    start = scene.start_of_sliding(along_x(np.geomspace(1e-7, 20e-3, 16)), model="elastic-upper")
-    slides = scene.solve(model="elastic-upper")
+def test_the_start_ends_in_gross_sliding(scene: mtb.Scene, model: Any) -> None:
+    start = scene.start_of_sliding(along_x(np.geomspace(1e-7, 20e-3, 16)), model=model)
+    slides = scene.solve(model=model)
     assert start.slip_share[0] < 0.6
     assert start.slip_share[-1] == 1.0
     assert start.force[-1, 0] == pytest.approx(slides.force[0], rel=1e-5)
     assert start.normal_force[-1] == pytest.approx(slides.normal_force, rel=1e-5)
     peak = slides.pressure.max()
     np.testing.assert_allclose(start.pressure, slides.pressure.ravel(), atol=1e-4 * peak)
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("scene", [SHOE, SHOE.with_(poles=1)], ids=["two poles", "one pole"])
+def test_an_elastic_rail_softens_the_start_in_each_direction(scene: mtb.Scene) -> None:
+
+    def stiffness(model: Any) -> np.ndarray:
+        ways = [np.array([[0.0, 0.0], way]) for way in 1e-9 * np.eye(2)]
+        forces = [scene.start_of_sliding(way, model=model).force for way in ways]
+        # the pressure of one pole pushes aside already
+        return np.array([force[1] - force[0] for force in forces]) / 1e-9
+
+    soft, stiff = stiffness("elastic-both"), stiffness("elastic-upper")
+    # sticking bodies are linear, and their stiffness is that of an energy
+    np.testing.assert_allclose(soft, soft.T, rtol=0, atol=1e-6 * np.abs(soft).max())
+    assert np.linalg.eigvalsh(soft).min() > 0.0
+    assert np.linalg.eigvalsh(stiff - soft).min() > 0.0
 
 
 def test_beyond_the_wedging_limit_a_body_jams() -> None:

@@ -49,6 +49,20 @@ def test_a_step_equals_a_solve(name):
         assert step.report.residual < 1e-11
 
 
+@pytest.mark.coarse
+@pytest.mark.parametrize("attraction", ["upper", "both"])
+def test_a_symmetric_shoe_on_an_elastic_rail_takes_loads_that_are_not_symmetric(attraction):
+    """The rail is the mirror image of itself, and so is the scene; what comes later need not be."""
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.3, attraction=attraction)
+    contact = scene.prepare("elastic-both")
+    for pull in (3e6, [4e6, 1e6]):
+        step = contact.step(velocity=1.0, magnetic_pressure=pull)
+        solved = scene.with_(magnetic_pressure=pull).solve("elastic-both")
+        apart = np.abs(step.pressure - solved.pressure.ravel()).max()
+        assert apart < 1e-9 * solved.pressure.max()
+        np.testing.assert_allclose(step.force, solved.force, rtol=0, atol=1e-9 * abs(solved.force[2]))
+
+
 def test_steps_are_as_near_to_convolutions_as_they_say():
     """More than 2000 points of a flat grid: the solve iterates, the step has the matrices."""
     scene = mtb.scenes.paraboloid_on_plane(points=46, upper=rubber, friction=0.3)

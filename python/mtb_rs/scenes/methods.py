@@ -90,7 +90,7 @@ def slide_from_rest(
     scene.check_model(model)
     if model == "auto":
         model = "elastic-upper" if "elastic-upper" in scene.geometry.models else "half-space"
-    problem = scene.problem(model)
+    problem = scene.problem(model, may_halve=False)
     check_room(problem.n)
     problem = replace(problem, direction=np.zeros((2, problem.n)))
     solution = solve_direct(problem, with_margin=False)

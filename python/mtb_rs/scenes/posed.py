@@ -311,15 +311,22 @@ class PosedScene(Told):
             raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
 
     def problem(
-        self, model: Model, spacing: tuple[float, float] | None = None, *, thinner: float = 1.0
+        self,
+        model: Model,
+        spacing: tuple[float, float] | None = None,
+        *,
+        thinner: float = 1.0,
+        may_halve: bool = True,
     ) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default).
 
-        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`.
+        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`. The rail of
+        a scene that is its own mirror image is known by its half only, if it `may_halve`. The half does not
+        answer loads, poses and displacements that come later and are not symmetric.
         """
         spacing = self.known_spacing if spacing is None else spacing
         time_s: dict[str, float] = {}
-        contact = self._contact(model, spacing, thinner, time_s)
+        contact = self._contact(model, spacing, thinner, may_halve, time_s)
         problem = self._under_load(contact, self.own_model or model, time_s)
         if spacing == self.known_spacing:
             for doubt in contact.doubts:
@@ -327,7 +334,12 @@ class PosedScene(Told):
         return problem
 
     def _contact(
-        self, model: Model, spacing: tuple[float, float], thinner: float, time_s: dict[str, float]
+        self,
+        model: Model,
+        spacing: tuple[float, float],
+        thinner: float,
+        may_halve: bool,
+        time_s: dict[str, float],
     ) -> Contact:
         """The bodies of a model where they stand."""
         geometry = self.geometry
@@ -345,7 +357,7 @@ class PosedScene(Told):
             return on_foundation(geometry, (upper, lower), spacing, held, time_s)
         lower = cast(HalfSpace, lower)
         above = on_rigid(geometry, upper, spacing, held, time_s)
-        symmetry = mirror_symmetry(self._under_load(above, model, {}))
+        symmetry = mirror_symmetry(self._under_load(above, model, {})) if may_halve else None
         image = None if symmetry is None else symmetry.image
         return on_rail(geometry, (upper, lower), spacing, held, image, time_s)
 

@@ -585,7 +585,7 @@ def prepare(
     if origin.shape != (3,) or not np.isfinite(origin).all():
         raise ValueError(f"reference_point is {reference_point!r}: three finite numbers [m] are needed")
     moving = at_some_speed(scene)
-    problem = moving.problem(model)
+    problem = moving.problem(model, may_halve=False)
     one = np.concatenate([np.zeros((2, problem.n)), np.ones((1, problem.n))])
     softness = {
         name: float(np.sqrt((side.compliance.displacement(one) ** 2).sum(axis=0)).max())
