@@ -55,6 +55,17 @@ def killed_once(result):
 
 
 @pytest.mark.coarse
+def test_a_bar_says_how_many_cases_are_solved(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("tqdm", reason="pip install 'mtb-rs[notebook]'")
+    table = mtb.sweep(paraboloid(), GRID, progress=True)
+    said = capsys.readouterr().err
+    assert f"{len(table)}/{len(table)}" in said
+    assert "solving" in said
+    paraboloid().chart(budget=0.5, repeats=1, progress=True)
+    assert "done: 100%" in capsys.readouterr().err
+
+
+@pytest.mark.coarse
 def test_a_sweep_is_its_scenes_in_a_table(tmp_path):
     seen = []
     table = mtb.sweep(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -270,7 +270,7 @@ class Scene(PosedScene):
         quantity: Quantity = "pressure",
         budget: float = 60.0,
         repeats: int = 3,
-        progress: Callable[[float, str], None] | None = None,
+        progress: Callable[[float, str], None] | Literal[True] | None = None,
     ) -> Chart:
         """Speed against accuracy of every model and method that applies, at several resolutions.
 
@@ -285,8 +285,9 @@ class Scene(PosedScene):
             Elapsed time to spend.
         repeats : int
             Solves of each point at most; the median of their times counts.
-        progress : callable
-            Called with the share that is done and the name of the current solve.
+        progress : callable or True
+            Called with the share that is done and the name of the current solve. True shows a bar, on the
+            terminal or in a notebook (extra ``notebook``).
 
         Raises
         ------
@@ -294,9 +295,11 @@ class Scene(PosedScene):
             If the fullest model has no solution, so that there is no reference for the other ones.
         """
         from ..studies.chart_scene import chart
+        from ..studies.progress import shown
 
         choice("quantity", quantity, Quantity)
-        return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=progress)
+        with shown(progress, "charting") as told:
+            return chart(self, quantity=quantity, budget=budget, repeats=repeats, progress=told)
 
 
 class WheelScene(Scene):

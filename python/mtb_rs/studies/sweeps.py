@@ -16,7 +16,7 @@ from dataclasses import fields
 from itertools import product
 from multiprocessing import get_context, parent_process
 from threading import Thread
-from typing import Any, SupportsFloat
+from typing import Any, Literal, SupportsFloat
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
 from ..scenes.methods import check_options
 from ..scenes.scene import Scene
+from .progress import shown
 from .sweep_checkpoint import Checkpoint, Record
 
 Values = Mapping[str, Any]
@@ -50,7 +51,7 @@ def sweep(
     executor: Executor | int | None = None,
     measure: Measure | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | Literal[True] | None = None,
     **options: Any,
 ) -> SweepTable:
     """Solves a scene for all combinations of some of its arguments.
@@ -77,8 +78,9 @@ def sweep(
         from it. Cases without a solution are not tried again, and cases that failed in another way are. The
         scene, values, options, measure and version of this package must be the same; functions are compared
         by their code and the values they hold, objects by their attributes.
-    progress : callable
-        Called with the cases done and all cases.
+    progress : callable or True
+        Called with the cases done and all cases. True shows a bar, on the terminal or in a notebook (extra
+        ``notebook``).
     **options
         Options of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other
         bodies, which do not have this model, are decided one by one.
@@ -100,7 +102,7 @@ def sweep(
     if not isinstance(parameters, Mapping):
         raise ValueError(f"parameters is {parameters!r}: a mapping from arguments to their values is needed")
     _check_executor(executor)
-    for name, function in (("measure", measure), ("progress", progress)):
+    for name, function in (("measure", measure), ("progress", None if progress is True else progress)):
         if function is not None and not callable(function):
             raise ValueError(f"{name} is {function!r}: a function is needed")
     check_options(**options)
@@ -119,12 +121,11 @@ def sweep(
         raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
     cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
     key = "" if checkpoint is None else _key(scene, grid, options, measure)
-    with Checkpoint(checkpoint, key, count) as kept:
+    with shown(progress, "solving") as told, Checkpoint(checkpoint, key, count) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(cases)) if k not in records)
         done = len(records)
-        if progress is not None:
-            progress(done, len(cases))
+        told(done, len(cases))
         work = _Work(scene, options, measure)
         if waiting:
             work.prepare(cases[0])
@@ -133,8 +134,7 @@ def sweep(
                 kept.add(index, record)
                 records[index] = record
                 done += 1
-                if progress is not None:
-                    progress(done, len(cases))
+                told(done, len(cases))
     missed = [records[k]["missed"] for k in sorted(records) if "missed" in records[k]]
     if missed:
         some = f"{len(missed)} of {len(cases)} cases miss the tolerance"
