@@ -164,6 +164,31 @@ def test_moments_on_both_poles_shift_their_pressures():
     results = [scene.solve(model="elastic-upper") for scene in (plain, turned)]
     for k in range(2):
         first, second = (r.parts[k].forces(r.coefficients) for r in results)
-        # the contact turns the poles back
-        assert second.contact[4] - first.contact[4] == pytest.approx(-20.0, rel=1e-8)
+        # the contact turns the poles back, each by its half
+        assert second.contact[4] - first.contact[4] == pytest.approx(-10.0, rel=1e-8)
         assert second.contact[2] == pytest.approx(first.contact[2], rel=1e-10)
+
+
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
+def test_what_two_poles_carry_adds_up_to_the_moments(model):
+    """In statics: the pressures of a scene turn its lower body by the moments that the scene states."""
+    flat = mtb.Profile.from_points([-0.05, 0.0, 0.05], [0.0, 0.0, 0.0])
+    # on a crowned rail the supports take a part of what turns about x
+    crowned = {"rail": "60E1"} if model == "elastic-both" else {"rail": flat, "relief_slope": 0.1}
+    given = np.array([0.0 if model == "elastic-both" else 6.0, 20.0])
+
+    def carried(moments) -> np.ndarray:
+        shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.0, magnetic_pressure=2e6, **crowned)
+        shoe = shoe.with_(moments=tuple(moments))
+        return np.array([shoe.solve(model).moment[:2], shoe.prepare(model).step(velocity=1.0).moment[:2]])
+
+    turned = carried(given) - carried((0.0, 0.0))
+    np.testing.assert_allclose(turned, [given, given], atol=1e-6 * 20.0)
+
+
+def test_a_force_and_moments_on_two_rigid_poles_add_up():
+    flat = mtb.Profile.from_points([-0.05, 0.0, 0.05], [0.0, 0.0, 0.0])
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.0, rail=flat, upper=mtb.Rigid())
+    result = shoe.with_(magnetic_pressure=None, force=6e3, moments=(6.0, -20.0)).solve("half-space")
+    assert result.normal_force == pytest.approx(6e3, rel=1e-9)
+    np.testing.assert_allclose(result.moment[:2], [6.0, -20.0], atol=1e-6 * 20.0)

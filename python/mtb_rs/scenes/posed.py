@@ -243,7 +243,7 @@ class PosedScene(Told):
                     )
 
     def _wrench(self, arm: Array) -> Array:
-        """Force and moment (6,) on an elastic upper body, pressed at `arm` (3,) [m] from its centre."""
+        """Force and moment (6,) on all elastic upper bodies, pressed at `arm` (3,) [m] from their centres."""
         force = np.array([0.0, 0.0, -(self.force or 0.0)])
         moment = np.array([*(self.moments or (0.0, 0.0)), 0.0])
         return np.concatenate([force, moment + np.cross(arm, force)])
@@ -378,7 +378,7 @@ class PosedScene(Told):
             if kept is None:
                 self._check_pull(pull, patches)
             middle = contact.middle(patches[0])
-            upper = contact.upper.side(pull, self._wrench(middle - centre))
+            upper = contact.upper.side(pull, self._wrench(middle - centre) / len(patches))
             if self.magnetic_pressure is not None:
                 loads["magnetic"] = load.sum(axis=1)
         lower_pull = pull if self.attraction == "both" else np.zeros(n)
@@ -463,7 +463,7 @@ class PosedScene(Told):
 
     def _pressed(self, upper: Side, contact: Contact, load: Array, loads: dict[str, Any]) -> Side:
         """A body above that nothing holds: each patch is free to approach on its own, under its share of the
-        load. Without a load it rests, as one below does."""
+        load and of its moments. Without a load it rests, as one below does."""
         patches, n = contact.patches, contact.area.size
         motions, work, is_pulled, shares = [], [], [], []
         for patch in patches:
@@ -486,7 +486,7 @@ class PosedScene(Told):
                 shares.append(share)
             if self.moments is not None:
                 motions.extend(tilts(contact.places - contact.middle(patch)[:, None]) * here)
-                work.extend(float(m) for m in self.moments)
+                work.extend(float(m) / len(patches) for m in self.moments)
                 is_pulled.extend([False, False])
         if shares:
             loads["pull"] = np.array([0.0, 0.0, float(sum(shares))])

@@ -75,10 +75,11 @@ class Scene(PosedScene):
     approach : float [m]
         Distance > 0 by which the bodies are moved together.
     moments : (mx, my) [N m]
-        Moments about the x and y axis through the middle of each patch. For half-spaces and rigid bodies they
-        are the moments of the load; the tilts are then free, and otherwise they are locked. For elastic upper
-        bodies they act in addition to the load and are distributed over the body like inertia forces; the
-        tilts that the supports do not hold are free.
+        Moments on the upper body about the x and y axis. Like the force they are those of the whole scene: of
+        two poles each takes half of them, about the axes through the middle of its patch. For half-spaces and
+        rigid bodies they are the moments of the load; the tilts are then free, and otherwise they are locked.
+        For elastic upper bodies they act in addition to the load and are distributed over the body like
+        inertia forces; the tilts that the supports do not hold are free.
     magnetic_pressure : float [Pa], (ny, nx), callable, table
         Attraction of the upper body by the lower one along the local normal, as force over nominal area. It
         is no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).

@@ -3,8 +3,8 @@
 
 use mtb::geometry::solid::{Filling, block};
 use mtb::{
-    BlockOnPlane, Body, BodyOnPlane, Contact, Friction, Grid, Held, Hold, Load, Material, STEEL,
-    State, Support, descent, half_spaces, tilts, unmonitored,
+    BlockOnPlane, Body, BodyOnPlane, Contact, Friction, Grid, Held, Hold, Load, Material,
+    PoleShoeOnRail, STEEL, State, Support, descent, half_spaces, tilts, unmonitored,
 };
 
 /// Force [N] up, and moments [N m] about x and y, by the pressure on the body above.
@@ -126,6 +126,25 @@ fn elastic_block_carries_a_force_moments_and_a_pull() {
     assert_close(force, 2000.0 + 1e6 * 0.06 * 0.04, 1e-9);
     assert_close(about_x, -5.0, 1e-6);
     assert_close(about_y, 8.0, 1e-6);
+}
+
+#[test]
+fn two_poles_carry_a_force_and_a_moment_in_shares() {
+    // about y only: on a crowned rail the tops take a part of what turns about x
+    let shoe = PoleShoeOnRail {
+        spacing: [6e-3; 2],
+        ..PoleShoeOnRail::default()
+    };
+    let contact = shoe.stand(&unmonitored).unwrap();
+    let turned_by = |moment: f64| {
+        let loads = [Load::Force(2e4), Load::Moments([0.0, moment])];
+        let state = contact.press(&loads, &unmonitored).unwrap();
+        [-state.outcome.force[2], state.outcome.moment[1]]
+    };
+    let (plain, turned) = (turned_by(0.0), turned_by(20.0));
+    assert_close(plain[0], 2e4, 1e-6);
+    assert_close(turned[0], 2e4, 1e-6);
+    assert_close(turned[1] - plain[1], 20.0, 1e-6);
 }
 
 #[test]
