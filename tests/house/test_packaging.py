@@ -51,3 +51,11 @@ def test_scripts_have_no_errors_of_syntax(script: str) -> None:
     done = subprocess.run(["bash", "-n", str(path)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert path.stat().st_mode & 0o111
+
+
+def test_files_that_build_call_scripts_that_exist() -> None:
+    callers = [*ROOT.glob(".ci/*"), *ROOT.glob(".github/workflows/*.yml"), *(ROOT / "packaging").iterdir()]
+    for caller in callers:
+        if caller.is_file():
+            for name in re.findall(r"(?:\.ci|packaging)/[\w-]+", caller.read_text(encoding="utf-8")):
+                assert (ROOT / name).exists(), f"{caller.name} calls {name}"
