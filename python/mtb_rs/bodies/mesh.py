@@ -287,10 +287,6 @@ class RailSection:
     bottom: float = -172e-3
 
 
-#: Half width of the head over that of the foot, at most: wider ones are not filled.
-WIDEST_HEAD = 4.0 / 3.0
-
-
 def rail_mesh(
     profile: Profile,
     x: ArrayLike,
@@ -320,18 +316,11 @@ def rail_mesh(
     Node sets "left", "right" (contact strips at y > 0 and y < 0), "head" (the running surface, also
     "contact"), "base" (underside of the foot), "rear", "front" (ends), and "symmetry" (y = 0) if `half`.
     """
-    section = section or RailSection()
-    widest = float(np.abs(profile.range).max())
-    if widest > WIDEST_HEAD * section.foot_half_width:
-        raise ValueError(
-            f"the profile reaches to |y| = {widest:g} m: the mesh of an elastic rail takes heads up to "
-            f"{WIDEST_HEAD * section.foot_half_width:g} m: cut the profile there, or take a half-space"
-        )
     x, y = _stations("x", x), _stations("y", y)
     beyond = y if right is None else _stations("right", right)
     made = _mtb_rs.rail_mesh(
         profile._core,
-        section,
+        section or RailSection(),
         x,
         y,
         None if half else beyond,

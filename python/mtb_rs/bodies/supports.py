@@ -10,6 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _mtb_rs
 from ..base.check import choice, number, reals, warn
 from ..base.owning import owning
 from ..base.plain import plain
@@ -162,7 +163,8 @@ def select(
             found &= nodes[:, axis] >= (-np.inf if low is None else low - 1e-9)
             found &= nodes[:, axis] <= (np.inf if high is None else high + 1e-9)
         return found
-    return _nearest(nodes, where)
+    found[_mtb_rs.nearest_nodes(nodes, _places(where).tolist())] = True
+    return found
 
 
 def _told(where: Callable[[Array], Any], nodes: Array) -> NDArray[np.bool_]:
@@ -224,18 +226,3 @@ def _places(points: ArrayLike) -> Array:
             "in metres are needed"
         )
     return places
-
-
-def _nearest(nodes: Array, points: ArrayLike) -> NDArray[np.bool_]:
-    places = _places(points)
-    found = np.zeros(len(nodes), dtype=bool)
-    reach = 0.1 * float(np.ptp(nodes, axis=0).max())
-    for place in places:
-        distance = np.linalg.norm(nodes - place, axis=1)
-        best = int(distance.argmin())
-        if distance[best] > reach:
-            raise ValueError(
-                f"the point {place.tolist()} is {distance[best]:.3g} m away from the nearest node"
-            )
-        found[best] = True
-    return found

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -293,7 +293,7 @@ def rail_solid(
     profile, length = geometry.rail()
     clock = time.perf_counter()
     lines = [_grid_lines(grid, patch) for patch in patches]
-    x, rows = _thinned(_shared_lines([x for x, _ in lines])), [np.sort(np.abs(y)) for _, y in lines]
+    x, rows = _mtb_rs.rail_lines([x for x, _ in lines]), [np.sort(np.abs(y)) for _, y in lines]
     mesh = rail_mesh(profile, x, rows[0], length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
@@ -371,11 +371,7 @@ def _supports(
         return (Support("top", x=0.0, y=0.0),)
     if supports == "clamped-top":
         return (Support("top", x=0.0, y=0.0, z=0.0),)
-    # thesis Fig. 4.4: five points along the middle of the top, four across the back at half height
-    along = np.linspace(-0.4, 0.4, 5) * size[0]
-    top = np.stack([along, np.zeros(5), np.full(5, height)], axis=1) @ turn.T + middle
-    across = np.linspace(-0.375, 0.375, 4) * size[1]
-    back = np.stack([np.full(4, -0.5 * size[0]), across, np.full(4, 0.5 * height)], axis=1) @ turn.T + middle
+    top, back = (np.array(points) @ turn.T + middle for points in _mtb_rs.held_points(size, height))
     vertical: float | Guide = Guide(0.0) if supports == "points" else 0.0
     return (
         Support(top, y=0.0, z=vertical, name="top points"),
@@ -387,27 +383,3 @@ def _grid_lines(grid: ContactGrid, patch: Patch) -> tuple[Array, Array]:
     """x of the columns and y of the rows of a patch of nodes [m], of a turned one their means."""
     x, y = patch.view(grid.nodes.points[0]), patch.view(grid.nodes.points[1])
     return x.mean(axis=0), y.mean(axis=1)
-
-
-def _shared_lines(lines: Sequence[Array]) -> Array:
-    """Evenly spaced lines over all patches, which a turned shoe shifts against each other.
-
-    Those of one patch alone would favour it, and neither turn nor mirror would change nothing.
-    """
-    if all(alike(lines[0], other) for other in lines[1:]):
-        return lines[0]
-    low, high = min(x[0] for x in lines), max(x[-1] for x in lines)
-    counts = [round((high - low) / float(np.diff(x).mean())) for x in lines]
-    return np.asarray(np.linspace(low, high, max(*counts, *(x.size - 1 for x in lines)) + 1))
-
-
-def _thinned(lines: Array) -> Array:
-    """Every second grid line, but all of them near the ends, where a sharp edge presses.
-
-    Quadratic elements twice as long as the contact cells still have nodes at the contact points.
-    """
-    last = lines.size - 1
-    kept = {k for k in range(last // 2 + 1) if k < 3 or k % 2 == 0}
-    if last % 2 == 1:
-        kept.add(last // 2)  # symmetric, and the cells in the middle no longer than the others
-    return np.asarray(lines[sorted(kept | {last - k for k in kept})])

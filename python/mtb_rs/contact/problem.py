@@ -232,8 +232,7 @@ def core_geometry(
         unit = mean = frame_of(points)
         places = points.points
         if averages is not None:
-            start, row, column, share = averages.rows
-            means = [*start.tolist(), row.size], column.tolist(), share
+            means = averages.start.tolist(), averages.column.tolist(), averages.share
             mean, places = averages.frames, averages.places
         return _mtb_rs.ContactGeometry(
             np.ascontiguousarray(places),
@@ -284,20 +283,15 @@ class Averages:
     frames : (3, 3, n)
         Means of (tangent x, tangent y, normal) over each contact point: frame, component, point. On a
         curved surface they are a little shorter than one; with them resultants are exact.
-    overlap : (n, n)
-        Share of the hat of point j in the area of point i; rows add up to one. It turns the coefficients
-        of the hats into mean tractions over each contact point.
     places : (3, n) [m]
         Mean positions: where a hat at the edge of a body presses is not its node.
+    start, column, share : (n + 1,), (k,), (k,)
+        Shares of the hats in the area of each point i: those of the points ``column[start[i]:start[i + 1]]``.
+        They add up to one, and turn the coefficients of the hats into mean tractions over each contact point.
     """
 
     frames: Array
-    overlap: Array
     places: Array
-
-    @cached_property
-    def rows(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], Array]:
-        """The overlap where it is not zero: the first entry of each row, rows, columns, values."""
-        row, column = np.nonzero(self.overlap)
-        start = np.searchsorted(row, np.arange(self.overlap.shape[0]))
-        return start, row, column, self.overlap[row, column]
+    start: NDArray[np.uintp]
+    column: NDArray[np.uintp]
+    share: Array

@@ -19,7 +19,6 @@ from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
 from ..bodies.elastic_body import Condensed
-from ..bodies.faces import owners
 from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import HalfSpace, Rigid
 from ..geometry.contact_points import ContactPoints, Patch
@@ -276,44 +275,21 @@ def elastic_side(
 
 def averages(parts: Sequence[ElasticPart]) -> Averages:
     """Averages over the contact points of elastic bodies side by side."""
-    means, places = [], []
-    n = sum(part.pull.size for part in parts)
-    shares = np.zeros((n, n))
+    frames, places, starts, columns, shares = [], [], [np.zeros(1, dtype=np.uintp)], [], []
+    entries = 0
     for part in parts:
-        sampling = part.sampling()
-        arrays, own = sampling.arrays(), sampling.n_points
-        owner = owners(arrays)
-        weighted = arrays["value"] * arrays["weight"][owner]
-        mean = np.zeros((own, 3, 3))
-        np.add.at(mean, arrays["point"].astype(np.int64), weighted[:, None, None] * arrays["frame"][owner])
-        if not part.upper:
-            mean[:, 2] *= -1.0  # the third direction of a lower body points into it, against the normal
-        means.append(mean / sampling.weights[:, None, None])
-        body = part.body
-        corners = body.mesh.nodes[body.faces[arrays["face"].astype(np.int64), :3].astype(np.int64)]
-        at = np.einsum("qk,qkc->qc", arrays["barycentric"], corners)[owner]
-        place = [np.bincount(arrays["point"].astype(np.int64), weighted * x, own) for x in at.T]
-        nodes = part.own_points()
-        # the upper body's face lies a gap above the points
-        lift = nodes.gap * nodes.normal if part.upper else 0.0
-        places.append(np.array(place) / sampling.weights - lift)
-        cut = slice(part.first, part.first + own)
-        shares[cut, cut] = overlap(sampling)
-    frames = np.ascontiguousarray(np.concatenate(means).transpose(1, 2, 0))
-    return Averages(frames, shares, np.ascontiguousarray(np.concatenate(places, axis=1)))
-
-
-def overlap(sampling: _mtb_rs.Sampling) -> Array:
-    """Share (n, n) of the basis function of point j in the area of point i; rows add up to one."""
-    arrays, n = sampling.arrays(), sampling.n_points
-    start, point = (arrays[k].astype(np.int64) for k in ("start", "point"))
-    counts, owner = np.diff(start), owners(arrays)
-    weighted = arrays["value"] * arrays["weight"][owner]
-    pairs = np.zeros(n * n)
-    for other in range(int(counts.max())):
-        # the pair of each basis value with the `other`-th one at the same place
-        there = counts[owner] > other
-        partner = start[owner[there]] + other
-        index = point[there] * n + point[partner]
-        pairs += np.bincount(index, weighted[there] * arrays["value"][partner], n * n)
-    return np.asarray(pairs.reshape(n, n) / sampling.weights[:, None])
+        frame, place, (start, column, share) = part.body.core_mesh.averages(part.sampling())
+        if part.upper:
+            # the upper body's face lies a gap above the points
+            nodes = part.own_points()
+            place -= nodes.gap * nodes.normal
+        else:
+            frame[2] *= -1.0  # the third direction of a lower body points into it, against the normal
+        frames.append(frame)
+        places.append(place)
+        starts.append(start[1:] + entries)
+        columns.append(column + part.first)
+        shares.append(share)
+        entries += share.size
+    rows = np.concatenate(starts), np.concatenate(columns), np.concatenate(shares)
+    return Averages(np.concatenate(frames, axis=2), np.concatenate(places, axis=1), *rows)

@@ -233,14 +233,13 @@ class PosedScene(Told):
 
     def _check_pressed(self, problem: ContactProblem) -> None:
         """A body free along z gives way to an approach, unless a guide presses it."""
-        for side, work in zip((problem.upper, problem.lower), problem.work, strict=True):
-            for part in side.state:
-                if (work[part.lifts != 0.0] == 0.0).any():
-                    raise ValueError(
-                        f"approach is {self.approach:g} m, but the supports leave {part.body.name} free "
-                        "along z and nothing presses it: hold z by a support, or give force [N] or "
-                        "magnetic_pressure [Pa] instead"
-                    )
+        loose = problem.core.unpressed(problem.loading)
+        if loose is not None:
+            names = [part.body.name for part in problem.parts for _ in part.modes]
+            raise ValueError(
+                f"approach is {self.approach:g} m, but the supports leave {names[loose]} free along z and "
+                "nothing presses it: hold z by a support, or give force [N] or magnetic_pressure [Pa] instead"
+            )
 
     def _wrench(self, arm: Array) -> Array:
         """Force and moment (6,) on all elastic upper bodies, pressed at `arm` (3,) [m] from their centres."""

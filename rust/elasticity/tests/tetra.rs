@@ -316,6 +316,38 @@ fn grid_on_bottom(mesh: &TetraMesh, x: &[f64], y: &[f64]) -> Sampling {
 }
 
 #[test]
+fn averages_over_a_plane_face_are_those_of_hats() {
+    let mesh = box_mesh(
+        &even(0.0, 0.1, 5),
+        &even(0.0, 0.06, 3),
+        &even(0.0, 0.05, 3),
+        Order::Linear,
+    );
+    let (x, y) = (even(0.0, 0.1, 7), even(0.0, 0.06, 4));
+    let sampling = grid_on_bottom(&mesh, &x, &y);
+    let means = sampling.averages(&mesh).unwrap();
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+    for (i, shares) in means.shares.iter().enumerate() {
+        close(shares.values().sum(), 1.0);
+        // a hat presses at its node but at the edge, where half of it does a third of a cell inside
+        let (column, row) = (i % x.len(), i / x.len());
+        let inside = |k: usize, line: &[f64]| match k {
+            0 => line[0] + (line[1] - line[0]) / 3.0,
+            k if k + 1 == line.len() => line[k] - (line[k] - line[k - 1]) / 3.0,
+            k => line[k],
+        };
+        close(means.places[i][0], inside(column, &x));
+        close(means.places[i][1], inside(row, &y));
+        close(means.frames[i][2][2], 1.0);
+    }
+    // of a hat in the middle of the grid: 2/3 its own along each axis, 1/6 of each neighbour
+    let middle = &means.shares[2 * x.len() + 3];
+    close(middle[&(2 * x.len() + 3)], 4.0 / 9.0);
+    close(middle[&(2 * x.len() + 4)], 1.0 / 9.0);
+    close(middle[&(x.len() + 2)], 1.0 / 36.0);
+}
+
+#[test]
 fn condensing_agrees_with_solving() {
     for order in ORDERS {
         // the contact grid does not match the mesh

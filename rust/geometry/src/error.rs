@@ -119,6 +119,14 @@ pub enum Error {
         /// Largest extent [m].
         size: f64,
     },
+    /// A place that no node of a body is near.
+    #[error("the point {place:?} is {} m away from the nearest node", Short(*.distance))]
+    FarNode {
+        /// Where it should be [m].
+        place: [f64; 3],
+        /// Distance to the nearest node [m].
+        distance: f64,
+    },
     /// The search tree could not be built.
     #[error("the triangles cannot be searched: {reason}")]
     Tree {

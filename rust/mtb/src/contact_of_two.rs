@@ -133,7 +133,8 @@ impl Contact {
     /// through the middle of the contact points, and of several bodies each takes its share.
     ///
     /// # Errors
-    /// Those of [`Problem::load`] and [`Problem::press`]; [`Error::Unsolved`] where nothing holds the bodies.
+    /// Those of [`Problem::load`] and [`Problem::press`]; [`Error::Unpressed`] for an approach to which a body gives
+    /// way; [`Error::Unsolved`] where nothing holds the bodies.
     pub fn press(&self, loads: &[Load<'_>], monitor: Monitor<'_>) -> Result<State, Error> {
         let outcome = self.problem.press(&self.loaded(loads)?, monitor)?;
         self.state(outcome)
@@ -173,6 +174,10 @@ impl Contact {
             for body in &self.spread {
                 body.load(&mut loading, share * force, moments.map(|m| share * m));
             }
+        }
+        let is_approach = |load: &Load<'_>| matches!(load, Load::Approach(_));
+        if loads.iter().any(is_approach) && self.problem.unpressed(&loading)?.is_some() {
+            return Err(Error::Unpressed);
         }
         Ok(loading)
     }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_words::Short;
-
 /// What can be wrong with a contact, or keep it from being solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -27,14 +25,11 @@ pub enum Error {
         /// Share of the area that is met, in percent.
         share: f64,
     },
-    /// A support that is far from all nodes.
-    #[error("the point ({}, {}, {}) m of a support is {} m away from the nearest node", Short(.place[0]), Short(.place[1]), Short(.place[2]), Short(*.distance))]
-    FarSupport {
-        /// Where it should be [m].
-        place: [f64; 3],
-        /// Distance to the nearest node [m].
-        distance: f64,
-    },
+    /// An approach of a body that gives way to it.
+    #[error(
+        "an approach is given, but a body is free along z and nothing presses it: hold it along z, or give a force or a pull"
+    )]
+    Unpressed,
     /// A state of contact that was not found.
     #[error("{0}")]
     Unsolved(String),

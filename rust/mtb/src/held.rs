@@ -2,7 +2,7 @@
 //! How the top of a block or of a pole is held.
 
 use mtb_elasticity::tetra::{Hold, Support};
-use mtb_geometry::solid::{Filling, SolidMesh};
+use mtb_geometry::solid::{Filling, SolidMesh, held_points, nearest_nodes};
 
 use crate::Error;
 
@@ -20,9 +20,6 @@ pub enum Held {
     /// The same, the points on top fixed along z.
     FixedPoints,
 }
-
-/// Share of the size of a body by which a point of a support may miss the nearest node.
-const REACH: f64 = 0.1;
 
 impl Held {
     /// How a body that is held so is filled with elements.
@@ -56,50 +53,24 @@ impl Held {
             Self::Points => Hold::Guided,
             Self::FixedPoints => held,
         };
-        let at = |place: [f64; 3]| -> [f64; 3] {
+        let placed = |place: &[f64; 3]| -> [f64; 3] {
             std::array::from_fn(|c| middle[c] + (0..3).map(|k| turn[c][k] * place[k]).sum::<f64>())
         };
-        let nearest = |places: Vec<[f64; 3]>| {
-            let found = places.into_iter().map(|place| nearest(mesh, at(place)));
-            found.collect::<Result<Vec<_>, _>>()
+        let nearest = |places: &[[f64; 3]]| {
+            nearest_nodes(&mesh.nodes, &places.iter().map(placed).collect::<Vec<_>>())
         };
-        let along = (-2..=2).map(|k| [0.2 * f64::from(k) * size[0], 0.0, height]);
-        let across = [-0.375, -0.125, 0.125, 0.375];
-        let across = across.map(|k| [-0.5 * size[0], k * size[1], 0.5 * height]);
+        let (on_top, at_back) = held_points(size, height);
         Ok(vec![
             Support {
                 name: "top points".to_owned(),
-                nodes: nearest(along.collect())?,
+                nodes: nearest(&on_top)?,
                 hold: [Hold::Free, held, vertical],
             },
             Support {
                 name: "back points".to_owned(),
-                nodes: nearest(across.to_vec())?,
+                nodes: nearest(&at_back)?,
                 hold: [held, Hold::Free, Hold::Free],
             },
         ])
     }
-}
-
-/// The node nearest to a place.
-fn nearest(mesh: &SolidMesh, place: [f64; 3]) -> Result<usize, Error> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let mut best = (0, f64::INFINITY);
-    for (number, node) in mesh.nodes.iter().enumerate() {
-        let mut square = 0.0;
-        for c in 0..3 {
-            square += (node[c] - place[c]).powi(2);
-            low[c] = low[c].min(node[c]);
-            high[c] = high[c].max(node[c]);
-        }
-        if square < best.1 {
-            best = (number, square);
-        }
-    }
-    let size = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
-    let distance = best.1.sqrt();
-    if distance > REACH * size {
-        return Err(Error::FarSupport { place, distance });
-    }
-    Ok(best.0)
 }

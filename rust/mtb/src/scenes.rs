@@ -7,7 +7,7 @@ use mtb_contact::problem::{Body, FreeMotion, Problem};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{HalfSpace, HatHalfSpace, Neighbours, Patch};
 use mtb_elasticity::tetra::{Hold, Support};
-use mtb_geometry::solid::{RailSection, SolidMesh, block};
+use mtb_geometry::solid::{self, RailSection, SolidMesh, block};
 use mtb_geometry::{ContactPoints, GridPatch, PoleShoe, Profile};
 use mtb_operator::{Compliance, Grid, Monitor, Relative};
 
@@ -121,7 +121,7 @@ impl PoleShoeOnRail {
                 length,
             } => {
                 let (patches, nodes) = (&grid.patches, &grid.nodes);
-                let (x, rows) = rail_lines(patches, nodes);
+                let (x, rows) = lines_below(patches, nodes);
                 let (left, right) = (&rows[0], &rows[rows.len() - 1]);
                 let mesh = section.solid(&self.shoe.rail, &x, left, Some(right), length, true)?;
                 let base = Support {
@@ -206,10 +206,7 @@ impl PoleShoeOnRail {
 }
 
 /// Lines along x for the mesh of a rail below patches, and |y| of their rows, patch by patch, both rising.
-///
-/// Every second line is left out but near the ends, where a sharp edge presses: quadratic elements twice as long
-/// as the contact cells still have nodes at the contact points.
-fn rail_lines(patches: &[GridPatch], nodes: &ContactPoints) -> (Vec<f64>, Vec<Vec<f64>>) {
+fn lines_below(patches: &[GridPatch], nodes: &ContactPoints) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let n = nodes.len();
     let (mut along, mut rows) = (Vec::new(), Vec::new());
@@ -226,41 +223,7 @@ fn rail_lines(patches: &[GridPatch], nodes: &ContactPoints) -> (Vec<f64>, Vec<Ve
         row.sort_by(f64::total_cmp);
         rows.push(row);
     }
-    let lines = shared(&along);
-    let last = lines.len() - 1;
-    let is_kept = |k: usize| {
-        let from_end = k.min(last - k);
-        // symmetric, and the cells in the middle no longer than the others
-        from_end < 3 || from_end.is_multiple_of(2) || (last % 2 == 1 && from_end == last / 2)
-    };
-    let kept = (0..=last).filter(|k| is_kept(*k)).map(|k| lines[k]);
-    (kept.collect(), rows)
-}
-
-/// Evenly spaced lines over all patches, which a turned shoe shifts against each other.
-fn shared(along: &[Vec<f64>]) -> Vec<f64> {
-    let first = &along[0];
-    let size = first[first.len() - 1] - first[0];
-    let is_alike = |other: &Vec<f64>| {
-        let mut pairs = first.iter().zip(other);
-        other.len() == first.len() && pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * size)
-    };
-    if along.iter().all(is_alike) {
-        return first.clone();
-    }
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for x in along {
-        (low, high) = (low.min(x[0]), high.max(x[x.len() - 1]));
-    }
-    let counts = along.iter().map(|x| {
-        let cells = (x.len() - 1) as f64;
-        ((high - low) / (x[x.len() - 1] - x[0]) * cells)
-            .round()
-            .max(cells) as usize
-    });
-    let count = counts.fold(1, usize::max);
-    let line = |k: usize| low + (high - low) * k as f64 / count as f64;
-    (0..=count).map(line).collect()
+    (solid::rail_lines(&along), rows)
 }
 
 /// An elastic block on a plane, which is a half-space or rigid.

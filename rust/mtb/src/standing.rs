@@ -8,7 +8,7 @@ use mtb_contact::problem::{Body, FreeMotion, Geometry, Loading, Means};
 use mtb_contact::sliding::RigidMotion;
 use mtb_elasticity::Material;
 use mtb_elasticity::tetra::{
-    CondensedBody, ContactGrid, Limits, Order, Sampling, Support, TetraBody, TetraMesh,
+    Averages, CondensedBody, ContactGrid, Limits, Order, Sampling, Support, TetraBody, TetraMesh,
 };
 use mtb_geometry::solid::SolidMesh;
 use mtb_geometry::{ContactPoints, GridPatch};
@@ -161,7 +161,11 @@ impl Standing {
                 share: 100.0 * share,
             });
         }
-        let (frames, mut places, shares) = averages(&sampling, body.mesh(), &weights);
+        let Averages {
+            frames,
+            mut places,
+            shares,
+        } = sampling.averages(body.mesh())?;
         let mut arm = condensed.centre.map(|c| -c);
         for (place, i) in places.iter_mut().zip(own.clone()) {
             let normal = at(&nodes.normals, i);
@@ -187,36 +191,6 @@ impl Standing {
             shares,
         })
     }
-}
-
-type Averages = (Vec<[[f64; 3]; 3]>, Vec<[f64; 3]>, Vec<BTreeMap<usize, f64>>);
-
-/// Means of the frames and places over each point, and the overlaps of the basis functions.
-fn averages(sampling: &Sampling, mesh: &TetraMesh, weights: &[f64]) -> Averages {
-    let n = sampling.n_points();
-    let mut frames = vec![[[0.0; 3]; 3]; n];
-    let mut places = vec![[0.0; 3]; n];
-    let mut shares = vec![BTreeMap::new(); n];
-    for (q, point) in sampling.quadrature().iter().enumerate() {
-        let corners = mesh.face(point.face);
-        let place: [f64; 3] = std::array::from_fn(|c| {
-            let parts = corners.iter().zip(point.barycentric);
-            parts.map(|(node, b)| b * mesh.nodes()[*node][c]).sum()
-        });
-        for &(i, phi) in sampling.basis(q) {
-            let part = point.weight * phi / weights[i];
-            for c in 0..3 {
-                places[i][c] += part * place[c];
-                for axis in 0..3 {
-                    frames[i][axis][c] += part * point.frame[axis][c];
-                }
-            }
-            for &(j, other) in sampling.basis(q) {
-                *shares[i].entry(j).or_insert(0.0) += part * other;
-            }
-        }
-    }
-    (frames, places, shares)
 }
 
 /// Elastic bodies side by side.

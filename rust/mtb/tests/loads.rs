@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bodies of one's own and several loads at once, against statics, a closed form, and numbers of Python.
 
-use mtb::geometry::solid::{Filling, block};
+use mtb::geometry::Interpolation;
+use mtb::geometry::solid::{Filling, RailSection, block};
 use mtb::{
-    BlockOnPlane, Body, BodyOnPlane, Contact, Friction, Grid, Held, Hold, Load, Material,
-    PoleShoeOnRail, STEEL, State, Support, descent, half_spaces, tilts, unmonitored,
+    BlockOnPlane, Body, BodyOnPlane, Contact, Error, Friction, Grid, Held, Hold, Load, Material,
+    PoleShoeOnRail, Profile, Rail, STEEL, State, Support, descent, half_spaces, tilts, unmonitored,
 };
 
 /// Force [N] up, and moments [N m] about x and y, by the pressure on the body above.
@@ -98,6 +99,46 @@ fn moments_need_a_body_that_tilts() {
         .press(&[Load::Force(1.0), Load::Moments([0.0, 1.0])], &unmonitored)
         .unwrap_err();
     assert!(error.to_string().contains("tilt about y"), "{error}");
+}
+
+#[test]
+fn an_approach_needs_bodies_that_stay_or_are_pressed() {
+    // its top moves freely along z
+    let contact = standing();
+    let loads = [Load::Approach(1e-6)];
+    let error = contact.press(&loads, &unmonitored).unwrap_err();
+    assert_eq!(error, Error::Unpressed);
+    let pull = vec![1e6; contact.points()];
+    let loads = [Load::Approach(1e-6), Load::Pull(&pull, Body::Upper)];
+    let state = contact.press(&loads, &unmonitored).unwrap();
+    assert_close(carried(&contact, &state)[0], 1e6 * 0.06 * 0.04, 1e-9);
+    let grid = Grid::new(8, 8, 1e-3, 1e-3).unwrap();
+    let free = half_spaces(Some(STEEL), None, grid, |_, _| 0.0, vec![descent(64)]).unwrap();
+    let loads = [Load::Approach(1e-6)];
+    assert_eq!(
+        free.press(&loads, &unmonitored).unwrap_err(),
+        Error::Unpressed
+    );
+    let held = half_spaces(Some(STEEL), None, grid, |_, _| 0.0, Vec::new()).unwrap();
+    assert!(held.press(&loads, &unmonitored).unwrap().peak_pressure() > 0.0);
+}
+
+#[test]
+fn a_profile_much_wider_than_the_foot_is_no_elastic_rail() {
+    let wide = Profile::from_points(&[-0.2, 0.0, 0.2], &[0.0; 3], Interpolation::Linear).unwrap();
+    let mut shoe = PoleShoeOnRail {
+        lower: Rail::Elastic {
+            material: STEEL,
+            section: RailSection::default(),
+            length: 0.18,
+        },
+        spacing: [6e-3; 2],
+        ..PoleShoeOnRail::default()
+    };
+    shoe.shoe.rail = wide;
+    shoe.shoe.relief_slope = 0.1;
+    let error = shoe.stand(&unmonitored).err().unwrap().to_string();
+    assert!(error.contains("takes heads up to 0.1 m"), "{error}");
 }
 
 /// A block of 60 x 40 x 30 mm whose top keeps its place along x and y.

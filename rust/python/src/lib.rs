@@ -54,7 +54,8 @@ mod _mtb_rs {
     use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, path_error};
     #[pymodule_export]
     use super::solid::{
-        block_mesh, check_unknowns, pole_mesh, quadratic_mesh, rail_mesh, tetrahedra,
+        block_mesh, check_unknowns, held_points, nearest_nodes, pole_mesh, quadratic_mesh,
+        rail_lines, rail_mesh, tetrahedra,
     };
     #[pymodule_export]
     use super::tangential::{

@@ -313,6 +313,12 @@ impl PyProblem {
         Ok(PyLoading(loading))
     }
 
+    /// The first free motion that lets a body go along z while no load works on it.
+    fn unpressed(&self, loading: &Bound<'_, PyLoading>) -> PyResult<Option<usize>> {
+        let loading = &loading.get().0;
+        self.0.unpressed(loading).map_err(|e| bad_input(&e))
+    }
+
     /// The loading with a displacement (3, n) [m] of the points of one body, common frame.
     fn with_displacement(
         &self,

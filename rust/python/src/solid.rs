@@ -3,13 +3,14 @@
 
 use mtb_geometry::solid::{self, Filling, Hexahedra, RailSection, SolidMesh};
 use numpy::{
-    IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray4, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
 use crate::geometry::{PyProfile, Shoe, slice};
+use crate::tetra::triples;
 
 type Line<'py> = PyReadonlyArray1<'py, f64>;
 
@@ -17,7 +18,7 @@ type Line<'py> = PyReadonlyArray1<'py, f64>;
 type Made<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray2<i64>>,
-    Vec<(String, Bound<'py, numpy::PyArray1<i64>>)>,
+    Vec<(String, Bound<'py, PyArray1<i64>>)>,
 );
 
 fn numbers(values: &[usize]) -> Vec<i64> {
@@ -125,6 +126,33 @@ pub(crate) fn rail_mesh<'py>(
         section.solid(&profile.0, x, left, right, length, quadratic)
     })?;
     made(py, mesh)
+}
+
+/// Lines along x [m] for the mesh of a rail below contact grids, from the lines of each of them.
+#[pyfunction]
+pub(crate) fn rail_lines<'py>(
+    py: Python<'py>,
+    along: Vec<Line<'py>>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let along = along.iter().map(|line| Ok(slice(line)?.to_vec()));
+    let along = along.collect::<PyResult<Vec<_>>>()?;
+    Ok(solid::rail_lines(&along).into_pyarray(py))
+}
+
+/// Points on top and at the back at which a block or a pole is held.
+#[pyfunction]
+pub(crate) fn held_points(size: [f64; 2], height: f64) -> ([[f64; 3]; 5], [[f64; 3]; 4]) {
+    solid::held_points(size, height)
+}
+
+/// Numbers of the `nodes` (n, 3) [m] that are nearest to places.
+#[pyfunction]
+pub(crate) fn nearest_nodes(
+    nodes: PyReadonlyArray2<'_, f64>,
+    places: Vec<[f64; 3]>,
+) -> PyResult<Vec<usize>> {
+    let nodes = triples(&nodes, "nodes")?;
+    solid::nearest_nodes(&nodes, &places).map_err(|error| bad_input(&error))
 }
 
 /// Linear tetrahedra with nodes in the middle of their edges.

@@ -24,6 +24,17 @@ type Floats<'py> = PyReadonlyArray1<'py, f64>;
 type Table<'py> = PyReadonlyArray2<'py, f64>;
 type Numbers<'py> = PyReadonlyArray1<'py, usize>;
 
+/// Frames, places, rows of shares.
+type Means<'py> = (
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    (
+        Bound<'py, PyArray1<usize>>,
+        Bound<'py, PyArray1<usize>>,
+        Bound<'py, PyArray1<f64>>,
+    ),
+);
+
 /// A checked mesh of tetrahedra.
 #[pyclass(frozen, name = "TetraMesh", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyTetraMesh(TetraMesh);
@@ -73,6 +84,33 @@ impl PyTetraMesh {
         };
         let faces = flat(faces.as_slice())?;
         enter(py, |_| grid.sampling(&self.0, faces)).map(PySampling)
+    }
+
+    /// Means over the contact points of a sampling on this mesh: of tangential 1, tangential 2 and into the body
+    /// (3, 3, n: axis, component, point), of the places (3, n) [m]; and the starts (n + 1), columns and values of
+    /// the shares of basis functions in the area of each point.
+    fn averages<'py>(&self, py: Python<'py>, sampling: &PySampling) -> PyResult<Means<'py>> {
+        let means = enter(py, |_| sampling.0.averages(&self.0))?;
+        let n = sampling.0.n_points();
+        let of = |k: usize, i: usize| means.frames[i][k / 3][k % 3];
+        let frames: Vec<f64> = (0..9 * n).map(|k| of(k / n, k % n)).collect();
+        let places: Vec<f64> = (0..3 * n).map(|k| means.places[k % n][k / n]).collect();
+        let mut start = vec![0];
+        for row in &means.shares {
+            start.push(start[start.len() - 1] + row.len());
+        }
+        let shares = || means.shares.iter().flatten();
+        let column: Vec<usize> = shares().map(|(j, _)| *j).collect();
+        let share: Vec<f64> = shares().map(|(_, share)| *share).collect();
+        Ok((
+            frames.into_pyarray(py).reshape([3, 3, n])?,
+            places.into_pyarray(py).reshape([3, n])?,
+            (
+                start.into_pyarray(py),
+                column.into_pyarray(py),
+                share.into_pyarray(py),
+            ),
+        ))
     }
 }
 
@@ -462,7 +500,7 @@ fn flat<T>(slice: Result<&[T], impl std::fmt::Display>) -> PyResult<&[T]> {
     slice.map_err(|error| bad_input(&error))
 }
 
-fn triples(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+pub(crate) fn triples(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 3]>> {
     if array.shape()[1] != 3 {
         return Err(PyValueError::new_err(format!(
             "{name} have shape {:?}, expected (n, 3)",

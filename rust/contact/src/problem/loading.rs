@@ -206,6 +206,17 @@ impl Problem {
         Ok(())
     }
 
+    /// The first free motion that lets a body go along z while no load works on it: an approach pushes this body
+    /// aside instead of pressing it.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn unpressed(&self, loading: &Loading) -> Result<Option<usize>, Error> {
+        self.check(loading)?;
+        let mut loaded = self.motions.iter().zip(&loading.work);
+        Ok(loaded.position(|(free, work)| *work == 0.0 && self.rise(free) != 0.0))
+    }
+
     /// Displacement (3n) [m] of the contact points of a body, in the common frame, by the tractions (3n) [Pa] of
     /// the contact: along both tangents on the lower body, and pressure; less a `pull` (n) [Pa] at its surface.
     ///
@@ -256,6 +267,14 @@ impl Problem {
     /// Rise of the upper body, or of one of several, along z by a unit of a motion; zero for all motions but
     /// translations along z.
     fn lift(&self, free: &FreeMotion) -> f64 {
+        match free.body {
+            Body::Upper => self.rise(free),
+            Body::Lower => 0.0,
+        }
+    }
+
+    /// How far the bodies move apart along z by a unit of a motion; zero for all motions but translations along z.
+    fn rise(&self, free: &FreeMotion) -> f64 {
         let (g, motion) = (&*self.geometry, &free.motion);
         let n = g.points();
         let mut lift = 0.0;
@@ -281,7 +300,7 @@ impl Problem {
                 return 0.0;
             }
         }
-        if free.body == Body::Upper { lift } else { 0.0 }
+        lift
     }
 
     /// Rotation of the upper body, or of one of several, about x and y by a unit of a motion.

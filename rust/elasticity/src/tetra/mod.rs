@@ -42,5 +42,5 @@ pub use factorised::{Cost, Limits};
 pub use mesh::{Order, TetraMesh};
 pub use recovery::Reaction;
 pub use rigid::RigidMode;
-pub use sampling::{ContactGrid, Sampling, SurfacePoint};
+pub use sampling::{Averages, ContactGrid, Sampling, SurfacePoint};
 pub use support::{Hold, Support};

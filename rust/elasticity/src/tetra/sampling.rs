@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -27,6 +29,18 @@ pub struct Sampling {
     /// `basis[start[q]..start[q + 1]]`: contact points and the values of their basis functions at `q`.
     start: Vec<usize>,
     basis: Vec<(usize, f64)>,
+}
+
+/// What the basis functions of a [`Sampling`] see of the surface, in the mean over each contact point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Averages {
+    /// Means of tangential 1, tangential 2 and into the body (n): on a curved surface a little shorter than one.
+    pub frames: Vec<[[f64; 3]; 3]>,
+    /// Mean places on the surface (n) [m]: where a basis function at its edge presses is not its contact point.
+    pub places: Vec<[f64; 3]>,
+    /// Of each point (n): the share of the basis functions of the points there in its area, by their numbers;
+    /// the shares add up to one where those functions do.
+    pub shares: Vec<BTreeMap<usize, f64>>,
 }
 
 impl Sampling {
@@ -146,6 +160,43 @@ impl Sampling {
             }
         }
         weights
+    }
+
+    /// Means over each contact point, on the body of `mesh`.
+    ///
+    /// # Errors
+    /// [`Error::NotOnBoundary`] on a mesh of other faces.
+    pub fn averages(&self, mesh: &TetraMesh) -> Result<Averages, Error> {
+        let n = self.n_points;
+        let weights = self.weights();
+        let mut means = Averages {
+            frames: vec![[[0.0; 3]; 3]; n],
+            places: vec![[0.0; 3]; n],
+            shares: vec![BTreeMap::new(); n],
+        };
+        for (q, point) in self.quadrature.iter().enumerate() {
+            if point.face >= mesh.n_faces() {
+                return Err(Error::NotOnBoundary(point.face));
+            }
+            let corners = mesh.face(point.face);
+            let place: [f64; 3] = std::array::from_fn(|c| {
+                let parts = corners.iter().zip(point.barycentric);
+                parts.map(|(node, b)| b * mesh.nodes()[*node][c]).sum()
+            });
+            for &(i, phi) in self.basis(q) {
+                let part = point.weight * phi / weights[i];
+                for c in 0..3 {
+                    means.places[i][c] += part * place[c];
+                    for axis in 0..3 {
+                        means.frames[i][axis][c] += part * point.frame[axis][c];
+                    }
+                }
+                for &(j, other) in self.basis(q) {
+                    *means.shares[i].entry(j).or_insert(0.0) += part * other;
+                }
+            }
+        }
+        Ok(means)
     }
 }
 

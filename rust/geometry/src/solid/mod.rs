@@ -10,12 +10,14 @@ mod layers;
 mod middles;
 mod pole;
 mod rail;
+mod support;
 #[cfg(test)]
 mod tests;
 
 pub use block::block;
 pub use hexahedra::{Curved, Hexahedra, Places};
-pub use rail::RailSection;
+pub use rail::{RailSection, rail_lines};
+pub use support::{held_points, nearest_nodes};
 
 use crate::Error;
 

@@ -11,6 +11,9 @@ use crate::{Error, Profile};
 /// [`ACROSS_RAIL`] elements wide.
 const FAR_LAYERS: [f64; 3] = [5.0, 3.0, 6.0];
 
+/// Half width of the head over that of the foot, at most: wider ones are not filled.
+const WIDEST_HEAD: f64 = 4.0 / 3.0;
+
 /// Section of a rail below the running surface of its head, simplified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailSection {
@@ -76,7 +79,7 @@ impl RailSection {
     ///
     /// # Errors
     /// [`Error::NotRising`], numbers that are not finite, a length that is not positive or shorter than the
-    /// contact, strips that leave the head, [`Error::TooManyTetrahedra`].
+    /// contact, a profile much wider than the foot, strips that leave the head, [`Error::TooManyTetrahedra`].
     pub fn solid(
         &self,
         profile: &Profile,
@@ -90,6 +93,18 @@ impl RailSection {
         rising("y", left)?;
         rising("right", right.unwrap_or(left))?;
         self.check()?;
+        let [start, end] = profile.range();
+        let (widest, most) = (
+            start.abs().max(end.abs()),
+            WIDEST_HEAD * self.foot_half_width,
+        );
+        if widest > most {
+            let accepted = format!(
+                "the mesh of an elastic rail takes heads up to {} m: cut the profile there, or take a half-space",
+                Short(most)
+            );
+            return Err(out_of_range("largest |y| of the profile", widest, accepted));
+        }
         let half_length = 0.5 * positive("length", length)?;
         let (x_first, x_last) = (x[0], x[x.len() - 1]);
         if x_first <= -half_length || x_last >= half_length {
@@ -400,4 +415,52 @@ impl Flank<'_> {
         };
         places.into_iter().find(|y| slope(*y) < -1.0).unwrap_or(end)
     }
+}
+
+/// Lines along x [m] for the mesh of a rail below contact grids, from the rising lines of each of them.
+///
+/// Grids that a turned shoe shifts against each other share evenly spaced lines, as those of one of them would favour
+/// it. Every second line is left out but near the ends, where a sharp edge presses: quadratic elements twice as long
+/// as the contact cells still have nodes at the contact points.
+pub fn rail_lines(along: &[Vec<f64>]) -> Vec<f64> {
+    let lines = shared(along);
+    let last = lines.len().saturating_sub(1);
+    let is_kept = |k: usize| {
+        let from_end = k.min(last - k);
+        // symmetric, and the cells in the middle no longer than the others
+        from_end < 3 || from_end.is_multiple_of(2) || (last % 2 == 1 && from_end == last / 2)
+    };
+    let numbered = lines.iter().enumerate();
+    numbered
+        .filter(|(k, _)| is_kept(*k))
+        .map(|(_, line)| *line)
+        .collect()
+}
+
+/// The lines of all grids, where they are alike, or evenly spaced ones over all of them.
+fn shared(along: &[Vec<f64>]) -> Vec<f64> {
+    let Some(first) = along.first() else {
+        return Vec::new();
+    };
+    let size = first[first.len() - 1] - first[0];
+    let is_alike = |other: &Vec<f64>| {
+        let mut pairs = first.iter().zip(other);
+        other.len() == first.len() && pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * size)
+    };
+    if along.iter().all(is_alike) {
+        return first.clone();
+    }
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for x in along {
+        (low, high) = (low.min(x[0]), high.max(x[x.len() - 1]));
+    }
+    let counts = along.iter().map(|x| {
+        let cells = (x.len() - 1) as f64;
+        ((high - low) / (x[x.len() - 1] - x[0]) * cells)
+            .round()
+            .max(cells) as usize
+    });
+    let count = counts.fold(1, usize::max);
+    let line = |k: usize| low + (high - low) * k as f64 / count as f64;
+    (0..=count).map(line).collect()
 }

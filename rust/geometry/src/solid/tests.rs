@@ -259,3 +259,44 @@ fn what_cannot_be_filled_is_said() {
     };
     assert!(matches!(small.tetrahedra(), Err(Error::Length { .. })));
 }
+
+#[test]
+fn lines_below_contact_grids_are_thinned_alike_from_both_ends() {
+    for cells in 1..24 {
+        let line: Vec<f64> = (0..=cells)
+            .map(|k| f64::from(k) - 0.5 * f64::from(cells))
+            .collect();
+        let kept = rail_lines(&[line.clone(), line.clone()]);
+        assert_eq!(
+            [kept[0], kept[kept.len() - 1]],
+            [line[0], line[line.len() - 1]]
+        );
+        for (one, other) in kept.iter().zip(kept.iter().rev()) {
+            assert_eq!(*one, -*other);
+        }
+        let longest = kept
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(0.0, f64::max);
+        assert!(longest <= 2.0);
+    }
+    // grids that are shifted against each other: evenly over both
+    let shifted = rail_lines(&[vec![0.0, 1.0, 2.0, 3.0], vec![1.0, 2.0, 3.0, 4.0]]);
+    assert_eq!(shifted, [0.0, 1.0, 2.0, 3.0, 4.0]);
+}
+
+#[test]
+fn supports_beside_the_body_are_refused() {
+    let nodes = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(
+        nearest_nodes(&nodes, &[[0.95, 0.02, 0.0], [0.0; 3]]),
+        Ok(vec![1, 0])
+    );
+    let error = nearest_nodes(&nodes, &[[0.0, 2.0, 0.0]])
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        error,
+        "the point [0.0, 2.0, 0.0] is 2 m away from the nearest node"
+    );
+}
