@@ -147,6 +147,31 @@ with cache.memory_only():
 
 
 @linux
+@pytest.mark.parametrize("megabytes", [90, 150, 300])
+def test_cells_that_the_memory_does_not_hold_end_the_choice_of_cells_with_an_answer(megabytes):
+    body = f"""
+scene = mtb.scenes.block_on_plane(spacing=None, friction=0.2)
+with cache.memory_only(), warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    mtb.scenes.block_on_plane(spacing=25e-3).solve("elastic-upper")
+    caught.clear()
+    leave({megabytes} << 20)
+    before = used()
+    try:
+        result = scene.solve(tolerance=1e-3)
+        said = result.report.missed
+        assert said in [str(warning.message) for warning in caught]
+        assert "Finer cells are refused: " in said
+    except ValueError as error:
+        said = str(error)
+    # the factor of the finer cells would take 0.6 GB
+    assert used() - before < 250e6, used() - before
+    print(said)
+"""
+    assert re.search("memory|GB", child(body))
+
+
+@linux
 @pytest.mark.parametrize(
     "call",
     [

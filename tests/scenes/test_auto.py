@@ -245,3 +245,26 @@ def test_a_spacing_found_is_as_good_as_the_same_one_given() -> None:
         given.report.error_estimates["force"], rel=0.5
     )
     assert not found.report.missed
+
+
+def test_a_fuller_model_that_is_refused_leaves_the_answer_of_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.3)
+    whole, level_at = scene.solve(quantity="displacement", tolerance=0.5), direct.level_at
+    monkeypatch.setattr(auto.Ladder, "cheapest", lambda ladder, allowed: ladder.rung(1))
+
+    def without_room(scene: Any, model: str, *args: Any, **kwargs: Any) -> Level:
+        if model == "elastic-both" and not kwargs.get("is_rough"):
+            raise ValueError("128 contact points take too much")
+        return level_at(scene, model, *args, **kwargs)
+
+    monkeypatch.setattr(direct, "level_at", without_room)
+    with pytest.warns(
+        mtb.ToleranceWarning, match="'elastic-both' would be needed, and is refused: 128"
+    ) as told:
+        result = scene.solve(quantity="displacement", tolerance=0.3)
+    assert whole.model == "elastic-both"
+    assert result.model == "elastic-upper"
+    assert result.report.missed == str(told[0].message)
+    assert result.report.error_estimates["displacement"] > 0.3

@@ -333,8 +333,11 @@ def resolved(
     start: Spacing,
     tolerance: float,
     quantity: str,
-) -> tuple[Level, Errors | None, float]:
+) -> tuple[Level, Errors | None, float, str]:
     """Solves at finer and finer spacings until the estimated error is within the tolerance.
+
+    A spacing that is refused, above all because the memory does not hold its matrices, ends it with the one
+    before: bodies refuse their size before they are factorised.
 
     Parameters
     ----------
@@ -344,19 +347,24 @@ def resolved(
 
     Returns
     -------
-    level, its errors, operations of all levels before it.
+    level, its errors, operations of all levels before it, why a finer one was refused ("": none was).
     """
     before: list[Level] = []
-    spacing, spent = start, 0.0
+    spacing, spent, known = start, 0.0, None
     while True:
-        level, errors = solve(spacing, before)
+        try:
+            level, errors = solve(spacing, before)
+        except ValueError as error:
+            if not before:
+                raise
+            return before[0], known, spent - before[0].operations, str(error)
         if errors is None and (before or not level.is_solved):
-            return level, errors, spent
+            return level, errors, spent, ""
         if errors is None:
             # without a solution on wider cells: those half as wide have these to be compared with
             factor = 0.5
         elif errors.total(quantity) <= tolerance or not np.isfinite(errors.total(quantity)):
-            return level, errors, spent
+            return level, errors, spent, ""
         else:
             factor = float(np.clip(finer_by(errors, tolerance, quantity), FINEST_STEP, WIDEST_STEP))
         growth = 6.0
@@ -366,7 +374,8 @@ def resolved(
         # as fine as the operations allow, if they do not allow what is needed
         factor = max(factor, (level.operations / MOST_OPERATIONS) ** (1.0 / growth))
         if factor > WIDEST_STEP:
-            return level, errors, spent
+            return level, errors, spent, ""
         spent += level.operations
+        known = errors
         before = [level, *before]
         spacing = (spacing[0] * factor, spacing[1] * factor)

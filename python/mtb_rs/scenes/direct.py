@@ -111,9 +111,11 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
             errors = errors.with_mesh(*mesh_errors(level))
         return level, errors
 
-    spent = 0.0
+    spent, refused = 0.0, ""
     if free:
-        level, errors, spent = resolved(at, start, tolerance, quantity)
+        level, errors, spent, reason = resolved(at, start, tolerance, quantity)
+        if reason:
+            refused = f" Finer cells are refused: {reason}."
         fixed = scene.with_(spacing=level.spacing)
     else:
         level, errors = at(start, [])
@@ -121,10 +123,19 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         while errors is not None and chosen.fuller is not None and errors.total(quantity) > tolerance:
             if errors.cells[quantity] > AIM * tolerance:
                 break
-            besides += level.operations
-            chosen = chosen.fuller()
+            before, chosen = chosen, chosen.fuller()
             copies = [] if chosen.coarse is None else [chosen.coarse]
-            level, errors = at(start, [])
+            operations = level.operations
+            try:
+                level, errors = at(start, [])
+            except ValueError as error:
+                # what is solved is an answer: above all the memory may not hold the fuller model
+                refused, chosen = (
+                    f" The model {chosen.model!r} would be needed, and is refused: {error}.",
+                    before,
+                )
+                break
+            besides += operations
     clock = time.perf_counter()
     problem = level.problem
     if chosen.time_s:
@@ -146,19 +157,22 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     width, along = level.width
     is_known = errors is not None and np.isfinite(errors.total(quantity))
     if errors is not None and is_known and chosen.errors and not errors.total(quantity) <= allowed:
-        missed = _missed(scene, errors, level, tolerance, quantity)
+        missed = _missed(scene, errors, level, tolerance, quantity, refused)
         report = replace(report, missed=missed, status=f"{report.status}, above the tolerance")
     elif level.is_solved and chosen.errors and not is_known:
         needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
-        missed = f"No error can be estimated: it needs {needed}."
+        missed = f"No error can be estimated: it needs {needed}.{refused}"
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
     return replace(result, report=report)
 
 
-def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, quantity: str) -> str:
+def _missed(
+    scene: PosedScene, errors: Errors, level: Level, tolerance: float, quantity: str, refused: str
+) -> str:
     """What an estimate above the tolerance has reached, and what would meet it.
 
-    The model is then as full as helps: what it leaves out is within the tolerance.
+    The model is then as full as helps, and what it leaves out is within the tolerance, unless finer cells
+    or a fuller model were `refused`, which this sentence says ("": they were not).
     """
     remedies, hint, is_bound = [], "", False
     of_mesh = errors.mesh.get(quantity, 0.0)
@@ -174,19 +188,18 @@ def _missed(scene: PosedScene, errors: Errors, level: Level, tolerance: float, q
         remedies.append(size)
         if scene.element_size is not None:
             remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
-        elif scene.spacing is None:
+        elif scene.spacing is None and not refused:
             hint = f", which {name}=None does not take: more than {MOST_OPERATIONS:.0e} operations"
-        elif scene.geometry.start is not None:
+        elif scene.spacing is not None and scene.geometry.start is not None:
             hint = f"; {name}=None finds what is needed"
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
     reached, aimed = percent(errors.total(quantity)), percent(tolerance)
     # from cells so coarse nobody can tell
     more = " That may not be enough: these cells are too coarse to tell." if is_bound else ""
-    return (
-        f"The estimated error of the {quantity} is {reached}, where {aimed} is asked for: it needs "
-        f"{' and '.join(remedies)}{hint}.{more}"
-    )
+    needs = f": it needs {' and '.join(remedies)}{hint}" if remedies else ""
+    error = f"The estimated error of the {quantity} is {reached}, where {aimed} is asked for"
+    return f"{error}{needs}.{more}{refused}"
 
 
 def _narrower(along: str) -> str:

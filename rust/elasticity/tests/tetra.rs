@@ -579,3 +579,46 @@ fn bad_bodies_are_named() {
         .unwrap();
     assert!(matches!(error, Error::Contradiction { component: 'x', .. }));
 }
+
+#[test]
+fn what_a_condensation_takes_beside_its_factor_is_refused_before_the_factor_is_made() {
+    let (x, z) = (even(0.0, 1.0, 12), even(0.0, 1.0, 3));
+    let mesh = box_mesh(&x, &x, &z, Order::Linear);
+    let sampling = grid_on_bottom(&mesh, &x, &x);
+    let top = nodes_where(&mesh, |x| x[2] > 1.0 - 1e-9);
+    let supports = vec![support("top", top, [Hold::Prescribed; 3])];
+    let body = || TetraBody::new(mesh.clone(), steel(), supports.clone()).unwrap();
+    let stage = Cell::new(0);
+    let monitor = |progress: Progress| {
+        stage.set(stage.get().max(progress.iteration));
+        ControlFlow::Continue(())
+    };
+    let under = |bytes: f64, body: &TetraBody| {
+        stage.set(0);
+        let limits = Limits {
+            bytes,
+            ..Limits::default()
+        };
+        body.condense(&sampling, limits, &monitor)
+    };
+    let whole = body();
+    let held = under(8e9, &whole).unwrap().cost;
+    let factor = 8.0 * held.factor_entries as f64;
+    let peak = held.peak_bytes as f64;
+    assert!(peak > 2.0 * factor, "the factor alone tells little here");
+    // what is counted before is what is held, but for products and the sides that are not contact
+    assert!(under(1.3 * peak, &body()).is_ok());
+    for bytes in [1.5 * factor, 0.999 * peak] {
+        let refused = under(bytes, &body()).unwrap_err();
+        assert!(
+            matches!(
+                &refused,
+                Error::Operator(mtb_operator::Error::Memory { points: 169, .. })
+            ),
+            "{refused}"
+        );
+        assert!(stage.get() < 3, "numbers of the factor were made");
+        // the same where the factor is there already
+        assert!(under(bytes, &whole).is_err());
+    }
+}

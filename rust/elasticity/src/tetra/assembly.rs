@@ -112,6 +112,18 @@ fn scatter(sources: &[Source], matrix: &[f64], stiffness: &mut Lower, pull: &mut
     }
 }
 
+/// Memory [bytes] of the stiffness of `unknowns` and of its transposed structure, at most: what it takes from
+/// here until its factor is known.
+pub(super) fn memory(graph: &Graph, unknowns: &Unknowns) -> f64 {
+    (3 * size_of::<usize>() * most_entries(graph, unknowns)) as f64
+}
+
+/// Entries of the lower triangle, at most: where supports hold unknowns, there are less.
+fn most_entries(graph: &Graph, unknowns: &Unknowns) -> usize {
+    let pairs = graph.neighbours.len() / 2;
+    9 * pairs + 6 * graph.len() + unknowns.n_guided * unknowns.n
+}
+
 /// Sparsity: all unknowns of adjacent nodes; guided unknowns are coupled to everything.
 fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
     let own = |node: usize| {
@@ -122,7 +134,7 @@ fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
     };
     let guided = unknowns.n - unknowns.n_guided..unknowns.n;
     let mut start = vec![0];
-    let mut row = Vec::new();
+    let mut row = Vec::with_capacity(most_entries(graph, unknowns));
     let mut rows: Vec<usize> = Vec::new();
     for &node in order {
         rows.clear();
@@ -143,6 +155,7 @@ fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
         row.extend(column..unknowns.n);
         start.push(row.len());
     }
+    row.shrink_to_fit();
     let value = vec![0.0; row.len()];
     Lower { start, row, value }
 }

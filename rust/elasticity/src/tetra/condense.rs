@@ -9,16 +9,19 @@ use rayon::prelude::*;
 use super::balance::{ReactionRows, WRENCH, lever};
 use super::body::TetraBody;
 use super::condensed::{Balance, CondensedBody, Flexibility};
-use super::factor::{Reached, SparseColumn};
+use super::factor::{Reached, SparseColumn, Symbolic};
 use super::factorised::{Factored, Limits, poll};
 use super::mesh::TetraMesh;
 use super::rigid::RigidMode;
 use super::sampling::{Sampling, SurfacePoint, face_shape};
-use super::support::Source;
+use super::support::{Source, Unknowns};
 use crate::Error;
 
 /// For one contact point the nodes under it, each with `sum_q w phi N e_c` in row `c` [m2].
 type PointTrace = Vec<(usize, [[f64; 3]; 3])>;
+
+/// A contact point, a node under it, and `w phi N e_c` at one place, as in [`PointTrace`].
+type TraceEntry = (usize, usize, [[f64; 3]; 3]);
 
 /// How contact points and nodes see each other.
 pub(super) struct Trace {
@@ -28,7 +31,13 @@ pub(super) struct Trace {
 
 impl Trace {
     fn new(mesh: &TetraMesh, sampling: &Sampling) -> Result<Self, Error> {
-        let mut entries: Vec<(usize, usize, [[f64; 3]; 3])> = Vec::new();
+        let count: usize = (0..sampling.quadrature().len())
+            .map(|q| sampling.basis(q).len() * mesh.order().nodes_per_face())
+            .sum();
+        // the entries, what sorts them, and their sums
+        let bytes = (3 * count * size_of::<TraceEntry>()) as f64;
+        check_memory(sampling.n_points(), bytes, f64::INFINITY)?;
+        let mut entries: Vec<TraceEntry> = Vec::with_capacity(count);
         for (q, point) in sampling.quadrature().iter().enumerate() {
             if point.face >= mesh.n_faces() {
                 return Err(Error::NotOnBoundary(point.face));
@@ -134,6 +143,34 @@ const GROUP: usize = 32;
 /// Groups that go through the factor in one round, at most.
 const ROUND: usize = 8;
 
+/// Contact points in the order in which their columns go through the factor, by groups.
+struct Groups {
+    order: Vec<usize>,
+    /// Rows of the columns of each group.
+    heights: Vec<usize>,
+}
+
+impl Groups {
+    fn new(trace: &Trace, unknowns: &Unknowns, symbolic: &Symbolic) -> Self {
+        let order = elimination_order(trace, unknowns);
+        let height = |points: &[usize]| {
+            let columns = points.iter().map(|&i| trace.column(i, 2, &unknowns.source));
+            let reached: Vec<usize> = columns.flatten().map(|(unknown, _)| unknown).collect();
+            symbolic.rows_reached(&reached)
+        };
+        let heights = order.chunks(GROUP).map(height).collect();
+        Groups { order, heights }
+    }
+
+    /// Memory [bytes] of the substituted columns, and of the products while groups go through the factor.
+    fn memory(&self, symbolic: &Symbolic) -> f64 {
+        let groups = self.order.chunks(GROUP).zip(&self.heights);
+        let entries: usize = groups.map(|(points, rows)| 3 * points.len() * rows).sum();
+        let at_once = rayon::current_num_threads().min(ROUND);
+        8.0 * (entries + at_once * 3 * GROUP * symbolic.longest()) as f64
+    }
+}
+
 /// Components of the blocks of a flexibility.
 const BLOCKS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
@@ -168,29 +205,26 @@ impl TetraBody {
         let kept = 2.0 * Flexibility::memory(n);
         check_memory(n, kept, limits.bytes)?;
         ready_products()?;
-        let factored = self.factored(limits, monitor)?;
+        let fits = |unknowns: &Unknowns, symbolic: &Symbolic, to_come: f64| {
+            let factor = 8.0 * symbolic.entries() as f64;
+            let needed = Groups::new(&trace, unknowns, symbolic).memory(symbolic)
+                + self.memory_of_others(unknowns, n)
+                + Flexibility::memory(n);
+            let needed = needed.max(kept);
+            if to_come > 0.0 {
+                check_memory(n, to_come.max(factor + needed), limits.bytes)?;
+            } else {
+                check_memory(n, needed, limits.bytes - factor)?;
+            }
+            Ok(())
+        };
+        let factored = self.factored(limits, &fits, monitor)?;
         let mut cost = factored.cost;
 
         let clock = Instant::now();
-        let order = elimination_order(&trace, &factored);
+        let Groups { order, heights } =
+            Groups::new(&trace, &factored.unknowns, &factored.factor.symbolic);
         let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
-        let unknowns = |points: &[usize]| -> Vec<usize> {
-            let columns = points
-                .iter()
-                .map(|&i| trace.column(i, 2, &factored.unknowns.source));
-            columns.flatten().map(|(unknown, _)| unknown).collect()
-        };
-        let heights: Vec<usize> = groups
-            .iter()
-            .map(|points| factored.factor.rows_reached(&unknowns(points)))
-            .collect();
-        let entries: usize = groups
-            .iter()
-            .zip(&heights)
-            .map(|(g, h)| 3 * g.len() * h)
-            .sum();
-        let needed = kept + 8.0 * (entries + cost.factor_entries) as f64;
-        check_memory(n, needed, limits.bytes)?;
         let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
         let dearest = 2.0 * (3 * GROUP * cost.factor_entries) as f64;
         for (k, round) in groups.chunks(round(dearest, ROUND)).enumerate() {
@@ -268,6 +302,14 @@ impl TetraBody {
             case_work,
             cost,
         })
+    }
+
+    /// Memory [bytes] of [`TetraBody::other_columns`] with their substitution and their products with `n` contact
+    /// points, at most: each entry with its row, and the column without its zeros left out.
+    fn memory_of_others(&self, unknowns: &Unknowns, n: usize) -> f64 {
+        let columns = self.claims.cases.len() + WRENCH * (1 + self.supports().len());
+        let entry = size_of::<(usize, f64)>() + 2 * size_of::<f64>();
+        (columns * (entry * unknowns.n + 2 * 3 * n * size_of::<f64>())) as f64
     }
 
     /// Right-hand sides beside those of the contact points: a unit of each case, the spread loads, and
@@ -481,11 +523,11 @@ impl TetraBody {
 
 /// Contact points sorted by where they enter the elimination tree: neighbours share their path to
 /// the root.
-fn elimination_order(trace: &Trace, factored: &Factored) -> Vec<usize> {
+fn elimination_order(trace: &Trace, unknowns: &Unknowns) -> Vec<usize> {
     let first = |point: &PointTrace| {
         point
             .iter()
-            .flat_map(|(node, _)| factored.unknowns.source[*node])
+            .flat_map(|(node, _)| unknowns.source[*node])
             .filter_map(|s| match s {
                 Source::Unknown(i) => Some(i),
                 _ => None,

@@ -40,7 +40,13 @@ impl From<Unfactored> for Failure {
 }
 
 /// Structure of the Cholesky factor of a matrix that is already in its order of elimination.
-pub(super) struct Symbolic(pub(super) SymbolicSupernodalCholesky<usize>);
+pub(super) struct Symbolic {
+    pub(super) structure: SymbolicSupernodalCholesky<usize>,
+    /// Supernode of each unknown.
+    pub(super) supernode_of: Vec<usize>,
+    /// Parent supernode, `usize::MAX` at roots.
+    parent: Vec<usize>,
+}
 
 impl Symbolic {
     /// The monitor is asked between the stages.
@@ -65,18 +71,37 @@ impl Symbolic {
             stack,
             SymbolicSupernodalParams::default(),
         )
-        .map(Symbolic)
+        .map(Symbolic::of)
         .map_err(|_| Failure::Memory)
+    }
+
+    fn of(structure: SymbolicSupernodalCholesky<usize>) -> Self {
+        let mut supernode_of = vec![0; structure.nrows()];
+        let range = structure.supernode_begin().iter();
+        for (k, (&begin, &end)) in range.zip(structure.supernode_end()).enumerate() {
+            supernode_of[begin..end].fill(k);
+        }
+        let parent = (0..structure.n_supernodes())
+            .map(|k| {
+                let first = structure.supernode(k).pattern().first();
+                first.map_or(usize::MAX, |&row| supernode_of[row])
+            })
+            .collect();
+        Symbolic {
+            structure,
+            supernode_of,
+            parent,
+        }
     }
 
     /// Entries of the factor, the zeros inside supernodes included.
     pub(super) fn entries(&self) -> usize {
-        self.0.len_val()
+        self.structure.len_val()
     }
 
     /// Multiplications and additions of the numeric factorisation.
     pub(super) fn flops(&self) -> f64 {
-        let s = &self.0;
+        let s = &self.structure;
         let mut flops = 0.0;
         for (k, (begin, end)) in s
             .supernode_begin()
@@ -92,22 +117,37 @@ impl Symbolic {
         flops
     }
 
-    /// Supernode of each unknown.
-    pub(super) fn supernode_of(&self) -> Vec<usize> {
-        let mut supernode_of = vec![0; self.0.nrows()];
-        let range = self.0.supernode_begin().iter().zip(self.0.supernode_end());
-        for (k, (&begin, &end)) in range.enumerate() {
-            supernode_of[begin..end].fill(k);
+    /// Rows below the square of the tallest supernode.
+    pub(super) fn longest(&self) -> usize {
+        let supernodes = 0..self.structure.n_supernodes();
+        let heights = supernodes.map(|s| self.structure.supernode(s).pattern().len());
+        heights.max().unwrap_or(0)
+    }
+
+    /// Rows of right-hand sides in `unknowns` that differ from zero after forward substitution.
+    pub(super) fn rows_reached(&self, unknowns: &[usize]) -> usize {
+        let s = &self.structure;
+        let mut is_reached = vec![false; s.n_supernodes()];
+        let mut rows = 0;
+        for &unknown in unknowns {
+            let mut k = self.supernode_of[unknown];
+            while k != usize::MAX && !is_reached[k] {
+                is_reached[k] = true;
+                rows += s.supernode_end()[k] - s.supernode_begin()[k];
+                k = self.parent[k];
+            }
         }
-        supernode_of
+        rows
     }
 
     /// The factor itself.
     pub(super) fn numeric(self, matrix: &Lower, monitor: Monitor<'_>) -> Result<Factor, Failure> {
-        let supernode_of = self.supernode_of();
-        let values = factorise(&self.0, &supernode_of, matrix, &mut Watch::new(monitor))?;
+        let values = factorise(&self, matrix, &mut Watch::new(monitor))?;
         reset_workers();
-        Ok(Factor::new(self, supernode_of, values))
+        Ok(Factor {
+            symbolic: self,
+            values,
+        })
     }
 }
 
@@ -136,12 +176,8 @@ pub(super) type SparseColumn = Vec<(usize, f64)>;
 
 /// Sparse Cholesky factor, K = L L^T, in the order of elimination.
 pub(super) struct Factor {
-    symbolic: Symbolic,
+    pub(super) symbolic: Symbolic,
     values: Vec<f64>,
-    /// Supernode of each unknown.
-    supernode_of: Vec<usize>,
-    /// Parent supernode, `usize::MAX` at roots.
-    parent: Vec<usize>,
 }
 
 /// Forward-substituted right-hand sides, `Y = L^-1 B`, in the rows that can differ from zero.
@@ -154,22 +190,6 @@ pub(super) struct Reached {
 }
 
 impl Factor {
-    fn new(symbolic: Symbolic, supernode_of: Vec<usize>, values: Vec<f64>) -> Self {
-        let s = &symbolic.0;
-        let parent = (0..s.n_supernodes())
-            .map(|k| {
-                let first = s.supernode(k).pattern().first();
-                first.map_or(usize::MAX, |&row| supernode_of[row])
-            })
-            .collect();
-        Factor {
-            symbolic,
-            values,
-            supernode_of,
-            parent,
-        }
-    }
-
     /// Smallest over largest squared pivot, and the unknown of the smallest.
     pub(super) fn pivot_ratio(&self) -> (f64, usize) {
         let l = self.supernodal();
@@ -188,12 +208,15 @@ impl Factor {
     }
 
     fn supernodal(&self) -> SupernodalLltRef<'_, usize, f64> {
-        SupernodalLltRef::new(&self.symbolic.0, &self.values)
+        SupernodalLltRef::new(&self.symbolic.structure, &self.values)
     }
 
     /// Solves `K x = b` in place.
     pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Failure> {
-        let request = self.symbolic.0.solve_in_place_scratch::<f64>(1, Par::Seq);
+        let request = self
+            .symbolic
+            .structure
+            .solve_in_place_scratch::<f64>(1, Par::Seq);
         let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
         let n = x.len();
         self.supernodal().solve_in_place_with_conj(
@@ -205,22 +228,6 @@ impl Factor {
         Ok(())
     }
 
-    /// Rows of right-hand sides in `unknowns` that differ from zero after forward substitution.
-    pub(super) fn rows_reached(&self, unknowns: &[usize]) -> usize {
-        let s = &self.symbolic.0;
-        let mut is_reached = vec![false; s.n_supernodes()];
-        let mut rows = 0;
-        for &unknown in unknowns {
-            let mut k = self.supernode_of[unknown];
-            while k != usize::MAX && !is_reached[k] {
-                is_reached[k] = true;
-                rows += s.supernode_end()[k] - s.supernode_begin()[k];
-                k = self.parent[k];
-            }
-        }
-        rows
-    }
-
     /// Forward substitution of a few sparse columns through the supernodes they reach.
     pub(super) fn forward(&self, columns: &[SparseColumn]) -> Reached {
         let l = self.supernodal();
@@ -229,10 +236,10 @@ impl Factor {
         let end = l.symbolic().supernode_end();
         let mut local = vec![usize::MAX; n_supernodes];
         for &(row, _) in columns.iter().flatten() {
-            let mut s = self.supernode_of[row];
+            let mut s = self.symbolic.supernode_of[row];
             while s != usize::MAX && local[s] == usize::MAX {
                 local[s] = 0;
-                s = self.parent[s];
+                s = self.symbolic.parent[s];
             }
         }
         let mut supernodes = Vec::new();
@@ -245,7 +252,7 @@ impl Factor {
             }
         }
         let local_row = |row: usize| {
-            let s = self.supernode_of[row];
+            let s = self.symbolic.supernode_of[row];
             local[s] + row - begin[s]
         };
         let width = columns.len();
@@ -296,8 +303,8 @@ impl Factor {
 
     /// `first^T second` of two forward-substituted blocks, with its operations.
     pub(super) fn product(&self, first: &Reached, second: &Reached) -> (Mat<f64>, f64) {
-        let end = self.symbolic.0.supernode_end();
-        let begin = self.symbolic.0.supernode_begin();
+        let end = self.symbolic.structure.supernode_end();
+        let begin = self.symbolic.structure.supernode_begin();
         let mut result = Mat::<f64>::zeros(first.rows.ncols(), second.rows.ncols());
         let mut flops = 0.0;
         let mut run: Option<(usize, usize, usize)> = None;

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use mtb_operator::{Monitor, Progress, available_memory, ready_products};
 
-use super::assembly::assemble;
+use super::assembly::{self, assemble};
 use super::body::TetraBody;
 use super::factor::{Factor, Failure, Symbolic};
+use super::numeric;
 use super::ordering::{Graph, nested_dissection, postordered};
 use super::support::{Source, Unknowns};
 use crate::Error;
@@ -69,26 +70,37 @@ pub(super) struct Factored {
     pub(super) cost: Cost,
 }
 
+/// Refuses what is to be made of a factor, from its structure and the memory [bytes] that its numbers are still
+/// to take: asked before they are made.
+pub(super) type Fits<'a> = &'a dyn Fn(&Unknowns, &Symbolic, f64) -> Result<(), Error>;
+
 /// Smallest ratio of squared pivots of a body that is held: below, some part of it is loose.
 const LOOSE_PIVOT: f64 = 1e-14;
 
 impl TetraBody {
-    /// The factorised stiffness, made on the first call.
+    /// The factorised stiffness, made on the first call, if what is to be made of it `fits`.
     pub(super) fn factored(
         &self,
         limits: Limits,
+        fits: Fits<'_>,
         monitor: Monitor<'_>,
     ) -> Result<Arc<Factored>, Error> {
         let mut slot = self.factored.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(factored) = &*slot {
+            fits(&factored.unknowns, &factored.factor.symbolic, 0.0)?;
             return Ok(factored.clone());
         }
-        let factored = Arc::new(self.factorise(limits, monitor)?);
+        let factored = Arc::new(self.factorise(limits, fits, monitor)?);
         *slot = Some(factored.clone());
         Ok(factored)
     }
 
-    fn factorise(&self, limits: Limits, monitor: Monitor<'_>) -> Result<Factored, Error> {
+    fn factorise(
+        &self,
+        limits: Limits,
+        fits: Fits<'_>,
+        monitor: Monitor<'_>,
+    ) -> Result<Factored, Error> {
         let mut cost = Cost::default();
         let clock = Instant::now();
         let active = self.claims.active();
@@ -107,6 +119,11 @@ impl TetraBody {
         cost.ordering_s = clock.elapsed().as_secs_f64();
         poll(monitor, 0)?;
 
+        if available_memory().is_some_and(|free| assembly::memory(&graph, &unknowns) > free) {
+            return Err(Error::OutOfMemory {
+                unknowns: unknowns.n,
+            });
+        }
         let clock = Instant::now();
         let system = assemble(
             &self.mesh,
@@ -144,7 +161,7 @@ impl TetraBody {
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
         ready_products()?;
-        let bytes = 8.0 * entries as f64;
+        let bytes = numeric::memory(&symbolic);
         let available = available_memory().unwrap_or(f64::INFINITY);
         if bytes > limits.bytes.min(available) || flops > limits.flops {
             return Err(Error::TooLarge {
@@ -156,6 +173,7 @@ impl TetraBody {
                 available: 1e-9 * available.max(0.0),
             });
         }
+        fits(&unknowns, &symbolic, bytes)?;
         poll(monitor, 2)?;
 
         let clock = Instant::now();

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Numbers of the sparse Cholesky factor, supernode by supernode, with a look at the monitor between.
 
-use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par};
 use mtb_operator::dense::{Unfactored, WORK_UNWATCHED, Watch, cholesky_columns, lower_product};
 
 use super::assembly::Lower;
-use super::factor::Failure;
+use super::factor::{Failure, Symbolic};
 
 /// Columns of an update that are formed at once: bounds its memory.
 const COLUMNS: usize = 128;
@@ -17,23 +16,27 @@ const SHARED: f64 = 2e6;
 /// No supernode.
 const NONE: usize = usize::MAX;
 
+/// Memory [bytes] that [`factorise`] takes: the values and one update.
+pub(super) fn memory(symbolic: &Symbolic) -> f64 {
+    8.0 * (symbolic.entries() + symbolic.longest() * COLUMNS) as f64
+}
+
 /// Values of the factor in faer's layout: supernodes one after the other, each by columns, its square first.
 ///
 /// Left-looking [GeorgeLiu1981]: a supernode takes its columns of the matrix, less the products of all earlier
 /// supernodes that reach it, and is factorised in its place.
 pub(super) fn factorise(
-    structure: &SymbolicSupernodalCholesky<usize>,
-    supernode_of: &[usize],
+    symbolic: &Symbolic,
     matrix: &Lower,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<f64>, Failure> {
+    let (structure, supernode_of) = (&symbolic.structure, &symbolic.supernode_of);
     let n_supernodes = structure.n_supernodes();
     let (begin, end) = (structure.supernode_begin(), structure.supernode_end());
     let first_value = structure.col_ptr_for_val();
     let pattern = |s: usize| structure.supernode(s).pattern();
-    let longest = (0..n_supernodes).map(|s| pattern(s).len()).max();
     let mut values = reserved(structure.len_val())?;
-    let mut product = reserved(longest.unwrap_or(0) * COLUMNS)?;
+    let mut product = reserved(symbolic.longest() * COLUMNS)?;
     product.resize(product.capacity(), 0.0);
     // row of the present supernode in which each unknown below it stands
     let mut local_row = vec![0; structure.nrows()];
@@ -171,7 +174,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::tetra::factor::Symbolic;
     use crate::tetra::ordering::{Graph, nested_dissection, postordered};
 
     /// Numbers in [-1, 1] without structure, the same on every run.
@@ -247,7 +249,7 @@ mod tests {
         let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
-        factorise(&symbolic.0, &symbolic.supernode_of(), matrix, watch)
+        factorise(&symbolic, matrix, watch)
     }
 
     /// The factor by faer's own loop.
@@ -255,18 +257,18 @@ mod tests {
         let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
-        let n = symbolic.0.nrows();
-        let mut values = vec![0.0; symbolic.0.len_val()];
+        let n = symbolic.structure.nrows();
+        let mut values = vec![0.0; symbolic.structure.len_val()];
         let par = Par::rayon(rayon::current_num_threads());
         let spec = Spec::default();
         let request =
-            factorize_supernodal_numeric_llt_scratch::<usize, f64>(&symbolic.0, par, spec);
+            factorize_supernodal_numeric_llt_scratch::<usize, f64>(&symbolic.structure, par, spec);
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &matrix.start, None, &matrix.row);
         factorize_supernodal_numeric_llt(
             &mut values,
             SparseColMatRef::new(pattern, matrix.value.as_slice()),
             LltRegularization::default(),
-            &symbolic.0,
+            &symbolic.structure,
             par,
             MemStack::new(&mut MemBuffer::new(request)),
             spec,
@@ -276,7 +278,7 @@ mod tests {
 
     /// Entries of a factor that count, each with its column.
     fn lower(matrix: &Lower, values: &[f64]) -> Vec<(usize, f64)> {
-        let Ok(Symbolic(structure)) = Symbolic::new(matrix, &unmonitored) else {
+        let Ok(Symbolic { structure, .. }) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
         let mut entries = Vec::new();
@@ -347,8 +349,8 @@ mod tests {
         let Ok(symbolic) = Symbolic::new(&matrix, &unmonitored) else {
             panic!("too little memory")
         };
-        let ends = symbolic.0.supernode_end();
-        let widths = ends.iter().zip(symbolic.0.supernode_begin());
+        let ends = symbolic.structure.supernode_end();
+        let widths = ends.iter().zip(symbolic.structure.supernode_begin());
         let widest = widths.map(|(end, begin)| end - begin).max().unwrap_or(0);
         assert!(widest > 256, "{widest} columns: one panel holds them");
         assert!(difference(&matrix) < 1e-11);
