@@ -10,6 +10,8 @@ import pytest
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.bodies.sides import Forces
+from mtb_rs.contact.solve import _imbalance as imbalance
 from mtb_rs.contact.solve import solve_direct
 
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -72,6 +74,44 @@ def test_the_rail_passes_on_what_presses_it(name):
     size = np.linalg.norm(balance["contact"])
     assert np.abs(pressed + balance["supports of the lower body"]).max() < 2e-3 * size
     assert balance["magnetic on the lower body"][2] == pytest.approx(-balance["magnetic"][2], rel=2e-3)
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("given", [{"friction": 0.0}, {"attraction": "both"}])
+def test_moments_that_are_rounding_are_no_scale(given):
+    """Symmetric loads on a body have no moment about the middle, and its rounding is in balance."""
+    result = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, **given).solve(model="elastic-both")
+    assert result.report.force_balance["relative_error"] < 1e-9
+
+
+def test_a_motion_that_nothing_works_on_is_in_balance():
+    """A body that is free along y, without friction: the load along y is rounding."""
+    problem = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, friction=0.0).problem("half-space")
+    solution = solve_direct(problem)
+    aside = np.zeros((1, 3, problem.area.size))
+    aside[:, 1] = 1.0
+    side = replace(
+        problem.upper,
+        motions=np.concatenate([problem.upper.motions, aside]),
+        work=np.append(problem.upper.work, 1e-13),
+        is_pulled=np.append(problem.upper.is_pulled, False),
+    )
+    assert imbalance(replace(problem, upper=side), solution.coefficients(problem)) < 1e-12
+    side = replace(side, work=np.append(problem.upper.work, 1.0))
+    assert imbalance(replace(problem, upper=side), solution.coefficients(problem)) > 1e-5
+
+
+def test_forces_and_moments_have_one_scale():
+    """A couple alone, forces alone, and either of them left over."""
+    none, couple = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.0, 40.0, 0.0])
+    force = np.array([0.0, 0.0, 800.0, 0.0, 0.0, 0.0])
+    rounding = np.full(6, 1e-13)
+    for load in (couple, force):
+        assert Forces(none, none, load, {"held": rounding - load}, 0.05).relative_error < 1e-14
+    # 40 N m on 50 mm are 800 N
+    for load in (couple, force):
+        held = {"held": np.append(-force[:3], -couple[3:]) + load}
+        assert Forces(force + couple, none, none, held, 0.05).relative_error == pytest.approx(1 / 3)
 
 
 def test_a_wrong_solution_is_caught():

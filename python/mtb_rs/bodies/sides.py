@@ -117,8 +117,13 @@ class ElasticPart:
         contact, pull = self._tractions(coefficients)
         touched, supports = self.balance.of(contact + pull)
         pulled = np.einsum("kcn,cn->k", self.balance.contact, pull)
-        forces = Forces(touched - pulled, pulled, self.balance.spread, supports)
+        forces = Forces(touched - pulled, pulled, self.balance.spread, supports, self._size)
         return forces.mirrored() if self.is_half else forces
+
+    @property
+    def _size(self) -> float:
+        """Longest edge [m] of the box round the body."""
+        return float(np.ptp(self.body.mesh.nodes, axis=0).max())
 
     @property
     def lifts(self) -> Array:
@@ -132,9 +137,8 @@ class ElasticPart:
         words = []
         if self.spread[2]:
             words.append(f"force {self.spread[2]:.6g} N along z on {self.body.name}")
-        size = float(np.ptp(self.body.mesh.nodes, axis=0).max())
         moment = np.where(
-            np.abs(self.spread[3:]) > 1e-9 * size * np.abs(self.spread[:3]).max(), self.spread[3:], 0.0
+            np.abs(self.spread[3:]) > 1e-9 * self._size * np.abs(self.spread[:3]).max(), self.spread[3:], 0.0
         )
         if moment.any():
             given = ", ".join(f"{m:.4g}" for m in moment)
@@ -187,25 +191,33 @@ class ElasticPart:
 @dataclass(frozen=True)
 @plain
 class Forces:
-    """All that acts on one body: (fx, fy, fz, mx, my, mz) each, [N] and [N m], moments about the origin."""
+    """All that acts on one body: (fx, fy, fz, mx, my, mz) each, [N] and [N m], moments about the origin.
+
+    `length` [m] is the size of the body: a moment counts as the force that makes it on this lever.
+    """
 
     contact: Array
     magnetic: Array
     spread: Array
     supports: Mapping[str, Array]
+    length: float
 
     def mirrored(self) -> Forces:
         """Of the whole body, from those of its half y >= 0; what holds its plane of symmetry cancels out."""
         whole = {name: value * _WHOLE for name, value in self.supports.items() if name != _SYMMETRY}
-        return Forces(self.contact * _WHOLE, self.magnetic * _WHOLE, self.spread * _WHOLE, whole)
+        return Forces(self.contact * _WHOLE, self.magnetic * _WHOLE, self.spread * _WHOLE, whole, self.length)
 
     @property
     def relative_error(self) -> float:
-        """What is left of the sum of all forces and moments, relative to their sizes."""
+        """What is left of the sum of all forces and moments, relative to the sizes of both together.
+
+        Each alone is no scale: where a body is loaded by forces through one point, its moments are rounding.
+        """
         parts = np.array([self.contact, self.magnetic, self.spread, *self.supports.values()])
-        sizes = np.linalg.norm(parts.reshape(-1, 2, 3), axis=2).sum(axis=0)
-        rest = np.linalg.norm(parts.sum(axis=0).reshape(2, 3), axis=1)
-        return float((rest[sizes > 0.0] / sizes[sizes > 0.0]).max(initial=0.0))
+        lever = np.array([1.0, 1.0 / self.length])
+        size = float((np.linalg.norm(parts.reshape(-1, 2, 3), axis=2) @ lever).sum())
+        rest = np.linalg.norm(parts.sum(axis=0).reshape(2, 3), axis=1) * lever
+        return float(rest.max()) / size if size > 0.0 else 0.0
 
 
 #: A body and its mirror image together: twice what the mirror keeps, none of what it turns round.

@@ -293,13 +293,18 @@ def _balance(
 
 
 def _imbalance(problem: ContactProblem, coefficients: Array) -> float:
-    """Largest relative generalised load left over on a free rigid motion."""
+    """Largest generalised load left over on a free rigid motion, relative to all tractions on their levers.
+
+    The tractions count by their sizes, whatever their directions: a motion that none of them works on, such
+    as one along the surface without friction, has rounding alone as its work.
+    """
     worst = 0.0
+    sizes = problem.area * np.linalg.norm(coefficients, axis=0)
     for motion, work in zip(problem.relative_motions, problem.loading.work, strict=True):
-        parts = problem.area * (coefficients * motion).sum(axis=0)
-        scale = float(np.abs(parts).sum() + abs(work))
+        rest = float((problem.area * (coefficients * motion).sum(axis=0)).sum() + work)
+        scale = float(sizes @ np.linalg.norm(motion, axis=0) + abs(work))
         if scale > 0.0:
-            worst = max(worst, float(abs(parts.sum() + work)) / scale)
+            worst = max(worst, abs(rest) / scale)
     return worst
 
 

@@ -45,7 +45,8 @@ class Report(Told):
         Forces (3,) [N] that must cancel: "contact" (on the lower body), "magnetic" (on the upper one), "pull"
         (a prescribed force), "supports of the upper body", "supports of the lower body". Reactions of elastic
         bodies are those of their finite elements, stiffness times displacement minus load. "relative_error"
-        is the largest relative sum of all forces and moments on a body or along a free motion.
+        is the largest sum of all forces and moments on a body or along a free motion, relative to the sum of
+        their sizes (a moment counts as the force that makes it on the length of the body).
     reactions : Mapping[str, (3,) array] [N]
         Force of each support on its elastic body, under "body: support".
     omitted : Mapping[str, Any]
