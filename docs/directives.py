@@ -133,6 +133,10 @@ class ThesisFigures(SphinxDirective):
         return out
 
 
+#: What the paragraph of an example that says what its pictures show begins with.
+SEE = "What to see:"
+
+
 class Example(SphinxDirective):
     """A script of `examples/`: its question, its picture, what it prints, and its text.
 
@@ -153,9 +157,16 @@ class Example(SphinxDirective):
         source = re.search(r"\s*(\[[^\]]*\])$", title)
         if source is not None:
             title, rest = title[: source.start()], f"{source[1]} {rest}"
-        lines = [f"## {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
-        for picture in sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif")):
-            lines += [f"```{{image}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", "```", ""]
+        # the paragraph on what to see is the caption of the last picture
+        paragraphs = rest.split("\n\n")
+        told = [text for text in paragraphs if text.startswith(SEE)]
+        rest = "\n\n".join(text for text in paragraphs if text not in told)
+        lines = [f"### {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
+        pictures = sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif"))
+        for picture in pictures:
+            lines += [f"```{{figure}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", ""]
+            lines += [text.removeprefix(SEE).strip() for text in told if picture == pictures[-1]]
+            lines += ["```", ""]
         lines += [f"```{{literalinclude}} gallery/{name}/printed.txt", ":language: text", "```", ""]
         lines += ["```{raw} html", f"<details><summary>examples/{name}.py</summary>", "```", ""]
         lines += [f"```{{literalinclude}} ../examples/{name}.py", ":language: python", "```", ""]

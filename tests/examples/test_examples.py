@@ -32,6 +32,9 @@ def brake_force_over_velocity(names: dict[str, Any]) -> None:
     # the loads are as the magnetic pressures at 2.5 and 40 m/s, the friction as its table says
     slow, fast = names["brake_force"][2.5], names["brake_force"][40.0]
     assert slow / fast == pytest.approx(0.275 / 0.1125 * 2.95 / 2.12, rel=1e-3)
+    # pressure stands aslant on a rail whose sides slope by up to a quarter
+    for velocity, product in names["product"].items():
+        assert 1.003 < names["brake_force"][velocity] / product < 1.008
 
 
 def braking_manoeuvre(names: dict[str, Any]) -> None:
@@ -104,6 +107,63 @@ def pictures_of_a_result(names: dict[str, Any]) -> None:
     assert drawn == {".png", ".gif"}
 
 
+def pole_shoe_design(names: dict[str, Any]) -> None:
+    # the balance of moments about y, where friction has a lever
+    assert names["worst"] < 5e-3
+    assert names["brake_force"] == pytest.approx(names["needed"], rel=8e-3)
+    chosen = {design: friction for design, (_, friction) in names["best"].items()}
+    for design, (pressure, friction) in names["best_rigid"].items():
+        # edges cost the elastic shoe some per cent, and its front gives way
+        assert 1.0 < names["best"][design][0] / pressure < 1.15
+        assert friction - 0.05 < chosen[design] < 1.35 * friction
+    # a taller shoe wants less friction
+    for sole in names["soles"]:
+        by_height = [chosen[sole, height] for height in names["heights"]]
+        assert by_height == sorted(by_height, reverse=True)
+        assert by_height[0] > by_height[-1]
+    # inside of what was tried
+    assert names["design"].friction < names["frictions"][-1]
+
+
+def worn_wheel_over_lateral_shift(names: dict[str, Any]) -> None:
+    assert names["cone_error"] < 1e-9
+    assert names["angle_error"] < 2e-4
+    # CONTACT, with another table of the rail's head
+    for place, angle in names["benchmark"].values():
+        assert abs(place) < 0.8e-3
+        assert abs(angle) < 6e-3
+    middle = len(names["shifts"]) // 2
+    conicity = {
+        name: of["difference"][middle + 6] / (2.0 * names["shifts"][middle + 6])
+        for name, of in names["found"].items()
+    }
+    assert conicity["cone 1:20"] == pytest.approx(0.05, rel=1e-9)
+    assert 0.12 < conicity["new wheel"] < 0.2
+    assert conicity["hollow wheel"] > 1.2 * conicity["new wheel"]
+
+
+def elastomer_pad_on_steel(names: dict[str, Any]) -> None:
+    modulus = names["modulus"]
+    flat, tall = names["heights"][-1], names["heights"][0]
+    assert abs(names["difference"][flat]) < 0.02
+    assert 0.0 < names["difference"][tall] < 0.12
+    for height in names["heights"]:
+        # elements only make it stiffer, linear ones by far
+        assert names["found"][height] <= 1.001 * names["coarse"][height]
+        assert names["locked"][height] > 1.08 * names["found"][height]
+        assert names["found"][height] > modulus
+
+
+def rough_contact_area(names: dict[str, Any]) -> None:
+    light = names["loads"] < 0.1
+    assert (names["kappa"][light] > 1.9).all()
+    assert (names["kappa"][light] < 2.4).all()
+    assert (names["limit"] > names["persson"]).all()
+    assert (names["limit"] < names["bgt"]).all()
+    # refining takes from the border of the contact
+    assert (names["share"][2] < names["share"][1]).all()
+
+
 CHECKS = {
     check.__name__: check
     for check in (
@@ -113,11 +173,15 @@ CHECKS = {
         cattaneo_mindlin,
         cattaneo_to_carter,
         creep_forces_with_spin,
+        elastomer_pad_on_steel,
         europrinter_traction_curve,
         falling_friction_instability,
         hertz,
         pictures_of_a_result,
+        pole_shoe_design,
+        rough_contact_area,
         start_of_sliding,
+        worn_wheel_over_lateral_shift,
     )
 }
 
