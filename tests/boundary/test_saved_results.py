@@ -252,6 +252,7 @@ STUDY_DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
     "no arrays": (lambda p: (p / "sweep.npz").unlink(), "sweep.npz cannot be read"),
     "other arrays": (lambda p: _other_columns(p), "differs from the one in sweep.json"),
     "no sums": (lambda p: _record(p, sha256={}), "is missing"),
+    "another number": (lambda p: _other_number(p), "sweep.json is not the file that was saved"),
     "shapes": (lambda p: _other_columns(p, is_told=True), "has the shape"),
     "no study": (lambda p: _record(p, result={"tuple": []}), "no result was saved there"),
 }
@@ -260,6 +261,12 @@ STUDY_DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
 def _record(place: Path, **changes: Any) -> None:
     found = json.loads((place / "sweep.json").read_text(encoding="utf-8")) | changes
     (place / "sweep.json").write_text(json.dumps(found), encoding="utf-8")
+
+
+def _other_number(place: Path) -> None:
+    text = (place / "sweep.json").read_text(encoding="utf-8")
+    assert '"friction"' in text
+    (place / "sweep.json").write_text(text.replace('"friction"', '"frictoin"'), encoding="utf-8")
 
 
 def _other_columns(place: Path, is_told: bool = False) -> None:
@@ -328,10 +335,17 @@ def test_units_are_those_of_the_motion(folder: Callable[[str], tuple[Any, Path]]
     assert said["slip"] == {"label": "slip", "unit": "m"}
 
 
-def _result(place: Path, change: Callable[[dict[str, Any]], Any]) -> None:
+def _told(found: dict[str, Any]) -> str:
+    """A record as text, with the checksum that its numbers and text have."""
+    canonical = json.dumps(found["result"], sort_keys=True, separators=(",", ":")).encode()
+    found["sha256"]["result"] = hashlib.sha256(canonical).hexdigest()
+    return json.dumps(found)
+
+
+def _result(place: Path, change: Callable[[dict[str, Any]], Any], is_told: bool = True) -> None:
     found = json.loads((place / RESULT).read_text(encoding="utf-8"))
     change(found["result"]["of"])
-    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+    (place / RESULT).write_text(_told(found) if is_told else json.dumps(found), encoding="utf-8")
 
 
 def _arrays(place: Path, is_told: bool = True, **changes: Any) -> None:
@@ -385,6 +399,14 @@ DAMAGES: dict[str, tuple[Callable[[Path], Any], str]] = {
     "an array is missing": (lambda p: _without_rest(p), "is missing"),
     "arrays are missing": (lambda p: (p / REST).unlink(), f"{REST} cannot be read: No such file"),
     "another pressure": (_swapped, f"{FIELDS} is not the file that was saved"),
+    "another peak pressure": (
+        lambda p: _result(p, lambda of: of["report"]["of"].update(peak_pressure=1.0), is_told=False),
+        f"{RESULT} is not the file that was saved",
+    ),
+    "another model": (
+        lambda p: _result(p, lambda of: of["report"]["of"].update(model="rigid"), is_told=False),
+        f"{RESULT} is not the file that was saved",
+    ),
     "arrays of another result": (lambda p: _sums(p, {FIELDS: "0"}), f"{FIELDS} is not the file"),
     "no sums": (lambda p: _sums(p, {}), f"{FIELDS} is not the file"),
     "sums of another kind": (lambda p: _sums(p, [1]), "the checksums of its arrays are damaged"),
@@ -413,7 +435,7 @@ def _without_rest(place: Path) -> None:
 def _kind(place: Path, name: str, **parts: Any) -> None:
     found = json.loads((place / RESULT).read_text(encoding="utf-8"))
     found["result"] = {"class": name, "of": parts}
-    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+    (place / RESULT).write_text(_told(found), encoding="utf-8")
 
 
 def _scaled(place: Path, name: str, factor: int) -> None:
@@ -458,6 +480,15 @@ def test_a_result_of_the_first_version_has_no_sums(
     assert np.array_equal(mtb.load(copy).pressure, result.pressure)
 
 
+def test_a_record_may_be_laid_out_anew(folder: Callable[[str], tuple[Any, Path]], tmp_path: Path) -> None:
+    """Its checksum is that of what it says, whatever the spaces and the order of its keys."""
+    result, place = folder("own friction")
+    copy = Path(shutil.copytree(place, tmp_path / "out"))
+    found = json.loads((copy / RESULT).read_text(encoding="utf-8"))
+    (copy / RESULT).write_text(json.dumps(found, indent=4, sort_keys=True), encoding="utf-8")
+    assert mtb.load(copy).report.peak_pressure == result.report.peak_pressure
+
+
 def test_a_small_archive_of_endless_zeros_is_refused(
     folder: Callable[[str], tuple[Any, Path]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -494,7 +525,7 @@ def test_junk_in_a_saved_result_is_refused_or_loads(
     walk(found["result"])
     node, key = data.draw(st.sampled_from(range(len(places))).map(places.__getitem__))
     node[key] = data.draw(JUNK)
-    (place / RESULT).write_text(json.dumps(found), encoding="utf-8")
+    (place / RESULT).write_text(_told(found), encoding="utf-8")
     refused = ""
     try:
         loaded = mtb.load(place)

@@ -25,6 +25,8 @@ from .savable import Savable
 
 #: What lists the files of a result; how it is built; its fields and totals; its other arrays.
 SUMMARY, RESULT, FIELDS, REST = "summary.json", "result.json", "fields.npz", "result.npz"
+#: What the checksum of a record's own numbers and text is known by, among those of its arrays.
+STRUCTURE = "result"
 #: The form of `result.json`, and of what it refers to: the next number where an older reader would fail.
 SCHEMA = 1
 
@@ -64,9 +66,15 @@ def _files(
     if packer.arrays:
         files[rest] = _archive(packer.arrays)
     sums = {name: _sum(content) for name, content in files.items()}
+    sums[STRUCTURE] = _sum(_canonical(structure))
     whole = {**mark(), "sha256": sums, "result": structure}
     # the record comes last: with it the others are complete
     return files | {record: json.dumps(whole, allow_nan=False).encode() + b"\n"}
+
+
+def _canonical(structure: Any) -> bytes:
+    """The structure of a result as bytes that do not depend on how its file is laid out."""
+    return json.dumps(structure, sort_keys=True, separators=(",", ":")).encode()
 
 
 def class_of(record: Path) -> str | None:
@@ -192,13 +200,19 @@ def _json(path: Path) -> Any:
 
 
 def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
-    """How a result is built, and the sums of its arrays; mtb_rs 0.1.0 has written none."""
+    """How a result is built, and the checksums; mtb_rs 0.1.0 has written none."""
     found = _json(path)
     if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
         raise ValueError(f"{path} cannot be read: it holds no result in format {SCHEMA}")
     sums = found.get("sha256")
     if not (sums is None or isinstance(sums, dict)):
         raise ValueError(f"{path} cannot be read: the checksums of its arrays are damaged")
+    # earlier versions have kept no sum of the structure
+    if sums and STRUCTURE in sums and sums[STRUCTURE] != _sum(_canonical(found["result"])):
+        raise ValueError(
+            f"{path} is not the file that was saved: its numbers or its text differ from the checksum "
+            "(SHA-256) that stands in it; save the result again"
+        )
     return found["result"], sums
 
 
