@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 __version__: str
 CONDENSATION_DIGEST: str
-PATH_PARTS: int
 PATH_TOLERANCE: float
 
 _Array = NDArray[np.float64]
@@ -76,7 +75,15 @@ class Problem:
     ) -> list[Outcome]: ...
     def wedging_factor(self, direction: _Array, friction: _Array) -> float: ...
 
-def path_error(change: float, before: float | None = None) -> float: ...
+def stick_or_slip_held(
+    compliance: Compliance,
+    pressure: _Array,
+    area: _Array,
+    friction: _Array,
+    layer: float,
+    displacements: list[list[float]],
+    tolerance: float,
+) -> list[tuple[_Array, NDArray[np.int8], int, float]]: ...
 
 @final
 class Loading:
@@ -667,19 +674,6 @@ class TangentialOutcome:
     def history(self) -> list[float]: ...
 
 @final
-class DiscOutcome:
-    @property
-    def status(self) -> NDArray[np.int8]: ...
-    @property
-    def converged(self) -> bool: ...
-    @property
-    def iterations(self) -> int: ...
-    @property
-    def field(self) -> _Array: ...
-    @property
-    def image(self) -> _Array: ...
-
-@final
 class FoundationOutcome:
     @property
     def forces(self) -> _Array: ...
@@ -690,13 +684,6 @@ class FoundationOutcome:
     @property
     def slipping(self) -> NDArray[np.bool_]: ...
 
-def solve_discs_dense(
-    matrix: _Array,
-    offset: _Array,
-    radius: _Array,
-    resultants: list[tuple[list[float], list[float], float]],
-    tolerance: float,
-) -> DiscOutcome: ...
 def kalker_coefficients(ratio: float, poisson_ratio: float) -> tuple[float, float, float, float]: ...
 def fastsim_curve(
     bound: _Array,

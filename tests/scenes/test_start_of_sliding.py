@@ -141,6 +141,5 @@ def test_the_state_does_not_depend_on_the_number_of_steps(pressure: str) -> None
 def test_steps_too_long_for_the_tolerance_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = mtb.scenes.paraboloid_on_plane(friction=0.3, points=8, lower=mtb.Rigid())
     monkeypatch.setattr(mtb._mtb_rs, "PATH_TOLERANCE", 1e-12)
-    monkeypatch.setattr(mtb._mtb_rs, "PATH_PARTS", 4)
     with pytest.warns(mtb.ToleranceWarning, match="length of step 1"):
         scene.start_of_sliding([[3e-5, 0.0]], model="half-space", pressure="held")

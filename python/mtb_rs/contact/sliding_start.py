@@ -252,76 +252,39 @@ def start_with_held_pressure(
     mu = np.broadcast_to(np.asarray(friction, dtype=float), (n,))
     steps = pushes(displacements)
     check_room(n, 16)
-    matrix = np.block([[compliance.influence(row, column) for column in "xy"] for row in "xy"])
-    if layer is not None:
-        matrix[np.diag_indices(2 * n)] += layer.flexibility
-    matrix = np.ascontiguousarray(matrix)
-    contact = p > 0.0
-    bound = float(mu * p @ a)
-
-    states: list[_Held] = []
+    found = _mtb_rs.stick_or_slip_held(
+        compliance,
+        np.ascontiguousarray(p),
+        np.ascontiguousarray(a),
+        np.ascontiguousarray(mu),
+        0.0 if layer is None else layer.flexibility,
+        steps.tolist(),
+        tolerance,
+    )
 
     def history() -> StartOfSliding:
-        done = len(states)
-        slips = [float(a[state.status == 2].sum()) for state in states]
-        touching = float(a[contact].sum())
+        traction, status, iterations, path_error = zip(*found, strict=True)
+        done, touching = len(found), float(a[p > 0.0].sum())
+        slips = [float(a[points == 2].sum()) for points in status]
         return StartOfSliding(
             displacement=steps[:done],
-            force=np.array([force_of(np.concatenate([state.traction, p]).reshape(3, n)) for state in states]),
+            force=np.array([force_of(np.concatenate([q, p[None]])) for q in traction]),
             normal_force=np.full(done, float(p @ a)),
             slip_share=np.array([slip / touching if touching > 0.0 else 0.0 for slip in slips]),
-            traction=states[-1].traction.reshape(2, n),
+            traction=traction[-1],
             pressure=p,
-            status=states[-1].status,
-            iterations=np.array([state.iterations for state in states]),
-            path_error=np.array([state.path_error for state in states]),
+            status=status[-1],
+            iterations=np.array(iterations),
+            path_error=np.array(path_error),
         )
 
-    def advance(k: int, parts: int) -> _Held:
-        """The state at the end of a step that is taken in so many parts."""
-        q = states[-1].traction if states else np.zeros(2 * n)
-        way = steps[k] - (steps[k - 1] if k else 0.0)
-        iterations = 0
-        for _ in range(parts):
-            offset = -np.repeat(way / parts, n) - matrix @ q
-            found = _mtb_rs.solve_discs_dense(matrix, offset, mu * p, [], tolerance)
-            if not found.converged:
-                raise ConvergenceError(
-                    f"no state found for the displacement {steps[k].tolist()} m, step {k + 1}",
-                    history() if k else None,
-                )
-            q = found.field
-            iterations += found.iterations
-        # a point of contact without friction has no disc: it slips, if anything moves it
-        moves = np.any(found.image.reshape(2, n) != 0.0, axis=0)
-        status = np.where(contact & (found.status == 0), np.where(moves, 2, 1), found.status)
-        return _Held(q, status.astype(np.int8), iterations)
-
-    def change(old: _Held, new: _Held) -> float:
-        x, y = (new.traction - old.traction).reshape(2, n)
-        return float(np.hypot(x, y) @ a) / bound if bound > 0.0 else 0.0
-
-    for k in range(len(steps)):
-        found, parts, before, error = advance(k, 1), 1, None, np.inf
-        while error > _mtb_rs.PATH_TOLERANCE and parts < _mtb_rs.PATH_PARTS:
-            parts *= 2
-            finer = advance(k, parts)
-            changed = change(found, finer)
-            error = _mtb_rs.path_error(changed, before)
-            found, before = finer, changed
-        carried = states[-1].path_error if states else 0.0
-        states.append(replace(found, path_error=carried + error))
+    k = len(found)
+    if k < len(steps):
+        raise ConvergenceError(
+            f"no state found for the displacement {steps[k].tolist()} m, step {k + 1}",
+            history() if k else None,
+        )
     return _told(history())
-
-
-@dataclass(frozen=True)
-class _Held:
-    """A state under a pressure that is held: traction (2n) [Pa], what each point does (n)."""
-
-    traction: Array
-    status: NDArray[np.int8]
-    iterations: int
-    path_error: float = np.inf
 
 
 def _told(start: StartOfSliding) -> StartOfSliding:

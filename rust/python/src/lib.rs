@@ -51,7 +51,7 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
     #[pymodule_export]
-    use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, path_error};
+    use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, stick_or_slip_held};
     #[pymodule_export]
     use super::solid::{
         block_mesh, check_unknowns, held_points, nearest_nodes, pole_mesh, quadratic_mesh,
@@ -59,8 +59,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tangential::{
-        PyDiscOutcome, PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialOutcome,
-        fastsim_curve, kalker_coefficients, polach_curve, solve_discs_dense,
+        PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialOutcome, fastsim_curve,
+        kalker_coefficients, polach_curve,
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
@@ -72,7 +72,6 @@ mod _mtb_rs {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONDENSATION_DIGEST", mtb_elasticity::tetra::DIGEST)?;
-        module.add("PATH_PARTS", mtb_contact::coupled::PATH_PARTS)?;
         module.add("PATH_TOLERANCE", mtb_contact::coupled::PATH_TOLERANCE)?;
         let not_converged = module.py().get_type::<super::wheelset::NotConverged>();
         module.add("NotConverged", not_converged)?;

@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_contact::Error;
-use mtb_contact::coupled::PointState;
+use mtb_contact::coupled::{Held, PointState};
 use mtb_contact::problem::{
     Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem,
 };
@@ -170,12 +170,52 @@ impl PyOutcome {
     }
 }
 
-/// Error that is left after a doubling of the parts of a path changed a state by `change`, and the one before it
-/// by `before`.
+/// Traction (2, n), what each point does (n,), Newton steps, error of the path.
+type HeldOutcome<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<i8>>,
+    usize,
+    f64,
+);
+
+/// States under a pressure that is held, after the upper body went along the tangents to each of some places (k, 2)
+/// [m]; fewer if no state was found.
 #[pyfunction]
-#[pyo3(signature = (change, before=None))]
-pub(crate) fn path_error(change: f64, before: Option<f64>) -> f64 {
-    mtb_contact::coupled::path_error(change, before)
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the bodies, their pressure and the way"
+)]
+pub(crate) fn stick_or_slip_held<'py>(
+    py: Python<'py>,
+    compliance: &Bound<'py, PyCompliance>,
+    pressure: PyReadonlyArray1<'py, f64>,
+    area: PyReadonlyArray1<'py, f64>,
+    friction: PyReadonlyArray1<'py, f64>,
+    layer: f64,
+    displacements: Vec<[f64; 2]>,
+    tolerance: f64,
+) -> PyResult<Vec<HeldOutcome<'py>>> {
+    let held = Held {
+        compliance: &*compliance.get().0,
+        layer,
+        area: flat(&area, "area")?,
+        friction: flat(&friction, "friction")?,
+        pressure: flat(&pressure, "pressure")?,
+    };
+    let n = held.pressure.len();
+    let states = enter(py, |monitor| {
+        held.follow(&displacements, tolerance, monitor)
+    })?;
+    let told = states.into_iter().map(|state| {
+        let points: Vec<i8> = state.points.into_iter().map(code).collect();
+        Ok((
+            state.traction.into_pyarray(py).reshape([2, n])?,
+            points.into_pyarray(py),
+            state.iterations,
+            state.path_error,
+        ))
+    });
+    told.collect()
 }
 
 /// 0 open, 1 stick, 2 slip.

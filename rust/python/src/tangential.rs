@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Stick and slip, and the fast approximations.
 
-use mtb_complementarity::discs::{
-    DenseDiscProblem, DiscOptions, DiscSolution, DiscState, Resultant,
-    solve_discs_dense as solve_dense,
-};
+use mtb_complementarity::discs::DiscState;
 use mtb_contact::Error;
 use mtb_contact::fastsim::{self, Flexibilities, FoundationProblem, Order};
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
@@ -18,7 +15,7 @@ use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, Pair};
 use mtb_operator::Grid;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -281,61 +278,6 @@ impl PyTangentialOutcome {
             history: solution.history,
         })
     }
-}
-
-/// Where a variational inequality on discs ended.
-#[pyclass(frozen, get_all, name = "DiscOutcome", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyDiscOutcome {
-    /// 0 excluded, 1 inside, 2 on the rim (n,).
-    status: Py<PyArray1<i8>>,
-    converged: bool,
-    iterations: usize,
-    /// Unknowns (2n,) and their image.
-    field: Py<PyArray1<f64>>,
-    image: Py<PyArray1<f64>>,
-}
-
-/// Solves the variational inequality on discs with a dense matrix (2n, 2n): offset (2n,), radius (n,),
-/// resultants as (direction (2n,), weight (2n,), value).
-#[pyfunction]
-pub(crate) fn solve_discs_dense<'py>(
-    py: Python<'py>,
-    matrix: PyReadonlyArray2<'py, f64>,
-    offset: PyReadonlyArray1<'py, f64>,
-    radius: PyReadonlyArray1<'py, f64>,
-    resultants: Vec<(Vec<f64>, Vec<f64>, f64)>,
-    tolerance: f64,
-) -> PyResult<PyDiscOutcome> {
-    let (matrix, offset, radius) = (matrix.as_slice()?, offset.as_slice()?, radius.as_slice()?);
-    let resultants: Vec<Resultant> = resultants
-        .into_iter()
-        .map(|(direction, weight, value)| Resultant {
-            direction,
-            weight,
-            value,
-            softness: 0.0,
-        })
-        .collect();
-    let solution: DiscSolution = enter(py, |monitor| {
-        let problem = DenseDiscProblem {
-            matrix,
-            offset,
-            radius,
-            resultants: &resultants,
-        };
-        let options = DiscOptions {
-            tolerance,
-            max_iterations: 200,
-        };
-        solve_dense(&problem, None, options, monitor)
-    })?;
-    Ok(PyDiscOutcome {
-        status: codes(&solution.state).into_pyarray(py).unbind(),
-        converged: solution.converged,
-        iterations: solution.iterations,
-        field: solution.field.into_pyarray(py).unbind(),
-        image: solution.image.into_pyarray(py).unbind(),
-    })
 }
 
 /// Forces (m, 3) over creepages, and the fields (2, ny, nx) and (ny, nx) of the last one.

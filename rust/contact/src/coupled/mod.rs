@@ -28,6 +28,7 @@
 //! A push is therefore reached in parts, twice as many of them until the tractions no longer change
 //! ([`CoupledContact::follow`]).
 
+mod held;
 mod newton;
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check, check_positive};
 use crate::sliding::RigidMotion;
+pub use held::{Held, HeldState};
 
 /// Parts in which a push is reached at most.
 pub const PARTS: usize = 64;
@@ -271,20 +273,11 @@ impl CoupledContact {
         let mut path: Vec<CoupledState> = Vec::new();
         for push in pushes {
             let from = path.last().unwrap_or(state);
-            let Some(mut found) = self.advance(from, push, 1, monitor)? else {
+            let advance = |parts| self.advance(from, push, parts, monitor);
+            let Some((mut found, error)) = refined(tolerance, advance, |a, b| self.change(a, b))?
+            else {
                 break;
             };
-            let (mut parts, mut before, mut error) = (1, None, f64::INFINITY);
-            while error > tolerance && parts < PATH_PARTS {
-                parts *= 2;
-                let Some(finer) = self.advance(from, push, parts, monitor)? else {
-                    break;
-                };
-                let change = self.change(&found, &finer);
-                error = path_error(change, before);
-                before = Some(change);
-                found = finer;
-            }
             found.path_error = from.path_error + error;
             path.push(found);
         }
@@ -418,6 +411,30 @@ impl Coupled<'_> {
         }
         Ok(())
     }
+}
+
+/// The state at the end of a push that is reached in parts, twice as many of them until the estimated error is at most
+/// `tolerance`, and this error; `None` if none was found. `advance` takes the push in so many parts.
+fn refined<S>(
+    tolerance: f64,
+    advance: impl Fn(usize) -> Result<Option<S>, Error>,
+    change: impl Fn(&S, &S) -> f64,
+) -> Result<Option<(S, f64)>, Error> {
+    let Some(mut found) = advance(1)? else {
+        return Ok(None);
+    };
+    let (mut parts, mut before, mut error) = (1, None, f64::INFINITY);
+    while error > tolerance && parts < PATH_PARTS {
+        parts *= 2;
+        let Some(finer) = advance(parts)? else {
+            break;
+        };
+        let changed = change(&found, &finer);
+        error = path_error(changed, before);
+        before = Some(changed);
+        found = finer;
+    }
+    Ok(Some((found, error)))
 }
 
 /// What a doubling of the parts of a push leaves of their error, after it changed the state by `change` and the

@@ -365,3 +365,53 @@ fn bad_input_is_named() {
         "push[7] is NaN, a finite number is needed"
     );
 }
+
+/// Springs without influence on each other [m/Pa].
+struct Springs(f64);
+
+impl Compliance for Springs {
+    fn points(&self) -> usize {
+        3
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        if observed == loaded {
+            for (u, q) in displacement.iter_mut().zip(traction) {
+                *u += scale * self.0 * q;
+            }
+        }
+    }
+}
+
+#[test]
+fn springs_under_a_held_pressure_stick_until_friction_gives_way() {
+    // a layer softens them; the first point bears 2 Pa, the second one is out of contact, the third has no friction
+    let held = Held {
+        compliance: &Springs(1.5e-6),
+        layer: 0.5e-6,
+        area: &[1.0; 3],
+        friction: &[0.2, 0.2, 0.0],
+        pressure: &[10.0, 0.0, 10.0],
+    };
+    let pushes = [[2e-6, 0.0], [5e-6, 0.0], [4e-6, 0.0]];
+    let states = held.follow(&pushes, 1e-10, &unmonitored).unwrap();
+    assert_eq!(states.len(), 3);
+    for (state, (traction, first)) in states.iter().zip([
+        (1.0, PointState::Stick),
+        (2.0, PointState::Slip),
+        // turned back by 1e-6 m
+        (1.5, PointState::Stick),
+    ]) {
+        assert!((state.traction[0] - traction).abs() < 1e-9, "{state:?}");
+        assert_eq!(state.traction[1..], [0.0; 5]);
+        assert_eq!(state.points, [first, PointState::Open, PointState::Slip]);
+        assert!(state.path_error <= 3.0 * PATH_TOLERANCE);
+    }
+}
