@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
@@ -160,8 +160,8 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @cache
-def brought_by(*extras: str) -> frozenset[str]:
-    """Names of the distributions that `pip install "mtb-rs[EXTRAS]"` brings."""
+def brought_by(*extras: str, packages: tuple[str, ...] = ()) -> frozenset[str]:
+    """Names of the distributions that `pip install "mtb-rs[EXTRAS]" PACKAGES` brings."""
     root = Path(__file__).parents[1]
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     unknown = set(extras) - set(project["optional-dependencies"])
@@ -187,7 +187,8 @@ def brought_by(*extras: str) -> frozenset[str]:
             for line in lines:
                 add(line, wanted)
 
-    add(f"{project['name']}[{','.join(extras)}]")
+    for line in (f"{project['name']}[{','.join(extras)}]", *packages):
+        add(line)
     return frozenset(name for name, _ in found)
 
 
@@ -200,10 +201,13 @@ def modules() -> dict[str, set[str]]:
 
 @pytest.fixture(scope="session")
 def with_extras() -> Callable[..., dict[str, str]]:
-    """Function of names of extras: variables for a Python that sees what an installation with these has."""
+    """Function of names of extras: variables for a Python that sees what an installation with these has.
 
-    def environment(*extras: str) -> dict[str, str]:
-        seen = brought_by(*sorted(extras))
+    It sees what an installation of further `packages` brings, too.
+    """
+
+    def environment(*extras: str, packages: Iterable[str] = ()) -> dict[str, str]:
+        seen = brought_by(*sorted(extras), packages=tuple(packages))
         hidden = [module for module, owners in modules().items() if not owners & seen]
         package = Path(mtb_rs.__file__).parents[1]
         before = os.environ.get("PYTHONPATH", "").split(os.pathsep)

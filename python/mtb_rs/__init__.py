@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import moved, scenes
 from ._mtb_rs import __version__
-from .base import threads
+from .base import threads, units
 from .base.errors import (
     CaseError,
     ConvergenceError,
@@ -97,6 +97,7 @@ else:
 
 threads.limit()
 moved.keep()
+units.take_quantities(entry for entry in list(globals().values()) if isinstance(entry, type))
 
 #: Names that bring heavy packages with them (pydantic, matplotlib): loaded when first used.
 _LATER = {"Case": "case", "animate": "pictures.moving", "load_case": "case", "write_html": "pictures.space"}

@@ -327,7 +327,7 @@ def test_what_is_loaded_can_be_solved_on(folder: Callable[[str], tuple[Any, Path
 
 
 def test_units_are_those_of_the_motion(folder: Callable[[str], tuple[Any, Path]]) -> None:
-    units = {"rolling": ("-", "Pa"), "shift": ("m", "J/m2"), "wheel patch": ("m/s", "W/m2")}
+    units = {"rolling": ("1", "Pa"), "shift": ("m", "J/m^2"), "wheel patch": ("m/s", "W/m^2")}
     for kind, wanted in units.items():
         fields = folder(kind)[0].fields()
         assert tuple(fields[name].unit for name in ("slip", "dissipation")) == wanted

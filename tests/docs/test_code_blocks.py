@@ -51,7 +51,8 @@ def test_page_runs(page: Path, tmp_path: Path, with_extras: Callable[..., dict[s
     if "from_mesh(" in text:
         pytest.importorskip("gmsh", reason="pip install 'mtb-rs[mesh]'", exc_type=ImportError)
     code = "import sys, pathlib, gallery; gallery.run_page(*map(pathlib.Path, sys.argv[1:]))"
-    environment = with_extras(*extras_named(text))
+    packages = re.findall(r"`pip install (\w+)`", text)
+    environment = with_extras(*extras_named(text), packages=packages)
     environment["PYTHONPATH"] += f"{os.pathsep}{DOCS}"
     # without a GL driver save() warns
     command = [sys.executable, "-W", "ignore", "-c", code, str(page), str(tmp_path)]

@@ -72,7 +72,7 @@ def test_what_a_hop_names_is_there(number: str, hop: str) -> None:
         ("python/mtb_rs/scenes/taken.py", ["TAKEN = {", "def beyond("]),
         ("python/mtb_rs/scenes/ready.py", ["_those_of(Scene, given)"]),
         ("python/mtb_rs/case/values.py", ["_BY_NAME: "]),
-        ("python/mtb_rs/results/sweep_table.py", ["ARGUMENT_UNITS = {"]),
+        ("python/mtb_rs/base/units.py", ["ARGUMENT_UNITS: dict"]),
         ("python/mtb_rs/_mtb_rs.pyi", ["class Problem:"]),
         ("rust/operator/src/relative.rs", ["pub struct Relative", "fn add_influence(", "points: usize"]),
         ("rust/operator/tests/arrangements.rs", ["Relative::new("]),

@@ -8,7 +8,7 @@ import sys
 
 import mtb_rs as mtb
 
-HEAVY = ("matplotlib", "pyvista", "vtkmodules", "vtk", "scipy", "gmsh", "meshio")
+HEAVY = ("matplotlib", "pyvista", "vtkmodules", "vtk", "scipy", "gmsh", "meshio", "pint", "pandas", "xarray")
 
 
 def test_import_pulls_nothing_heavy() -> None:

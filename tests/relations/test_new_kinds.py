@@ -97,7 +97,7 @@ class Twist(Motion):
     angle: float
     force: None = None
     slip_unit: ClassVar[str] = "m"
-    dissipation_unit: ClassVar[str] = "J/m2"
+    dissipation_unit: ClassVar[str] = "J/m^2"
 
     @property
     def rigid(self) -> tuple[float, float, float]:

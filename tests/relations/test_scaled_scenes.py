@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.results.sweep_table import ARGUMENT_UNITS
+from mtb_rs.base.units import ARGUMENT_UNITS
 
 pytestmark = pytest.mark.coarse
 HARD, SOFT = mtb.Material(2.1e11, 0.3), mtb.Material(7e10, 0.33)

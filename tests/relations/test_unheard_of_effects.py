@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.base.units import ARGUMENT_UNITS
 from mtb_rs.contact.problem import ContactProblem
-from mtb_rs.results.sweep_table import ARGUMENT_UNITS
 from mtb_rs.scenes.scene import Scene, WheelScene
 from mtb_rs.scenes.taken import TAKEN
 from mtb_rs.studies.chart_scene import chart, closed_form

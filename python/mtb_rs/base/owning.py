@@ -78,7 +78,13 @@ def solved(made: type[C]) -> type[C]:
             if entry.name not in getattr(made, "_unbounded", ()):
                 check_finite(f"{entry.name} of the {made.__name__}", getattr(self, entry.name))
 
+    setattr(made, "_is_solved", True)  # noqa: B010
     return _built(made, keep)
+
+
+def is_solved(made: type) -> bool:
+    """Whether solvers return it: :func:`solved`."""
+    return "_is_solved" in vars(made)
 
 
 def _built(made: type[C], keep: Callable[[Any], None]) -> type[C]:

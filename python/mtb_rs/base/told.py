@@ -59,7 +59,7 @@ def in_words(values: Any, unit: str = "") -> str:
     array = np.atleast_1d(np.asarray(values, dtype=float))
     size = float(np.abs(array).max(initial=0.0))
     numbers = ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in array)
-    return f"{numbers} {unit}".rstrip(" -")
+    return f"{numbers} {unit}".removesuffix(" 1").rstrip()
 
 
 def along(values: Any, unit: str) -> str:

@@ -17,6 +17,7 @@ from ..base.files import check_surface_file, check_triangles
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.renamed import renamed
+from ..base.units import taking_quantities
 from ..base.words import Unit
 from ..geometry.contact_points import ContactGrid, contact_grid, spacing_pair
 from ..geometry.profiles import Profile, as_profile, metres
@@ -244,6 +245,7 @@ class SurfaceGap:
     nearest: NDArray[np.bool_]
 
 
+@taking_quantities
 def surface_gap(
     lower: BodySurface,
     upper: BodySurface,

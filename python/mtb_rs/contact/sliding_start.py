@@ -18,6 +18,7 @@ from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import input_data, stored
 from ..base.told import Row, in_words
+from ..base.units import taking_quantities
 from ..friction.laws import InterfaceLayer
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
@@ -191,6 +192,7 @@ class StartOfSliding(Pictured):
         )
 
 
+@taking_quantities
 def start_of_sliding(
     compliance: _mtb_rs.Compliance,
     pressure: ArrayLike,

@@ -15,6 +15,7 @@ from ..base.check import number, positive
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.questions import ask, unusual
+from ..base.units import taking_quantities
 from .contact_points import spacing_pair
 from .profiles import Profile, as_profile, of_width
 
@@ -110,6 +111,7 @@ class WheelRailGap:
     neglected: float
 
 
+@taking_quantities
 def wheel_on_rail_gap(
     wheel: str | Profile = "S1002",
     rail: str | Profile = "60E1",

@@ -15,6 +15,7 @@ from ..base.owning import check_finite, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.stored import stored
+from ..base.units import taking_quantities
 from ..base.words import Bound
 from ..friction.laws import Friction, as_law
 from ..results.result import TangentialFields
@@ -32,6 +33,7 @@ class KalkerCoefficients(NamedTuple):
     C33: float
 
 
+@taking_quantities
 def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficients:
     """Kalker's linear creep coefficients of an ellipse, interpolated in the published table [Kalker1990].
 
@@ -177,6 +179,7 @@ def _fastsim(
     return field, whole
 
 
+@taking_quantities
 @renamed(speed="velocity")
 def fastsim(
     normal: Any,
@@ -234,6 +237,7 @@ def fastsim(
     )
 
 
+@taking_quantities
 @renamed(speed="velocity")
 def fastsim_curve(
     normal: Any,
@@ -254,6 +258,7 @@ def fastsim_curve(
     return forces
 
 
+@taking_quantities
 @renamed(speed="velocity")
 def polach(
     normal: Any,

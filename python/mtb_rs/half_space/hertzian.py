@@ -16,6 +16,7 @@ from ..base.plain import plain
 from ..base.questions import ask
 from ..base.stored import stored
 from ..base.told import Row, in_words, length
+from ..base.units import taking_quantities
 from ..bodies.material import Material, of_material, steel
 from ..bodies.simple import Simple, as_body
 from ..results.report import Report
@@ -201,6 +202,7 @@ def modulus(lower: Simple, upper: Simple) -> float:
     return 1.0 / compliance
 
 
+@taking_quantities
 def hertz(
     force: float,
     radii: float | tuple[float, float] | None = None,

@@ -19,6 +19,7 @@ from ..base.owning import solved
 from ..base.plain import plain
 from ..base.questions import ask
 from ..base.stored import stored
+from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
@@ -117,6 +118,7 @@ class NormalResult(Pictured):
         )
 
 
+@taking_quantities
 def solve_normal(
     gap: ArrayLike,
     spacing: float | tuple[float, float],

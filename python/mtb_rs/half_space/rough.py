@@ -15,6 +15,7 @@ from ..base.owning import owned
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row
+from ..base.units import taking_quantities
 from ..bodies.material import Material
 from ..bodies.simple import Simple
 from ..geometry.contact_points import spacing_pair
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 PART = 1_000_000
 
 
+@taking_quantities
 def roughness(
     shape: int | tuple[int, int],
     spacing: float | tuple[float, float],
@@ -189,7 +191,7 @@ class AreaLoadCurve(_Columns, Study):
 
     def told(self) -> list[Row]:
         """Its ends in words: what a notebook shows beside the picture."""
-        columns = zip(self._fields, ("N", "m2", "m", "m"), self, strict=True)
+        columns = zip(self._fields, ("N", "m^2", "m", "m"), self, strict=True)
         return [
             (name.replace("_", " "), f"{values.min():.6g} to {values.max():.6g} {unit}")
             for name, unit, values in columns
@@ -214,6 +216,7 @@ class AreaLoadCurve(_Columns, Study):
             return png(self.plot()) if self.force.size else None
 
 
+@taking_quantities
 def area_load_curve(
     gap: ArrayLike,
     spacing: float | tuple[float, float],

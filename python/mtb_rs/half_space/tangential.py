@@ -22,6 +22,7 @@ from ..base.owning import check_finite, owning, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.stored import stored
+from ..base.units import taking_quantities
 from ..base.words import Coupling
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, as_law
@@ -125,7 +126,7 @@ class Rolling(Motion):
     velocity: float = 10.0
     transient: bool = False
     step: float | None = None
-    slip_unit: ClassVar[str] = "-"
+    slip_unit: ClassVar[str] = "1"
     dissipation_unit: ClassVar[str] = "Pa"
 
     def __post_init__(self) -> None:
@@ -214,7 +215,7 @@ class Shift(Motion):
     spin: float = 0.0
     duration: float = 1.0
     slip_unit: ClassVar[str] = "m"
-    dissipation_unit: ClassVar[str] = "J/m2"
+    dissipation_unit: ClassVar[str] = "J/m^2"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "displacement", pair("displacement", self.displacement, "m"))
@@ -477,6 +478,7 @@ def _prepare(
     return _operators(key), cut, origin
 
 
+@taking_quantities
 def solve_tangential(
     normal: Any,
     motion: Rolling | Shift,
@@ -740,6 +742,7 @@ def _result(
     )
 
 
+@taking_quantities
 @renamed(speed="velocity")
 def creep_curve(
     normal: Any,

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..base.files import check_target, write_bytes
+from ..base.units import taking_quantities, unit_of_argument
 from ..base.words import Field as Word
 from ..results.result import Pictured
-from ..results.sweep_table import ARGUMENT_UNITS
 from .figures import own_figures
 from .maps import window_of
 from .plane import is_a_cut, plot_within, shared_limits
@@ -25,6 +25,7 @@ from .quantities import INK, PREFIXES, quantity_of, unit_of
 from .sweep_plot import spaced
 
 
+@taking_quantities
 def animate(
     history: Iterable[Pictured],
     path: str | Path,
@@ -109,7 +110,7 @@ def _differences(history: Sequence[Pictured]) -> list[str]:
     for name, values in numbers.items():
         if all(value == values[0] for value in values):
             continue
-        factor, unit = 1.0, ARGUMENT_UNITS.get(name, "")
+        factor, unit = 1.0, unit_of_argument(name)
         if unit in PREFIXES:
             factor, unit = unit_of(np.array(values, dtype=float), unit)
         unit = "" if unit in ("", "1") else f" {unit}"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ..results.fields import Field
-from ..results.sweep_table import UNITS, SweepTable
+from ..results.sweep_table import SweepTable
 from .figures import canvas, style_axes
 from .quantities import INK, LINE_COLOURS, PREFIXES, unit_of
 
@@ -33,7 +33,7 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
         raise ValueError(f"quantity is {quantity!r}: one of {', '.join(table.columns)} is needed")
     (first, along), *others = table.parameters.items()
     values = table.columns[quantity]
-    unit = UNITS.get(quantity, "")
+    unit = table.units.get(quantity, "")
     factor = 1.0
     if unit in PREFIXES:
         factor, unit = unit_of(values[np.isfinite(values)], unit)

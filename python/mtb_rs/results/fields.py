@@ -35,7 +35,7 @@ class Field:
     label : str
         In words.
     unit : str
-        SI; "-" of ratios, "" of codes.
+        SI, as pint reads it; "1" of ratios, "" of codes.
     values : (...), or (k, ...) of a vector
         Values over the contact points; of a total one number or vector.
     is_vector : bool
@@ -91,12 +91,12 @@ FIELDS = {
     field.name: field
     for field in (
         Field("points", "contact points", "m", _EMPTY, is_vector=True, parts=()),
-        Field("area", "area", "m2", _EMPTY, parts=()),
-        Field("normal", "normal of the lower body", "-", _EMPTY, is_vector=True, parts=()),
+        Field("area", "area", "m^2", _EMPTY, parts=()),
+        Field("normal", "normal of the lower body", "1", _EMPTY, is_vector=True, parts=()),
         Field("pressure", "pressure", "Pa", _EMPTY, extent="contact"),
         Field("traction", "traction", "Pa", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
-        Field("slip", "slip", "-", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
-        Field("friction_coefficient", "friction coefficient", "-", _EMPTY, extent="contact"),
+        Field("slip", "slip", "1", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
+        Field("friction_coefficient", "friction coefficient", "1", _EMPTY, extent="contact"),
         Field("dissipation", "dissipation", "Pa", _EMPTY, extent="around"),
         Field("gap", "gap", "m", _EMPTY, is_distance=True),
         Field("initial_gap", "initial gap", "m", _EMPTY, is_distance=True),
@@ -115,11 +115,11 @@ TOTALS = {
         Field("reference_point", "reference point", "m", _EMPTY, is_vector=True, parts=()),
         Field("normal_force", "normal force", "N", _EMPTY, parts=()),
         Field("approach", "approach", "m", _EMPTY, parts=()),
-        Field("tilts", "tilts", "-", _EMPTY, parts=()),
+        Field("tilts", "tilts", "1", _EMPTY, parts=()),
         Field("creepage", "creepage or shift", "", _EMPTY, parts=()),
         Field("friction_power", "heat of sliding", "W", _EMPTY, parts=()),
         Field("displacement", "displacement of the upper body", "m", _EMPTY, parts=()),
-        Field("slip_share", "share of the contact area that slips", "-", _EMPTY, parts=()),
+        Field("slip_share", "share of the contact area that slips", "1", _EMPTY, parts=()),
     )
 }
 

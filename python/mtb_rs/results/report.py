@@ -113,7 +113,7 @@ class Report(Told):
         default = {f.name: f.default for f in fields(self)}
         said = {name: value for name, value in self.as_dict().items() if name not in ("time_s", "history")}
         shown = {name: v for name, v in said.items() if v not in (None, "", {}) and v != default[name]}
-        return stated(shown, {"contact_area": "m2", "peak_pressure": "Pa"})
+        return stated(shown, {"contact_area": "m^2", "peak_pressure": "Pa"})
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain Python data, ready for JSON."""

@@ -19,6 +19,7 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, table_of
+from ..base.units import unit_of_argument
 from .doors import pictures
 from .study import Study
 
@@ -26,62 +27,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
     from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
-#: Units of the quantities a sweep measures by itself.
-UNITS = {
-    "force_x": "N",
-    "force_y": "N",
-    "force_z": "N",
-    "moment_x": "N m",
-    "moment_y": "N m",
-    "moment_z": "N m",
-    "normal_force": "N",
-    "peak_pressure": "Pa",
-    "contact_area": "m2",
-    "approach": "m",
-    "wedging_margin": "1",
-    "error_estimate": "1",
-    "residual": "1",
-    "iterations": "1",
-    "time": "s",
-}
-#: Units of the arguments of scenes that are numbers, where they have one.
-ARGUMENT_UNITS = {
-    **dict.fromkeys(
-        (
-            "approach",
-            "conforming_to",
-            "element_size",
-            "flange_back",
-            "gauge",
-            "gauge_depth",
-            "height",
-            "inner_edge",
-            "lateral",
-            "length",
-            "outer_edge",
-            "radius",
-            "rail_length",
-            "spacing",
-            "tape_circle",
-            "wheel_radius",
-            "width",
-        ),
-        "m",
-    ),
-    **dict.fromkeys(("friction", "points", "poles", "relief_slope"), "1"),
-    **dict.fromkeys(("rail_inclination", "yaw"), "rad"),
-    "force": "N",
-    "magnetic_pressure": "Pa",
-    "velocity": "m/s",
-}
-
 
 def argument_units(grid: Mapping[str, Mapping[Any, Any]]) -> dict[str, str]:
     """Units of arguments that have one, of a grid from names to labels to values: where labels are values."""
     return {
-        name: ARGUMENT_UNITS[name]
+        name: unit_of_argument(name)
         for name, values in grid.items()
-        if name in ARGUMENT_UNITS
+        if unit_of_argument(name)
         and all(
             isinstance(value, (int, float)) and not isinstance(value, bool) and value == label
             for label, value in values.items()
@@ -117,7 +69,7 @@ class SweepTable(Study):
     attributes : Mapping
         The model and the scene.
     units : Mapping of names to units
-        Units of the parameters that are numbers with a unit; labels have none.
+        Units of the columns, and of the parameters that are numbers with a unit; labels have none.
     """
 
     usual_name: ClassVar[str] = "sweep"
@@ -162,7 +114,9 @@ class SweepTable(Study):
         rows = self.rows()
         stream = io.StringIO(newline="")
         writer = csv.writer(stream)
-        writer.writerow([f"{k} [{UNITS[k]}]" if k in self.columns and k in UNITS else k for k in rows[0]])
+        writer.writerow(
+            [f"{k} [{self.units[k]}]" if k in self.columns and k in self.units else k for k in rows[0]]
+        )
         writer.writerows([["" if v != v else v for v in row.values()] for row in rows])
         return stream.getvalue().encode()
 
@@ -198,8 +152,7 @@ class SweepTable(Study):
     def _repr_html_(self) -> str:
         """Its rows, for notebooks."""
         rows = self.rows()
-        units = {**UNITS, **self.units}
-        heading = [f"{name} [{units[name]}]" if name in units else name for name in rows[0]]
+        heading = [f"{name} [{self.units[name]}]" if name in self.units else name for name in rows[0]]
         cells = [[f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
         return f"<div>{table_of(cells, heading)}</div>"
 
@@ -228,14 +181,12 @@ class SweepTable(Study):
             raise ImportError("xarray is missing: pip install 'mtb-rs[sweep]'") from error
         names = list(self.parameters)
         data = {
-            k: xarray.Variable(names, v, {"units": UNITS[k]} if k in UNITS else {})
-            for k, v in self.columns.items()
+            name: xarray.Variable(names, values, self._unit(name)) for name, values in self.columns.items()
         }
         data["status"] = xarray.Variable(names, self.status.astype(str))
         coordinates = {}
         for name, values in self.parameters.items():
-            unit = self.units.get(name)
-            coordinates[name] = xarray.Variable(name, _coordinate(values), {"units": unit} if unit else {})
+            coordinates[name] = xarray.Variable(name, _coordinate(values), self._unit(name))
         return xarray.Dataset(data, coordinates, dict(self.attributes))
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
@@ -252,6 +203,10 @@ class SweepTable(Study):
         stream = io.BytesIO()
         table.to_netcdf(stream, engine="h5netcdf")
         return stream.getvalue()
+
+    def _unit(self, name: str) -> dict[str, str]:
+        """As xarray and pint-xarray note the unit of a column or parameter."""
+        return {"units": self.units[name]} if name in self.units else {}
 
     def _cases(self) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         for at in np.ndindex(self.status.shape):

@@ -25,7 +25,7 @@ from .result import Drawn, Pictured, png
 Array = NDArray[np.float64]
 
 #: Slips of wheels are velocities.
-SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m2"}
+SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m^2"}
 
 
 @stored

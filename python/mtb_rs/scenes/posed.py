@@ -18,6 +18,7 @@ from ..base.questions import ask, gathered
 from ..base.renamed import renamed
 from ..base.stored import without_functions
 from ..base.told import Row, Told, stated
+from ..base.units import unit_of_argument
 from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
@@ -44,7 +45,6 @@ from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
 from ..results.result import Result, png
-from ..results.sweep_table import ARGUMENT_UNITS
 
 Array = NDArray[np.float64]
 
@@ -522,7 +522,8 @@ class PosedScene(Told):
 
     def told(self) -> list[Row]:
         """What it states, in words: what a notebook shows."""
-        return stated(self.statement(), ARGUMENT_UNITS)
+        said = self.statement()
+        return stated(said, {name: unit_of_argument(name) for name in said})
 
     def _repr_png_(self) -> bytes:
         """Its bodies cut across, for notebooks."""

@@ -17,6 +17,7 @@ import numpy as np
 from ..base.check import positive
 from ..base.owning import owned
 from ..base.questions import ask, unusual
+from ..base.units import ARGUMENT_UNITS, in_si
 from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
 from ..bodies.simple import HalfSpace, Simple
@@ -57,11 +58,14 @@ def _scene(build: F) -> F:
     def wrapped(*args: Any, **kwargs: Any) -> Scene:
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        scene = build(*args, **kwargs)
-        arguments = owned(dict(bound.arguments))
+        given = {
+            name: in_si(name, value, ARGUMENT_UNITS.get(name)) for name, value in bound.arguments.items()
+        }
+        scene = build(**given)
+        arguments = owned(given)
         object.__setattr__(scene, "recipe", (wrapped, arguments))
-        given = {k: v for k, v in arguments.items() if v is not None}
-        object.__setattr__(scene, "inputs", owned({**scene.inputs, **given}))
+        stated = {k: v for k, v in arguments.items() if v is not None}
+        object.__setattr__(scene, "inputs", owned({**scene.inputs, **stated}))
         return scene
 
     for name in ("__name__", "__qualname__", "__doc__", "__module__"):

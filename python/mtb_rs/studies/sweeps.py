@@ -24,6 +24,7 @@ from .._mtb_rs import __version__
 from ..base.check import shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
+from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, argument_units, check_column
@@ -44,6 +45,7 @@ IN_FLIGHT = 32
 MOST_CASES = 1_000_000
 
 
+@taking_quantities
 def sweep(
     scene: Scene,
     parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]],
@@ -360,7 +362,9 @@ def _table(
         for name, value in record.get("numbers", {}).items():
             columns[name][at] = value
     parameters = {name: tuple(values) for name, values in grid.items()}
-    return SweepTable(parameters, columns, status.astype(str), attributes, argument_units(grid))
+    units = {name: MEASURED_UNITS[name] for name in columns if name in MEASURED_UNITS}
+    units = {**argument_units(grid), **units}
+    return SweepTable(parameters, columns, status.astype(str), attributes, units)
 
 
 def _labelled(name: str, values: Any) -> dict[Any, Any]:

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Units of arguments and of measured quantities, and quantities with a unit at the door.
+
+Quantities of pint, astropy and unyt are taken wherever an argument has a unit. They are known by what they
+can do, ``value.to(unit)``; none of these packages is imported. All that is kept is plain numbers in SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from inspect import CO_VARKEYWORDS, isclass, isfunction, unwrap
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from .check import shortened
+from .owning import is_solved
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+#: Unit of a number, or of each entry of a sequence.
+Unit = str | tuple[str, ...]
+
+_LENGTHS = (
+    "approach center conforming_to element_size flange_back gap gauge gauge_depth height heights inner_edge "
+    "lateral length longest memory nodes origin outer_edge radii radius radius_y rail_length "
+    "rail_position reach reference reference_point rms_height roll_off s semi_axes shift shortest sigma size "
+    "spacing start step tape_circle thickness vertices wheel_radius width x y z displacement displacements "
+    "where"
+)
+_RATIOS = (
+    "coefficient floor friction hurst kinetic points poisson_ratio poles ratio ratios reduction relief_slope "
+    "rms_slope static tilts tolerance"
+)
+#: Units of all public arguments that have one, by name; of a sequence whose entries differ, of each.
+ARGUMENT_UNITS: dict[str, Unit] = {
+    **dict.fromkeys(_LENGTHS.split(), "m"),
+    **dict.fromkeys(_RATIOS.split(), "1"),
+    **dict.fromkeys(("angle", "contact_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"),
+    **dict.fromkeys(("half_slip", "memory_min_slip", "slip_speed", "standstill_speed", "velocity"), "m/s"),
+    **dict.fromkeys(("magnetic_pressure", "peak", "pressure", "traction"), "Pa"),
+    **dict.fromkeys(("contact_modulus", "shear_modulus", "young_modulus"), "Pa"),
+    **dict.fromkeys(("force", "forces", "normal_force"), "N"),
+    **dict.fromkeys(("moments", "moments_about_axes"), "N m"),
+    **dict.fromkeys(("budget", "dt", "duration"), "s"),
+    **dict.fromkeys(("creepage", "creepages"), ("1", "1", "1/m")),
+    "area": "m^2",
+    "displacement_tolerance": "1",
+    "distance_tolerance": "m",
+    "force_tolerance": "N",
+    "frames_per_second": "1/s",
+    "pose": ("m", "m", "m", "rad", "rad", "rad"),
+    "value": "1 or Pa",
+}
+#: Where an argument of this name has another unit.
+EXCEPTIONS: dict[str, dict[str, Unit]] = {
+    # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
+    "PreparedWheels.step": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")},
+}
+#: Units of the quantities a sweep measures by itself.
+MEASURED_UNITS = {
+    "force_x": "N",
+    "force_y": "N",
+    "force_z": "N",
+    "moment_x": "N m",
+    "moment_y": "N m",
+    "moment_z": "N m",
+    "normal_force": "N",
+    "peak_pressure": "Pa",
+    "contact_area": "m^2",
+    "approach": "m",
+    "wedging_margin": "1",
+    "error_estimate": "1",
+    "residual": "1",
+    "iterations": "1",
+    "time": "s",
+}
+#: What is no quantity, at a glance.
+_PLAIN = (float, int, str, bool, type(None), np.ndarray, np.float64)
+
+
+class _Shown(str):
+    """Text that messages show without quotation marks."""
+
+    __repr__ = str.__str__
+
+
+def unit_of_argument(name: str) -> str:
+    """The unit of an argument whose entries have one unit; empty where it has none."""
+    unit = ARGUMENT_UNITS.get(name, "")
+    return unit if isinstance(unit, str) else ""
+
+
+def in_si(place: str, value: Any, unit: Unit | None) -> Any:
+    """`value` with the quantities in it, at any depth of lists and mappings, as plain numbers in `unit`.
+
+    Entries of a mapping whose name is that of an argument are in its unit.
+
+    Raises
+    ------
+    ValueError
+        If a quantity has another dimension, or none is accepted here; it names the place, the value and the
+        unit needed.
+    """
+    kind = type(value)
+    if kind in _PLAIN:
+        return value
+    if kind in (list, tuple):
+        is_row = not any(type(entry) in (list, tuple) for entry in value)
+        each = isinstance(unit, tuple) and is_row and len(unit) == len(value)
+        units = cast(tuple[str, ...], unit) if each else (unit,) * len(value)
+        taken = [in_si(f"{place}[{k}]", v, u) for k, (v, u) in enumerate(zip(value, units, strict=True))]
+        changed = any(a is not b for a, b in zip(taken, value, strict=True))
+        return kind(taken) if changed else value
+    if isinstance(value, Mapping):
+        return _of_mapping(place, value, unit)
+    if not hasattr(value, "to") or isclass(value) or not (hasattr(value, "units") or hasattr(value, "unit")):
+        return value
+    return _converted(place, value, unit)
+
+
+def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
+    taken = {}
+    for name, entry in value.items():
+        own = ARGUMENT_UNITS.get(name, unit) if isinstance(name, str) else unit
+        taken[name] = in_si(f"{place}[{name!r}]", entry, own)
+    return taken if any(taken[name] is not entry for name, entry in value.items()) else value
+
+
+def _converted(place: str, value: Any, unit: Unit | None) -> Any:
+    """A quantity as a number or an array in `unit`."""
+    shown = f"{place} is {shortened(_Shown(' '.join(str(value).split())))}"
+    if unit is None:
+        raise ValueError(f"{shown}: this argument has no unit, and takes no quantity with a unit")
+    if isinstance(unit, tuple):
+        one = np.ndim(value) == 0 and unit[0]
+        if not one:
+            raise ValueError(
+                f"{shown}: its entries have the units {', '.join(unit)}; a sequence of quantities, each with "
+                "its own unit, is needed"
+            )
+        unit = one
+    for accepted in unit.split(" or "):
+        try:
+            # pint and unyt read "N*m"; astropy reads it, too
+            there = value.to("" if accepted == "1" else accepted.replace(" ", "*"))
+        except Exception:
+            continue
+        number = getattr(there, "magnitude", None)
+        number = np.asarray(there.value if number is None else number)
+        return float(number) if number.ndim == 0 else number
+    raise ValueError(f"{shown}: a quantity in {unit}, or a plain number in this unit, is needed")
+
+
+def taking_quantities(function: Function) -> Function:
+    """The same function, whose arguments may be quantities wherever they have a unit."""
+    code = unwrap(function).__code__
+    names = code.co_varnames[: code.co_argcount]
+    units = {**ARGUMENT_UNITS, **EXCEPTIONS.get(function.__qualname__, {})}
+
+    @wraps(function)
+    def called(*args: Any, **kwargs: Any) -> Any:
+        taken = [in_si(name, value, units.get(name)) for name, value in zip(names, args, strict=False)]
+        given = {name: in_si(name, value, units.get(name)) for name, value in kwargs.items()}
+        return function(*taken, *args[len(names) :], **given)
+
+    return cast(Function, called)
+
+
+def take_quantities(classes: Iterable[type]) -> None:
+    """Lets the methods of classes, and of those of this package that they inherit from, take quantities.
+
+    What solvers return is made of plain numbers, many times in a step: of these classes only the methods do.
+    """
+    package = __name__.partition(".")[0]
+    inherited = (base for made in classes for base in made.__mro__)
+    for made in dict.fromkeys(b for b in inherited if b.__module__.partition(".")[0] == package):
+        for name, method in list(vars(made).items()):
+            is_made = name == "__init__" and not is_solved(made)
+            function = getattr(method, "__func__", method)
+            if (is_made or not name.startswith("_")) and isfunction(function) and _has_units(function):
+                taking = taking_quantities(function)
+                setattr(made, name, taking if function is method else type(method)(taking))
+
+
+def _has_units(function: Callable[..., Any]) -> bool:
+    """Whether an argument has a unit, or may be any."""
+    code = unwrap(function).__code__
+    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    return bool(code.co_flags & CO_VARKEYWORDS) or not ARGUMENT_UNITS.keys().isdisjoint(names)
