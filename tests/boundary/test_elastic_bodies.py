@@ -113,9 +113,9 @@ def test_bad_surfaces_are_named(tmp_path: Path) -> None:
         mtb.ElasticBody.from_mesh(3.0, STEEL)
     with refused("no corner of a triangle of the surface lies in the place given as contact"):
         mtb.ElasticBody.from_mesh(box, STEEL, contact=lambda x: x[2] > 1.0)
-    path = tmp_path / "shell.vtk"
-    meshio.Mesh(box.vertices, [("triangle", box.faces)]).write(path)
-    with refused("the mesh has cells triangle"):
+    path = tmp_path / "wires.vtk"
+    meshio.Mesh(box.vertices, [("line", box.edges)]).write(path)
+    with refused("the mesh has cells line"):
         mtb.ElasticBody.from_mesh(path, STEEL)
 
 

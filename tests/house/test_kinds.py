@@ -64,9 +64,9 @@ DOORS = {
 #: Functions outside `base`, which compares and stores values of all kinds, that ask for an attribute: of
 #: what a user gives, or of other libraries.
 PROBES = {
-    "bodies/mesh_files.py": {"_node_sets", "read_mesh"},
+    "bodies/mesh_files.py": {"_node_sets"},
+    "bodies/mesh_objects.py": {"_of_pyvista", "as_trimesh", "cells_of"},
     "bodies/supports.py": {"_told"},
-    "bodies/surfaces.py": {"as_surface"},
     "half_space/pressure_field.py": {"pressure_field"},
     "moved.py": {"__getattr__"},
     "simulation/stepping.py": {"_check_state"},

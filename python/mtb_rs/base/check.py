@@ -125,7 +125,8 @@ def _at(bad: NDArray[np.bool_]) -> str:
 def shortened(value: Any) -> str:
     """`value` as messages show it: in one line."""
     try:
-        text = " ".join(repr(value).split()) if isinstance(value, np.ndarray) else repr(value)
+        text = repr(value)
+        text = " ".join(text.split()) if "\n" in text else text
     except ValueError:  # whole numbers of thousands of digits
         return "a whole number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."

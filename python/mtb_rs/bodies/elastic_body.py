@@ -374,9 +374,9 @@ class ElasticBody:
         Parameters
         ----------
         path_or_mesh
-            Solid of CAD (STEP, IGES) or closed surface (any file trimesh reads, or a trimesh object), which
-            gmsh fills with tetrahedra; ready tetrahedra (any file meshio reads, or a meshio object); or a
-            TetraMesh.
+            Solid of CAD (STEP, IGES) or closed surface (any file trimesh reads, or an object of trimesh,
+            meshio or pyvista), which gmsh fills with tetrahedra; ready tetrahedra (any file meshio reads, or
+            an object of meshio or pyvista); or a TetraMesh.
         material : Material
         unit : "m", "mm", "um" or "in"
             Unit of the numbers in the file, which STL files do not state. STEP and IGES files state it; keep

@@ -15,11 +15,12 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from ..base.check import path_of, positive
+from ..base.check import path_of, positive, shortened
 from ..base.files import check_readable, check_surface_file, check_triangles
 from ..base.words import Unit
 from ..geometry.profiles import metres
 from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
+from .mesh_objects import MeshCells, cells_of
 from .mesher import gmsh_beside
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ def read_mesh(
     Parameters
     ----------
     source
-        Path, trimesh object, meshio object or TetraMesh (taken as it is).
+        Path, mesh of trimesh, meshio or pyvista, or TetraMesh (taken as it is).
     unit : "m", "mm", "um" or "in"
         Of the numbers; files of solids tell their own.
     size : float [m]
@@ -113,9 +114,16 @@ def read_mesh(
             except ValueError as error:
                 raise ValueError(f"{path}: {error}") from None
         source = _read_by_meshio(path)
-    if hasattr(source, "cells_dict") and hasattr(source, "points"):
-        return _from_meshio(source, scale)
-    raise ValueError(f"{source!r} is no mesh: a path, or a trimesh, meshio or TetraMesh object is needed")
+    given = cells_of(source)
+    if given is None:
+        raise ValueError(
+            f"{shortened(source)} is no mesh: a path, a mesh of trimesh, meshio or pyvista, or a TetraMesh "
+            "is needed"
+        )
+    outer = None if given.solids else given.surface()
+    if outer is not None:
+        return filled(np.asarray(outer.vertices) * scale, np.asarray(outer.faces), size, near)
+    return _from_cells(given, scale)
 
 
 @dataclass(frozen=True)
@@ -125,7 +133,7 @@ class MeshSource:
     Attributes
     ----------
     source
-        Path or trimesh object, of its own.
+        Path or surface as trimesh holds it, of its own.
     unit : "m", "mm", "um" or "in"
     size : float [m]
         Of the tetrahedra that it was filled with.
@@ -145,6 +153,9 @@ class MeshSource:
         size = extent / 15.0 if size is None else float(size)
         if isinstance(source, trimesh.Trimesh):
             return cls(source.copy(), unit, size, "")
+        given = None if isinstance(source, TetraMesh) else cells_of(source)
+        if given is not None and not given.solids:
+            return cls(given.surface(), unit, size, "")
         if isinstance(source, (str, Path)) and Path(source).suffix.lower() in SOLID_FILES + SURFACE_FILES:
             path = Path(source).absolute()
             return cls(path, unit, size, _digest(path))
@@ -312,12 +323,14 @@ def _read_by_meshio(path: Path) -> Any:
         raise ValueError(f"{path} cannot be read as a mesh: {reason}") from None
 
 
-def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
-    blocks = mesh.cells_dict
-    kinds = [kind for kind in ("tetra10", "tetra") if kind in blocks]
-    if len(kinds) != 1:
+def _from_cells(mesh: MeshCells, scale: float) -> TetraMesh:
+    blocks, kinds = mesh.cells, mesh.solids
+    others = [kind for kind in blocks if kind.startswith(("voxel", "hexahedron", "wedge", "pyramid"))]
+    if len(kinds) != 1 or others:
         found = f"cells {', '.join(sorted(blocks))}" if blocks else "no cells"
-        raise ValueError(f"the mesh has {found}: either 4-node or 10-node tetrahedra are needed")
+        raise ValueError(
+            f"the mesh has {found}: either 4-node or 10-node tetrahedra, or a closed surface, are needed"
+        )
     cells = np.asarray(blocks[kinds[0]], dtype=np.int64)
     points = np.asarray(mesh.points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or not cells.size:
@@ -333,7 +346,8 @@ def _from_meshio(mesh: Any, scale: float) -> TetraMesh:
         node = int(used[np.argmax(wrong)])
         raise ValueError(f"node {node} of the mesh is {points[node].tolist()}: finite numbers are needed")
     nodes = points[used] * scale
-    sets = {name: np.searchsorted(used, own[np.isin(own, used)]) for name, own in _node_sets(mesh).items()}
+    named = {} if mesh.source is None else _node_sets(mesh.source)
+    sets = {name: np.searchsorted(used, own[np.isin(own, used)]) for name, own in named.items()}
     return upright(TetraMesh(nodes, cells.reshape(-1, blocks[kinds[0]].shape[1]).astype(np.int64), sets))
 
 

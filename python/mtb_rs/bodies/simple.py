@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .. import _mtb_rs
+from ..base.check import shortened
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.profiles import Profile
@@ -28,7 +29,7 @@ class HalfSpace:
     Parameters
     ----------
     material : Material
-    surface : Profile, BodySurface, trimesh object or None
+    surface : Profile, BodySurface, mesh of trimesh, meshio or pyvista, or None
         Its shape below or above an :class:`mtb_rs.ElasticBody`, in the frame of that body's mesh. A profile
         z(y) is straight along x, a mesh is in metres, and a name means a standard profile. None: the plane
         through the end of the other face.
@@ -136,9 +137,11 @@ def as_body(name: str, body: object) -> Simple:
         return HalfSpace(body)
     if isinstance(body, (HalfSpace, Rigid)):
         return body
-    if isinstance(body, (Profile, BodySurface)):
+    from .mesh_objects import as_trimesh  # brings trimesh
+
+    if isinstance(body, (Profile, BodySurface)) or as_trimesh(body) is not None:
         raise ValueError(
-            f"{name} is {body!r}: a surface alone has no material: HalfSpace(material, surface) or "
+            f"{name} is {shortened(body)}: a surface alone has no material: HalfSpace(material, surface) or "
             "Rigid(surface) is needed"
         )
     raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Rigid or ElasticBody is needed")

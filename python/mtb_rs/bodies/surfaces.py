@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import path_of, reals
+from ..base.check import path_of, reals, shortened
 from ..base.files import check_surface_file, check_triangles
 from ..base.owning import owning
 from ..base.plain import plain
@@ -144,6 +144,7 @@ class BodySurface:
             Whether the mesh must be watertight.
         """
         from .mesh_files import read_surface
+        from .mesh_objects import as_trimesh
 
         scale = metres(unit)
         if not path_of("path", path).exists():
@@ -151,7 +152,7 @@ class BodySurface:
         path = check_surface_file(path, "mesh file", MOST_TRIANGLES)
         if path.stat().st_size == 0:
             raise ValueError(f"mesh file {str(path)!r} is empty")
-        vertices, faces = _outward(read_surface(path))
+        vertices, faces = _outward(as_trimesh(read_surface(path)))
         try:
             return cls.mesh(vertices.T * scale, faces, closed=closed, name=path.name)
         except ValueError as error:
@@ -186,14 +187,10 @@ def _made(kind: str, *arguments: Any) -> BodySurface:
     return made
 
 
-def _outward(surface: Any) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (n, 3) and triangles (m, 3) of a surface of trimesh, vertices merged, all on one side."""
-    import trimesh
-
+def _outward(merged: Any) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (n, 3) and triangles (m, 3) of a surface of trimesh with merged vertices, all on one side."""
     from .mesh_files import turn_outwards
 
-    # a copy: what was given stays as it is
-    merged = trimesh.Trimesh(np.asarray(surface.vertices), np.asarray(surface.faces), process=True)
     turn_outwards(merged)
     return np.asarray(merged.vertices, dtype=float), np.asarray(merged.faces)
 
@@ -204,14 +201,37 @@ def as_surface(surface: Any) -> Profile | BodySurface | None:
         return surface
     if isinstance(surface, (str, Profile)):
         return as_profile(surface)
-    if hasattr(surface, "vertices") and hasattr(surface, "faces"):
-        closed = bool(getattr(surface, "is_watertight", True))
-        vertices, faces = _outward(surface)
-        return BodySurface.mesh(vertices.T, faces, closed=closed)
-    raise ValueError(
-        f"surface is {surface!r}: a Profile, the name of a standard one, a BodySurface or a trimesh object "
-        "is needed"
-    )
+    made = _of_mesh_object(surface)
+    if made is None:
+        raise ValueError(
+            f"surface is {shortened(surface)}: a Profile, the name of a standard one, a BodySurface, or a "
+            "mesh of trimesh, meshio or pyvista in metres is needed (of a file: BodySurface.from_file)"
+        )
+    return made
+
+
+def _of_mesh_object(mesh: Any) -> BodySurface | None:
+    """The surface of a mesh of any library; None for anything else."""
+    from .mesh_objects import as_trimesh  # brings trimesh
+
+    # a copy: what was given stays as it is
+    merged = as_trimesh(mesh)
+    if merged is None:
+        return None
+    closed = bool(merged.is_watertight)
+    vertices, faces = _outward(merged)
+    return BodySurface.mesh(vertices.T, faces, closed=closed)
+
+
+def _checked(name: str, surface: Any) -> BodySurface:
+    """A body of :func:`surface_gap`."""
+    made = surface if isinstance(surface, BodySurface) else _of_mesh_object(surface)
+    if made is None:
+        raise ValueError(
+            f"{name} is {shortened(surface)}: a BodySurface, or a mesh of trimesh, meshio or pyvista in "
+            "metres is needed"
+        )
+    return made
 
 
 def height_of(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> Array:
@@ -247,8 +267,8 @@ class SurfaceGap:
 
 @taking_quantities
 def surface_gap(
-    lower: BodySurface,
-    upper: BodySurface,
+    lower: Any,
+    upper: Any,
     x: tuple[float, float],
     y: tuple[float, float],
     spacing: float | Sequence[float],
@@ -260,7 +280,7 @@ def surface_gap(
 
     Parameters
     ----------
-    lower, upper : BodySurface
+    lower, upper : BodySurface, or mesh of trimesh, meshio or pyvista [m]
     x, y : (from, to) [m]
     spacing : float or (dx, dy) [m]
         Seen from above; whole numbers of cells come as close as they can.
@@ -271,8 +291,8 @@ def surface_gap(
         expected.
     """
     grid, facet_error, nearest = _mtb_rs.surface_gap(
-        lower._core,
-        upper._core,
+        _checked("lower", lower)._core,
+        _checked("upper", upper)._core,
         x=x,
         y=y,
         spacing=spacing_pair(spacing),

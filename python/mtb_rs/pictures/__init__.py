@@ -8,11 +8,12 @@ from .files import save
 from .moving import animate
 from .plane import plot, plot_side_by_side
 from .section import draw_section
-from .space import view, view_von_mises, write_html
+from .space import datasets, view, view_von_mises, write_html
 from .sweep_plot import draw_area_load, draw_start, draw_sweep
 
 __all__ = [
     "animate",
+    "datasets",
     "draw_area_load",
     "draw_section",
     "draw_start",

@@ -202,13 +202,9 @@ def _by_patch(result: Pictured) -> dict[str, Any]:
 
 def _vtk(result: Pictured, files: dict[str, bytes]) -> list[str]:
     try:
-        contact = space.contact_mesh(result)
+        contact = space.contact_dataset(result)
     except ImportError:
         return ["no VTK files: they need pyvista, pip install 'mtb-rs[viz]'"]
-    data = contact.cell_data if patches(result) else contact.point_data
-    for name, field in result.fields().items():
-        if name != "points":
-            data[name] = np.ascontiguousarray(flat(result, field.values).T)
     files["contact.vtp"] = space.vtk_bytes(contact)
     plain = [surface for surface in space.bodies(result) if surface.von_mises is None]
     for stem, surface in zip(_plain_names(s.name for s in plain), plain, strict=True):

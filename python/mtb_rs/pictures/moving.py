@@ -111,7 +111,7 @@ def _differences(history: Sequence[Pictured]) -> list[str]:
         if all(value == values[0] for value in values):
             continue
         factor, unit = 1.0, unit_of_argument(name)
-        if unit in PREFIXES:
+        if unit in PREFIXES and unit != "1":
             factor, unit = unit_of(np.array(values, dtype=float), unit)
         unit = "" if unit in ("", "1") else f" {unit}"
         said.append([f"{spaced(name)} {value / factor:.4g}{unit}" for value in values])

@@ -310,6 +310,35 @@ def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyv
     return pyvista.PolyData.from_regular_faces(np.concatenate(nodes), np.concatenate(cells))
 
 
+def contact_dataset(result: Pictured) -> pyvista.PolyData:
+    """:func:`contact_mesh` with all fields; their units are its ``user_dict["units"]``."""
+    contact = contact_mesh(result)
+    data = contact.cell_data if patches(result) else contact.point_data
+    fields = {name: field for name, field in result.fields().items() if name != "points"}
+    for name, field in fields.items():
+        data[name] = np.ascontiguousarray(flat(result, field.values).T)
+    contact.user_dict = {"units": {name: field.unit for name, field in fields.items() if field.unit}}
+    contact.set_active_scalars("pressure")
+    return contact
+
+
+def datasets(result: Pictured) -> pyvista.MultiBlock:
+    """A result as a dataset of pyvista; see :meth:`mtb_rs.Result.to_pyvista`."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError("pyvista is missing: pip install 'mtb-rs[viz]'") from error
+    found = pyvista.MultiBlock({"contact": contact_dataset(result)})
+    for surface in bodies(result):
+        if surface.von_mises is None:
+            found[surface.name] = body_mesh(surface)
+    for name, solid in solid_meshes(result).items():
+        solid.user_dict = {"units": {"displacement": "m", "stress": "Pa", "von_mises": "Pa"}}
+        solid.set_active_scalars("von_mises")
+        found[name] = solid
+    return found
+
+
 def _places(result: Pictured) -> Array:
     """The contact points (3, n) [m]; those of a height field in the plane z = 0."""
     points = flat(result, result.points)

@@ -35,12 +35,12 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
     values = table.columns[quantity]
     unit = table.units.get(quantity, "")
     factor = 1.0
-    if unit in PREFIXES:
+    if unit in PREFIXES and unit != "1":
         factor, unit = unit_of(values[np.isfinite(values)], unit)
     numeric = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in along)
     places = np.array(along, dtype=float) if numeric else np.arange(len(along), dtype=float)
     measured = table.units.get(first, "")
-    if measured in PREFIXES:
+    if measured in PREFIXES and measured != "1":
         step, measured = unit_of(places, measured)
         places = places / step
     order = np.argsort(places, kind="stable")
@@ -195,7 +195,7 @@ def _measured(table: SweepTable, name: str, at: int) -> str:
     """One of the values of a parameter with its unit, all in the same one."""
     values = table.parameters[name]
     factor, unit = 1.0, table.units.get(name, "")
-    if unit in PREFIXES:
+    if unit in PREFIXES and unit != "1":
         factor, unit = unit_of(np.array(values, dtype=float), unit)
     value = values[at] / factor if factor != 1.0 else values[at]
     return _plain(value) if unit in ("", "1") else f"{_plain(value)} {unit}"

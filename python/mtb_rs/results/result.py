@@ -115,6 +115,21 @@ class Drawn(Savable):
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         return pictures().plot(self._picture(), quantity, kind, **options)
 
+    def to_pyvista(self) -> pyvista.MultiBlock:
+        """The result as datasets of pyvista (extra ``viz``), for its own plots, filters and files.
+
+        The block "contact" has the contact patches with all fields, by the names of :meth:`fields`; the other
+        blocks are the bodies by name, elastic ones with `displacement`, `stress` (xx, yy, zz, xy, yz, xz) and
+        `von_mises` at their nodes. Lengths are in metres; the units of a block are its
+        ``user_dict["units"]``.
+
+        Raises
+        ------
+        ImportError
+            Without pyvista; it names what to install.
+        """
+        return pictures().datasets(self._picture())
+
     def save(self, directory: str | Path) -> list[Path]:
         """Writes summary.json, NPZ, VTK and pictures; see :func:`mtb_rs.pictures.save`."""
         files: list[Path] = pictures().save(self, directory)
