@@ -43,6 +43,7 @@ OTHERS = {
 }
 #: Classes that users do not make: their numbers come from the package.
 MADE_HERE = {
+    "AreaLoadCurve": "by area_load_curve",
     "Chart": "by Scene.chart",
     "ChartPoint": "by Scene.chart",
     "CreepForceTable": "by CreepForceTable.build",

@@ -280,7 +280,7 @@ def surface_gap(
 
     Parameters
     ----------
-    lower, upper : BodySurface, or mesh of trimesh, meshio or pyvista [m]
+    lower, upper : BodySurface, or mesh of trimesh, meshio or pyvista in metres
     x, y : (from, to) [m]
     spacing : float or (dx, dy) [m]
         Seen from above; whole numbers of cells come as close as they can.
