@@ -158,14 +158,16 @@ class Example(SphinxDirective):
         if source is not None:
             title, rest = title[: source.start()], f"{source[1]} {rest}"
         # the paragraph on what to see is the caption of the last picture
-        paragraphs = rest.split("\n\n")
+        # a line that begins with a per cent sign would be a comment
+        paragraphs = [" ".join(text.split()) for text in rest.split("\n\n")]
         told = [text for text in paragraphs if text.startswith(SEE)]
         rest = "\n\n".join(text for text in paragraphs if text not in told)
         lines = [f"### {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
         pictures = sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif"))
         for picture in pictures:
             lines += [f"```{{figure}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", ""]
-            lines += [text.removeprefix(SEE).strip() for text in told if picture == pictures[-1]]
+            seen = [text.removeprefix(SEE).strip() for text in told if picture == pictures[-1]]
+            lines += [text[:1].upper() + text[1:] for text in seen]
             lines += ["```", ""]
         lines += [f"```{{literalinclude}} gallery/{name}/printed.txt", ":language: text", "```", ""]
         lines += ["```{raw} html", f"<details><summary>examples/{name}.py</summary>", "```", ""]

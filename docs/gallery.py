@@ -27,15 +27,22 @@ from typing import Any
 DOCS = Path(__file__).resolve().parent
 EXAMPLES = DOCS.parent / "examples"
 PICTURES = (".png", ".gif")
+#: The folder of one case in several languages, which need a toolchain.
+SIDE_BY_SIDE = "side_by_side"
 
 #: A fenced block: its language, its options, its text.
 FENCE = re.compile(r"^```(?:\{code-block\} )?(\w+)\n((?::\w+:[^\n]*\n)*)(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
 def run_example(name: str, folder: Path) -> str:
-    """Runs a script of `examples/` in `folder`, where its pictures are then, and returns what it printed."""
-    command = [sys.executable, str(EXAMPLES / f"{name}.py")]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    """Runs a script of `examples/` in `folder`, where its pictures are then, and returns what it printed.
+
+    A name without a script is that of a folder, whose `run` is started.
+    """
+    script = EXAMPLES / f"{name}.py"
+    command = [sys.executable, str(script)] if script.exists() else ["sh", str(EXAMPLES / name / "run")]
+    environment = os.environ | {"PYTHON": sys.executable}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{name}: {done.stderr}")
     return done.stdout
@@ -114,7 +121,7 @@ def main() -> None:
     names = parser.parse_args().names
     os.environ.setdefault("MPLBACKEND", "Agg")
     if not names:
-        names = [p.stem for p in sorted(EXAMPLES.glob("*.py"))] + [p.name for p in pages()]
+        names = [p.stem for p in sorted(EXAMPLES.glob("*.py"))] + [SIDE_BY_SIDE] + [p.name for p in pages()]
     (DOCS / "pictures").mkdir(exist_ok=True)
     for name in names:
         print(name)

@@ -116,7 +116,7 @@ brake_force = float(chosen.force[0])
 print(
     f"best: {1e3 * height:g} mm high, sole to {1e3 * sole:g} mm, friction {design.friction:g}\n"
     f"pulled by force / (friction x area) it brakes with {brake_force:.1f} N,"
-    f" {100.0 * (brake_force / needed - 1.0):.2f} % more, as pressure stands aslant on a curved rail\n"
+    f" {100.0 * (brake_force / needed - 1.0):.2f} % more:\npressure stands aslant on a curved rail\n"
     f"on cells of 3 mm a twentieth of its sole exceeds {1e-6 * narrower:.2f} MPa,"
     f" on those of 4.5 mm {1e-6 * exceeded(chosen):.2f} MPa"
 )
@@ -134,6 +134,7 @@ for i, (ax, to) in enumerate(zip(axes, soles, strict=True)):
         lever = float(tall - np.nanmean(table["contact_height"][i, j]))
         line = [1e-6 * rigid(mu, lever, 2.0 * length * (to - 6e-3)) for mu in fine]
         ax.plot(fine, line, "--", lw=1.0, color=LINE_COLOURS[j])
+    ax.plot([], [], "--", lw=1.0, color=LINE_COLOURS[-1], label="without bending")
     ax.set(xlabel="friction", title=f"sole from 6 to {1e3 * to:g} mm", ylim=(0.0, 30.0))
 axes[soles.index(sole)].plot(
     design.friction, 1e-6 * best[sole, height][0], "*", ms=15, color=LINE_COLOURS[-1], label="best"

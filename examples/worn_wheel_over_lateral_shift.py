@@ -13,8 +13,8 @@ both programs agree (tests/validation/test_whole_wheels.py).
 
 What to see: the new wheel wanders over the head, and its radii differ three times as much as those of the
 cone. The hollow wheel leaves out the middle of the head: within 1 mm it goes from the field side to the
-gauge corner, so its radii differ by twice as much again there, and a wheelset on it runs on a short wave.
-At 5 mm its root touches, at two and a half times the pressure of the cone.
+gauge corner, where its radii differ twice as much as those of the new one, so that a wheelset on it runs on
+a short wave. At 5 mm its root touches, at two and a half times the pressure of the cone.
 """
 
 import argparse

@@ -24,7 +24,9 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("mypy")
 
 
-@pytest.mark.parametrize("folder", ["studies", "benches", "examples", "examples/thesis"])
+@pytest.mark.parametrize(
+    "folder", ["studies", "benches", "examples", "examples/thesis", "examples/side_by_side"]
+)
 @pytest.mark.slow
 def test_calls_fit(folder: str, cache: Path) -> None:
     scripts = sorted(str(path.relative_to(ROOT)) for path in (ROOT / folder).glob("*.py"))
