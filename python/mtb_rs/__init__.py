@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 from . import moved, scenes
@@ -105,6 +106,8 @@ _LATER = {"Case": "case", "animate": "pictures.moving", "load_case": "case", "wr
 
 def __getattr__(name: str) -> Any:
     if name not in _LATER:
+        if name in moved.PLACES:
+            return sys.modules[f"{__name__}.{name}"]
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 

@@ -68,7 +68,7 @@ PROBES = {
     "bodies/mesh_objects.py": {"_of_pyvista", "as_trimesh", "cells_of"},
     "bodies/supports.py": {"_told"},
     "half_space/pressure_field.py": {"pressure_field"},
-    "moved.py": {"__getattr__"},
+    "moved.py": {"_is_held"},
     "simulation/stepping.py": {"_check_state"},
     "studies/sweeps.py": {"_end_processes", "_label", "_pool", "_solved"},
 }
