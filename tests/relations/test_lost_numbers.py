@@ -105,7 +105,15 @@ def test_a_scene_that_fails_with_nan_fails_in_words(status: str, monkeypatch: py
 
 def test_a_normal_contact_that_fails_with_nan_fails_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     found = normal._Problem.solve
-    monkeypatch.setattr(normal._Problem, "solve", lambda *args: lost(found(*args)))
+
+    def losing(*args: Any) -> Any:
+        out = found(*args)
+        known = {name: getattr(out, name) for name in dir(out) if not name.startswith("_")}
+        return SimpleNamespace(
+            **known | {"pressure": np.full_like(out.pressure, np.nan), "status": "stagnated"}
+        )
+
+    monkeypatch.setattr(normal._Problem, "solve", losing)
     with pytest.raises(mtb.ConvergenceError, match=WORDS):
         pressed()
 

@@ -260,12 +260,20 @@ def test_start_of_sliding_is_the_same_dense_or_by_fourier() -> None:
     path = np.array([[1e-6, 0.0], [2e-6, 1e-6], [3e-5, 1e-6]])
     layer = mtb.InterfaceLayer(1e-5, 80e9)
     dense = mtb.start_of_sliding(both, patch.pressure, area, 0.3, path, layer)
-    state, last = None, np.zeros(2)
-    for k, to in enumerate(path):
-        motion = mtb.Shift(displacement=tuple(to - last))
-        step = mtb.solve_tangential(patch, motion, MU, layer=layer, state=state)
-        state, last = step.state, to
-        assert step.force[:2] == pytest.approx(dense.force[k], abs=1e-6 * LIMIT)
+    forces = {}
+    for parts in (32, 64):
+        state, last, forces[parts] = None, np.zeros(2), []
+        for to in path:
+            motion = mtb.Shift(displacement=tuple((to - last) / parts))
+            for _ in range(parts):
+                step = mtb.solve_tangential(patch, motion, MU, layer=layer, state=state)
+                state = step.state
+            last = to
+            forces[parts].append(step.force[:2])
+    # a path in parts is right to first order: twice the finer one less the coarser one is the limit
+    limit = 2.0 * np.array(forces[64]) - np.array(forces[32])
+    assert (np.abs(dense.force - limit).max(axis=1) <= (dense.path_error + 1e-6) * LIMIT).all()
+    assert dense.path_error[-1] < 3e-3
     assert dense.slip_share[-1] == 1.0
     assert dense.force[-1, 0] == pytest.approx(LIMIT, rel=1e-3)
 
