@@ -71,7 +71,7 @@ PLACES = {
     "supports": ("bodies.supports",),
     "surfaces": ("bodies.surfaces",),
     "sweep_checkpoint": ("studies.sweep_checkpoint",),
-    "sweep_table": ("results.sweep_table",),
+    "sweep_table": ("results.sweep_table", "base.units"),
     "sweeps": ("studies.sweeps",),
     "tangential": ("half_space.tangential",),
     "threads": ("base.threads",),
@@ -79,8 +79,9 @@ PLACES = {
     "wheel_result": ("results.wheel_result",),
     "wheel_stepping": ("simulation.wheel_stepping",),
 }
-#: Old names of classes and functions, and their new ones, by their modules.
+#: Old names of classes, functions and tables, and their new ones, by their modules.
 CLASSES = {
+    "base.units": {"UNITS": "MEASURED_UNITS"},
     "contact.solids": {"BodyLayout": "OwnBodies"},
     "geometry.contact_points": {
         "ContactSheet": "ContactGrid",
