@@ -260,7 +260,7 @@ def test_start_of_sliding_is_the_same_dense_or_by_fourier() -> None:
     path = np.array([[1e-6, 0.0], [2e-6, 1e-6], [3e-5, 1e-6]])
     layer = mtb.InterfaceLayer(1e-5, 80e9)
     dense = mtb.start_of_sliding(both, patch.pressure, area, 0.3, path, layer)
-    forces = {}
+    forces: dict[int, list[np.ndarray]] = {}
     for parts in (32, 64):
         state, last, forces[parts] = None, np.zeros(2), []
         for to in path:
