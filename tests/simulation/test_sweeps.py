@@ -681,6 +681,16 @@ def test_dask_with_processes():
     np.testing.assert_allclose(table["force_x"], mtb.sweep(paraboloid(), GRID)["force_x"], rtol=1e-12)
 
 
+@pytest.mark.coarse
+def test_joblib_with_processes():
+    pytest.importorskip("joblib", reason="joblib is not installed")
+    from joblib.externals.loky import get_reusable_executor
+
+    with get_reusable_executor(max_workers=1) as executor:
+        table = mtb.sweep(paraboloid(), GRID, executor=executor)
+    np.testing.assert_allclose(table["force_x"], mtb.sweep(paraboloid(), GRID)["force_x"], rtol=1e-12)
+
+
 BAD = [
     ({}, "parameters is empty"),
     ({"frction": [1]}, "'frction' is no argument of the scene"),

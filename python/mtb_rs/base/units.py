@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Units of arguments and of measured quantities, and quantities with a unit at the door.
 
+Columns of pandas and arrays of xarray are taken wherever an argument has a unit, as plain numbers in it.
 Quantities of pint, astropy and unyt are taken wherever an argument has a unit. They are known by what they
 can do, ``value.to(unit)``; none of these packages is imported. All that is kept is plain numbers in SI units.
 """
@@ -114,6 +115,8 @@ def in_si(place: str, value: Any, unit: Unit | None) -> Any:
         return kind(taken) if changed else value
     if isinstance(value, Mapping):
         return _of_mapping(place, value, unit)
+    if unit is not None and hasattr(value, "to_numpy"):
+        return _of_table(place, value, unit)
     if not hasattr(value, "to") or isclass(value) or not (hasattr(value, "units") or hasattr(value, "unit")):
         return value
     return _converted(place, value, unit)
@@ -125,6 +128,17 @@ def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
         own = ARGUMENT_UNITS.get(name, unit) if isinstance(name, str) else unit
         taken[name] = in_si(f"{place}[{name!r}]", entry, own)
     return taken if any(taken[name] is not entry for name, entry in value.items()) else value
+
+
+def _of_table(place: str, value: Any, unit: Unit) -> Any:
+    """A column or table of pandas, or an array of xarray, as numbers: x and y of xarray in our order."""
+    said = getattr(value, "attrs", {}).get("units", unit)
+    if said != unit and said not in str(unit).split(" or "):
+        raise ValueError(f"{place} is in {said!r}, as its attribute says: numbers in {unit} are needed")
+    if {"x", "y"} <= set(getattr(value, "dims", ())):
+        value = value.transpose(..., "y", "x").sortby([axis for axis in "xy" if axis in value.coords])
+    array = value.to_numpy()
+    return array.item() if array.ndim == 0 else array
 
 
 def _converted(place: str, value: Any, unit: Unit | None) -> Any:

@@ -5,6 +5,7 @@ from .chart_page import page as page_of_chart
 from .chart_plot import draw as drawing_of_chart
 from .figures import own_figures
 from .files import save
+from .labelled import dataset_of
 from .moving import animate
 from .plane import plot, plot_side_by_side
 from .section import draw_section
@@ -13,6 +14,7 @@ from .sweep_plot import draw_area_load, draw_start, draw_sweep
 
 __all__ = [
     "animate",
+    "dataset_of",
     "datasets",
     "draw_area_load",
     "draw_section",

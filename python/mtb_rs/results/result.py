@@ -115,6 +115,24 @@ class Drawn(Savable):
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         return pictures().plot(self._picture(), quantity, kind, **options)
 
+    def to_xarray(self) -> Any:
+        """The fields as an :class:`xarray.Dataset` (extra ``sweep``), with units and labels as attributes.
+
+        Fields on one regular grid have the dimensions (y, x), those on several patches, or on scattered
+        points, have the dimension "point", and the coordinate "patch" names the patch of each. Places are the
+        coordinates x, y, z [m]; vectors have the dimension "component" in front. Totals are the attributes.
+
+        Raises
+        ------
+        ImportError
+            Without xarray; it names what to install.
+        ValueError
+            If the result has no contact points, with the reason.
+        """
+        if self.blank:
+            raise ValueError(self.blank)
+        return pictures().dataset_of(self._picture())
+
     def to_pyvista(self) -> pyvista.MultiBlock:
         """The result as datasets of pyvista (extra ``viz``), for its own plots, filters and files.
 
@@ -127,7 +145,11 @@ class Drawn(Savable):
         ------
         ImportError
             Without pyvista; it names what to install.
+        ValueError
+            If the result has no contact points, with the reason.
         """
+        if self.blank:
+            raise ValueError(self.blank)
         return pictures().datasets(self._picture())
 
     def save(self, directory: str | Path) -> list[Path]:

@@ -173,6 +173,16 @@ class SweepTable(Study):
         figure: Figure = pictures().draw_sweep(self, quantity, ax)
         return figure
 
+    def to_pandas(self) -> Any:
+        """The rows as a :class:`pandas.DataFrame` (extra ``sweep``); units are its ``attrs["units"]``."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("pandas is missing: pip install 'mtb-rs[sweep]'") from error
+        frame = pandas.DataFrame(self.rows())
+        frame.attrs = {**self.attributes, "units": dict(self.units)}
+        return frame
+
     def to_xarray(self) -> Any:
         """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""
         try:

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Tables and fields of pandas and xarray: taken as arguments, given by sweeps and results."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+pandas = pytest.importorskip("pandas", reason="pandas (extra sweep) is not installed")
+xarray = pytest.importorskip("xarray", reason="xarray (extra sweep) is not installed")
+
+X = np.arange(-6, 7) * 1e-3
+Y = np.arange(-4, 5) * 1e-3
+GAP = (X[None, :] ** 2 + 2.0 * Y[:, None] ** 2 + 1e-3 * X[None, :]) / 0.2
+FRAME = pandas.DataFrame({"velocity": [0.0, 10.0], "value": [0.3, 0.2]}, index=[7, 9])
+
+
+def field(**attributes: Any) -> Any:
+    return xarray.DataArray(GAP, {"y": Y, "x": X}, ("y", "x"), attrs=attributes)
+
+
+def scene(**given: Any) -> mtb.Scene:
+    return mtb.Scene(
+        **{"upper": mtb.steel, "lower": mtb.steel, "gap": GAP, "spacing": 1e-3, "force": 10.0} | given
+    )
+
+
+def test_columns_are_taken_as_the_numbers_in_them() -> None:
+    speed, value = FRAME["velocity"], FRAME["value"]
+    for made, plain in (
+        (mtb.VelocityTable(speed, value), mtb.VelocityTable([0.0, 10.0], [0.3, 0.2])),
+        (mtb.TabulatedFriction(speed, value), mtb.TabulatedFriction([0.0, 10.0], [0.3, 0.2])),
+        (mtb.Coulomb(FRAME / 10.0), mtb.Coulomb(FRAME.to_numpy() / 10.0)),
+    ):
+        assert made == plain
+        assert pickle.loads(pickle.dumps(made)) == plain
+    profile = mtb.Profile.from_points(pandas.Series(X), pandas.Series(X**2))
+    np.testing.assert_array_equal(profile.height(Y), mtb.Profile.from_points(X, X**2).height(Y))
+    table = mtb.sweep(mtb.scenes.paraboloid_on_plane(points=18), {"friction": pandas.Series([0.1, 0.2])})
+    assert table.parameters == {"friction": (0.1, 0.2)}
+
+
+@pytest.mark.parametrize(
+    "given",
+    [field(), field().T, field()[::-1], field()[:, ::-1].T, field(units="m"), xarray.DataArray(GAP)],
+)
+def test_a_field_on_a_grid_is_turned_as_ours(given: Any) -> None:
+    assert scene(gap=given) == scene()
+    np.testing.assert_array_equal(scene(gap=given).gap, GAP)
+
+
+def test_a_field_in_another_unit_is_refused() -> None:
+    with pytest.raises(ValueError, match="gap is in 'mm', as its attribute says: numbers in m are needed"):
+        scene(gap=field(units="mm"))
+
+
+def test_a_sweep_is_a_table() -> None:
+    table = mtb.sweep(
+        mtb.scenes.paraboloid_on_plane(points=18), {"friction": [0.1, 0.2], "force": [1e6, 2e6]}
+    )
+    frame = table.to_pandas()
+    assert frame.attrs["units"]["peak_pressure"] == "Pa"
+    grid = frame.set_index(["friction", "force"])["force_x"].to_xarray()
+    np.testing.assert_array_equal(grid, table["force_x"])
+    assert list(frame["status"]) == ["solved"] * 4
+
+
+@pytest.mark.coarse
+def test_results_are_datasets() -> None:
+    whole = mtb.scenes.paraboloid_on_plane(points=18).solve("half-space")
+    found = whole.to_xarray()
+    assert found["pressure"].dims == ("y", "x")
+    assert found["pressure"].attrs == {"units": "Pa", "long_name": "pressure"}
+    np.testing.assert_array_equal(found["pressure"], whole.pressure.reshape(18, 18))
+    peak = found["pressure"].where(found["pressure"] == found["pressure"].max(), drop=True)
+    k = int(whole.pressure.argmax())
+    assert (float(peak["x"][0]), float(peak["y"][0])) == pytest.approx(
+        tuple(whole.points.reshape(3, -1)[:2, k])
+    )
+    friction = found["traction"].sel(component="x") * found["area"]
+    assert float(friction.sum()) == pytest.approx(whole.force[0])
+    assert found.attrs["normal_force"] == pytest.approx(whole.normal_force)
+    # back in as a field of another scene
+    kept = mtb.PressureField(found["pressure"], (1e-3, 1e-3), mtb.steel, mtb.steel)
+    np.testing.assert_array_equal(kept.pressure, found["pressure"])
+
+    poles = mtb.scenes.pole_shoe_on_rail(spacing=6e-3).solve("half-space")
+    found = poles.to_xarray()
+    left = found.isel(point=found["patch"] == poles.patches[0].name)
+    assert float((left["pressure"] * left["area"]).sum()) == pytest.approx(
+        float((poles.pressure * poles.area)[poles.patches[0].cut].sum())
+    )
+    assert (left["y"] > 0.0).all()
+
+
+def test_every_kind_of_result_is_a_dataset() -> None:
+    start = mtb.scenes.paraboloid_on_plane(points=8).start_of_sliding([(1e-6, 0.0)])
+    wheels = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare()
+    assert isinstance(wheels, mtb.PreparedWheels)
+    step = wheels.step(velocity=(20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0))
+    for result in (start, step, step.patches[0], mtb.hertz(1e3, 0.1)):
+        found = result.to_xarray()
+        assert set(found.data_vars) == set(result.fields()) - {"points"}
+    lifted = wheels.step(pose=(0.0, 0.0, 1e-3, 0.0, 0.0, 0.0), velocity=20.0)
+    for door in (lifted.to_xarray, lifted.to_pyvista):
+        with pytest.raises(ValueError, match="lifted"):
+            door()
