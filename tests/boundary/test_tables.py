@@ -34,7 +34,7 @@ def test_columns_are_taken_as_the_numbers_in_them() -> None:
     speed, value = FRAME["velocity"], FRAME["value"]
     for made, plain in (
         (mtb.VelocityTable(speed, value), mtb.VelocityTable([0.0, 10.0], [0.3, 0.2])),
-        (mtb.TabulatedFriction(speed, value), mtb.TabulatedFriction([0.0, 10.0], [0.3, 0.2])),
+        (mtb.TabulatedFriction(speed, value), mtb.TabulatedFriction(*FRAME.to_numpy().T)),
         (mtb.Coulomb(FRAME / 10.0), mtb.Coulomb(FRAME.to_numpy() / 10.0)),
     ):
         assert made == plain
