@@ -89,6 +89,26 @@ def test_contact_points_are_found_under_the_old_name() -> None:
     assert again == found
 
 
+def test_the_approach_of_a_gap_is_taken_under_the_old_name() -> None:
+    bodies = mtb.BodySurface.plane(), mtb.BodySurface.paraboloid(0.1)
+    given = (-1e-3, 1e-3), (-1e-3, 1e-3), 1e-3
+    with pytest.warns(DeprecationWarning, match="argument penetration of surface_gap is called approach now"):
+        old = mtb.surface_gap(*bodies, *given, penetration=1e-5)  # type: ignore[call-arg]
+    assert old == mtb.surface_gap(*bodies, *given, approach=1e-5)
+
+
+def test_the_unit_of_the_slip_is_told_under_the_old_name() -> None:
+    x = np.linspace(-2e-3, 2e-3, 9)
+    pressed = mtb.solve_normal(
+        (x[:, None] ** 2 + x**2) / 0.2, 5e-4, upper=mtb.steel, lower=mtb.steel, force=10.0
+    )
+    rolled = mtb.fastsim(pressed, (1e-4, 0.0, 0.0), mtb.Coulomb(0.3))
+    patch = mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3).prepare().step(velocity=10.0).patches[0]
+    for result, unit in ((rolled, "1"), (patch, "m/s"), (pressed, "1")):
+        with pytest.warns(DeprecationWarning, match=r"slip_unit is fields\(\)\[.slip.\]\.unit now"):
+            assert result.slip_unit == unit
+
+
 @pytest.mark.parametrize(("place", "old"), [(place, old) for place in CLASSES for old in CLASSES[place]])
 def test_old_names_of_classes_lead_to_the_new_ones(place: str, old: str) -> None:
     module, new = import_module(f"mtb_rs.{place}"), CLASSES[place][old]

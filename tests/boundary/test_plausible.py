@@ -202,3 +202,30 @@ def test_moduli_in_other_units_of_fields(material: mtb.Material, side: str) -> N
 def test_a_wheel_that_carries_nothing() -> None:
     (question,) = asked(lambda: mtb.scenes.wheel_on_rail(lateral=0.0, force=36.0, spacing=1e-4))
     assert "force is 36 N" in question
+
+
+def test_a_wheel_that_has_climbed_the_rail() -> None:
+    (question,) = asked(lambda: mtb.wheel_on_rail_gap(lateral=0.02, spacing=1e-3))
+    assert "the flange has climbed the rail: the wheel stands 20.2 mm higher" in question
+    assert "lateral = 0.02 m" in question
+    # on the root of the flange, and half way up it
+    for lateral in (6.2e-3, 0.01):
+        assert asked(lambda at=lateral: mtb.wheel_on_rail_gap(lateral=at, spacing=1e-3)) == []  # type: ignore[misc]
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0)
+    (further,) = asked(lambda: scene.with_(lateral=0.05))
+    assert "lateral is 0.05 m: -0.04 to 0.03 m is usual" in further
+    (other_side,) = asked(lambda: mtb.wheel_on_rail_gap(lateral=-0.05, spacing=1e-3))
+    assert "lateral is -0.05 m" in other_side
+
+
+@pytest.mark.coarse
+def test_a_pressure_that_no_rail_bears() -> None:
+    given = {"lateral": 7.5e-3, "spacing": 1e-3}
+    questions = asked(lambda: mtb.scenes.wheel_on_rail(**given).solve())  # type: ignore[arg-type]
+    assert len(questions) == 1
+    assert "GPa, more than the hardness of rail steel (R260: up to 2.9" in questions[0]
+    # harder questions come alone, and other materials flow elsewhere
+    (harder,) = asked(lambda: mtb.scenes.wheel_on_rail(lateral=0.01, spacing=3e-4).solve())
+    assert "hardened bearing steel" in harder
+    soft = mtb.Material(young_modulus=205e9, poisson_ratio=0.3), mtb.Material(70e9, 0.3)
+    assert asked(lambda: mtb.scenes.wheel_on_rail(upper=soft[0], lower=soft[1], **given).solve()) == []  # type: ignore[arg-type]

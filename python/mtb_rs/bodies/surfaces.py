@@ -266,6 +266,7 @@ class SurfaceGap:
 
 
 @taking_quantities
+@renamed(penetration="approach")
 def surface_gap(
     lower: Any,
     upper: Any,

@@ -143,9 +143,28 @@ def of_result(result: Result, deformation: Mapping[str, Array]) -> list[str]:
         width = width_of(flat(result, result.points), result.area.max(), touching, patches(result))
         questions += of_deformation(side, moved, parts, width)
     peak = result.report.peak_pressure
-    if peak > DENT and materials and all(STEELS[0] <= m.young_modulus <= STEELS[1] for m in materials):
+    if peak > DENT and _is_steel(materials):
         questions.append(
             f"the peak pressure is {1e-9 * peak:.3g} GPa, beyond what steel bears elastically: even "
             f"hardened bearing steel keeps a dent from {1e-9 * DENT:g} GPa on (ISO 76)"
         )
     return questions
+
+
+def of_peak(result: Result, hardness: float | None) -> list[str]:
+    """A question where the peak pressure is above the hardness [Pa] of what such bodies are made of.
+
+    Beyond what any steel bears :func:`of_result` has asked.
+    """
+    peak = result.report.peak_pressure
+    materials = [body.material for body in (result.upper, result.lower) if body.material is not None]
+    if hardness is None or not hardness < peak <= DENT or not _is_steel(materials):
+        return []
+    return [
+        f"the peak pressure is {1e-9 * peak:.3g} GPa, more than the hardness of rail steel (R260: up to "
+        f"{1e-9 * hardness:.2g} GPa): wheel and rail flow there, and the true pressure is lower and wider"
+    ]
+
+
+def _is_steel(materials: Sequence[Any]) -> bool:
+    return bool(materials) and all(STEELS[0] <= m.young_modulus <= STEELS[1] for m in materials)

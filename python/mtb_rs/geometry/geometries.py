@@ -107,6 +107,11 @@ class Geometry(ABC):
         return None
 
     @property
+    def hardness(self) -> float | None:
+        """Of the steel that such bodies are made of, as a pressure [Pa]; None where they may be of any."""
+        return None
+
+    @property
     def paraboloid(self) -> tuple[float, float] | None:
         """Radius and width of the grid [m] of a paraboloid on a plane, for which there is a closed form."""
         return None
@@ -170,6 +175,8 @@ def cells_along(length: float, step: float) -> int:
 
 #: Contact angle [rad] from which on a wheel is said to run on its flange.
 FLANGE = np.radians(30.0)
+#: Brinell hardness [Pa] of the usual rail steel, R260: 260 to 300 HB (EN 13674-1), 1 HB being 9.807 MPa.
+RAIL_HARDNESS = 300 * 9.807e6
 #: More cells than this are a slip of the pen.
 MOST_CELLS = 1e8
 
@@ -471,6 +478,11 @@ class WheelOnRail(Geometry):
             f"normal force is {force / np.cos(angle) / 1e3:.4g} kN where the vertical one is "
             f"{force / 1e3:.4g} kN, and friction, which carries a part of it there, is not in that balance"
         )
+
+    @property
+    def hardness(self) -> float:
+        """Of rails."""
+        return RAIL_HARDNESS
 
     @property
     def start(self) -> Spacing:

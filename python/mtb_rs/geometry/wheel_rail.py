@@ -29,17 +29,24 @@ USUAL_LENGTHS = {
     "gauge_depth": (2e-3, 0.05),
     "flange_back": (0.2, 3.0),
     "tape_circle": (0.01, 0.2),
-    "lateral": (-0.06, 0.06),
+    "lateral": (-0.04, 0.03),
 }
 #: Vertical forces [N] that no wheel carries: those of the heaviest trains have a quarter of the upper one,
 #: small roller rigs ten times the lower one.
 WEAK_FORCE, STRONG_FORCE = 100.0, 1e6
 
 
-def of_wheel(given: Mapping[str, Any]) -> list[str]:
+def of_wheel(given: Mapping[str, Any], placed: WheelRailGap) -> list[str]:
     """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
-    profiles as such."""
+    profiles as such, and where that has placed the wheel."""
     questions = unusual({name: number(name, given[name], "m") for name in USUAL_LENGTHS}, USUAL_LENGTHS)
+    # unusual lengths explain it; a wheel on its flange stands higher than where the gauge is measured
+    if not questions and placed.undeformed_height > given["gauge_depth"]:
+        questions.append(
+            f"the flange has climbed the rail: the wheel stands {1e3 * placed.undeformed_height:.3g} mm "
+            f"higher than on its tread, with lateral = {given['lateral']:g} m; flanges touch the rail after "
+            "some millimetres, and lengths are in metres"
+        )
     if given["force"] < WEAK_FORCE:
         questions.append(
             f"force is {given['force']:g} N: it is the vertical force on one wheel, and forces are in "
@@ -164,7 +171,7 @@ def wheel_on_rail_gap(
     """
     given = locals()
     placed = place_wheel(given)
-    ask(of_wheel({**given, "wheel": as_profile(wheel), "rail": as_profile(rail)}))
+    ask(of_wheel({**given, "wheel": as_profile(wheel), "rail": as_profile(rail)}, placed))
     return placed
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Unpack, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.check import warn
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import input_data, stored
@@ -80,6 +81,14 @@ class Drawn(Savable):
     def totals(self) -> dict[str, ResultField]:
         """Its forces, moments and motions, by name: values with unit and label."""
         return self._picture().totals()
+
+    @property
+    def slip_unit(self) -> str:
+        """Unit of the slip, as the first version told it: its field has it now."""
+        name = type(self).__name__
+        warn(f'{name}.slip_unit is fields()["slip"].unit now.', DeprecationWarning)
+        slip = self.fields().get("slip")
+        return "1" if slip is None else slip.unit
 
     def told(self) -> list[Row]:
         """Its forces, moments and motions in words: what a notebook and the command line show."""

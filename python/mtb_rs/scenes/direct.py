@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import memory
+from ..base.questions import ask
 from ..base.words import Model
 from ..bodies.recovery import left_out
 from ..contact.estimate import NARROW, coarsened
+from ..contact.plausible import of_peak
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Geometry
@@ -150,6 +152,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         choosing=besides + spent,
         spacing=level.cell,
     )
+    ask(of_peak(result, geometry.hardness))
     stages = sum(problem.time_s.values()) + time.perf_counter() - clock
     problem.time_s["fields"] = time.perf_counter() - clock
     problem.time_s["estimate"] = max(time.perf_counter() - started - stages, 0.0)

@@ -308,7 +308,7 @@ def wheel_on_rail(
         | {"force": force, "contact_modulus": 1.0 / compliance, "spacing": spacing_pair(first)}
     )
     profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
-    ask(of_wheel({**dict(geometry.arguments), **profiles}))
+    ask(of_wheel({**dict(geometry.arguments), **profiles}, geometry.placement))
     return WheelScene(
         upper=upper,
         lower=lower,
