@@ -83,8 +83,8 @@ def fails(_x: np.ndarray, _y: np.ndarray) -> float:
         (shoe, {"magnetic_pressure": True}, "magnetic_pressure is True"),
         (shoe, {"magnetic_pressure": "3e6"}, "magnetic_pressure is '3e6'"),
         (shoe, {"magnetic_pressure": 1e300}, "magnetic_pressure is 1e.300"),
-        (shoe, {"magnetic_pressure": 0.0}, "the load on patch 'left' is 0 N"),
-        (shoe, {"magnetic_pressure": 1e-300}, "the load on patch 'left' is -1.*e-303 N"),
+        (shoe, {"magnetic_pressure": 0.0}, "magnetic_pressure loads patch 'left' with 0 N"),
+        (shoe, {"magnetic_pressure": 1e-300}, "magnetic_pressure loads patch 'left' with -1.*e-303 N"),
         # how it is held
         (shoe, {"supports": 3}, "supports is 3: one of 'driven-top'"),
         (shoe, {"supports": mtb.Support("top")}, "supports is Support.*a list of mtb_rs.Support"),

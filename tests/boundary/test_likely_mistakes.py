@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.case import case_from_words
 
 steel = mtb.steel
 
@@ -26,6 +27,10 @@ def field(**given: Any) -> mtb.Scene:
     x = np.linspace(-1e-2, 1e-2, 7)
     gap = 5.0 * (x**2 + x[:, None] ** 2)
     return mtb.Scene(**{"lower": steel, "upper": steel, "gap": gap, "spacing": 1e-2 / 3.0, **given})
+
+
+def case(**words: Any) -> mtb.Case:
+    return case_from_words({"scene": "block_on_plane", **words})
 
 
 TABLE = mtb.VelocityTable((0.0, 10.0), (0.4, 0.2))
@@ -102,6 +107,40 @@ MISTAKES: dict[str, tuple[Callable[[], object], str]] = {
         lambda: mtb.solve_normal(np.zeros((4, 4)), 1e-3, lower=steel, upper=steel, force=1.0, approach=1e-6),
         "either force or approach is needed",
     ),
+    "a table of sweeps in a case": (lambda: case(sweep={"friction": [0.1]}), "mtb-rs sweep CASE.toml --vary"),
+    "a number with a unit in a case": (
+        lambda: case(spacing="3 mm"),
+        'spacing = "3 mm": it is .3 mm.: a finite number in SI units',
+    ),
+    "a key that is like no other": (
+        lambda: case(layer=0.1),
+        "layer = 0.1: unknown key; known are scene, width",
+    ),
+    "a pull that pushes": (
+        lambda: mtb.scenes.pole_shoe_on_rail(magnetic_pressure=-3e6, spacing=9e-3).solve("half-space"),
+        "magnetic_pressure loads patch 'left' with .* it does not press the bodies together",
+    ),
+    "a rail that is a path": (
+        lambda: mtb.scenes.wheel_on_rail(rail="/nope/rail.csv"),
+        "60E1, S1002 are known by name, and Profile.from_file reads a file",
+    ),
+    "an option that a method has not": (
+        lambda: block().solve("half-space", maxiter=3),  # type: ignore[call-overload]
+        "unknown option 'maxiter' of the direct method, which has no options of its own",
+    ),
+    "a moving picture of a number": (lambda: mtb.animate(3, "x.gif"), "history is 3: a list of results"),  # type: ignore[arg-type]
+    "a profile by its class": (
+        lambda: mtb.Profile([(0.0, 0.0)]),
+        "made by Profile.standard, Profile.from_points",
+    ),  # type: ignore[arg-type]
+    "an option that stresses have not": (
+        lambda: ball().solve("half-space").plot("von_mises", deformation=10.0),  # type: ignore[call-overload]
+        'deformation: unknown options for quantity="von_mises"; known are limits, scale',
+    ),
+    "an option that views have not": (
+        lambda: ball().solve("half-space").plot("pressure", "3d", deformation=10.0),  # type: ignore[call-overload]
+        'deformation: unknown options for kind="3d"; known are body, limits, scale',
+    ),
     "a sweep over nothing": (
         lambda: mtb.sweep(block(), {}),
         "parameters is empty: at least one argument with its values is needed",
@@ -113,11 +152,24 @@ MISTAKES: dict[str, tuple[Callable[[], object], str]] = {
 }
 
 
+@pytest.mark.coarse
 @pytest.mark.parametrize("name", MISTAKES)
 def test_a_likely_mistake_is_refused_in_a_sentence(name: str) -> None:
     make, said = MISTAKES[name]
     with pytest.raises(ValueError, match=said):
         make()
+
+
+def test_arguments_with_slips_of_the_fingers_are_told_the_right_ones() -> None:
+    for scene in (block(), field(force=1.0)):
+        with pytest.raises(TypeError, match=r"has no frictoin; did you mean friction\?$"):
+            scene.with_(frictoin=0.2)
+        with pytest.raises(TypeError, match="has no sweep; it has"):
+            scene.with_(sweep=0.2)
+    with pytest.raises(
+        TypeError, match=r"Material\.from_shear_modulus takes shear_modulus and poisson_ratio"
+    ):
+        mtb.Material(210e9, shear_modulus=80e9)  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize("moments", [(0.0, 30.0), (-30.0, 0.0), (20.0, 20.0)])
@@ -134,3 +186,5 @@ def test_a_load_that_tips_the_body_over_is_refused_with_its_reason(
     }
     with pytest.raises(mtb.ResultantError, match="outside"):
         ways[way]()
+    with pytest.raises(mtb.ResultantError, match=r"moments \(.*\) N m about x and y"):
+        scene.solve("half-space")

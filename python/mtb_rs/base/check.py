@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import os
 import sys
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
 
@@ -134,6 +136,12 @@ def shortened(value: Any) -> str:
 
 def _in(unit: str) -> str:
     return f" [{unit}]" if unit else ""
+
+
+def meant(name: object, known: Iterable[str]) -> str | None:
+    """The known name that another one is a slip of the fingers from; None if none is so near."""
+    near = difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.75)
+    return near[0] if near else None
 
 
 def warn(message: str, kind: type[Warning] = UserWarning) -> None:

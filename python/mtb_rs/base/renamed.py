@@ -38,7 +38,8 @@ def renamed(**new_names: str) -> Callable[[Named], Named]:
             for old, new in new_names.items():
                 setattr(made, old, property(_reader(f"{made.__name__}.{old}", new)))
             return cast(Named, made)
-        return cast(Named, _translating(called, called.__qualname__, new_names))
+        # a method is known by its own name: its class may be one that others stand on
+        return cast(Named, _translating(called, called.__name__, new_names))
 
     return decorate
 

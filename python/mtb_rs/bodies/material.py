@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
+from typing import Any
 
 from ..base.check import number, positive
 from ..base.plain import plain
@@ -14,6 +17,21 @@ from ..base.stored import stored
 NORMALISED, SOFT, STIFF = 10.0, 1e6, 2e12
 #: Poisson's ratio from which a material counts as hardly changing its volume.
 RUBBERY = 0.45
+
+
+def _by_two(build: Callable[..., None]) -> Callable[..., None]:
+    """A constructor that answers an attempt with the shear modulus."""
+
+    @wraps(build)
+    def answered(self: Material, *args: Any, **kwargs: Any) -> None:
+        if "shear_modulus" in kwargs:
+            raise TypeError(
+                "Material takes young_modulus and poisson_ratio; Material.from_shear_modulus takes "
+                "shear_modulus and poisson_ratio"
+            )
+        build(self, *args, **kwargs)
+
+    return answered
 
 
 @stored
@@ -62,6 +80,7 @@ class Material:
         return self.young_modulus / (1.0 - self.poisson_ratio**2)
 
 
+Material.__init__ = _by_two(Material.__init__)  # type: ignore[method-assign]
 #: Steel of both sources' examples: G = 80 GPa, nu = 0.3.
 steel = Material(young_modulus=208e9, poisson_ratio=0.3)
 

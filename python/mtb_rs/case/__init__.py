@@ -9,7 +9,6 @@ the scene's signature, so that nothing is said twice. ``[upper]`` and ``[lower]`
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 import tomllib
@@ -22,7 +21,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StrictStr, ValidationError, create_model
 from pydantic_core import ErrorDetails
 
-from ..base.check import shortened
+from ..base.check import meant, shortened
 from ..base.errors import CaseError
 from ..base.files import read_bytes
 from ..base.questions import gathered
@@ -338,6 +337,11 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
     if item["type"] == "extra_forbidden":
         inner = MaterialWords if len(place) > 1 else model
         known = [field.alias or name for name, field in inner.model_fields.items()]
+        if place == ["sweep"]:
+            return (
+                "sweep: is no table of a case file: mtb-rs sweep CASE.toml --vary friction=0.1,0.2, or "
+                "mtb.sweep, solves a case for each of several values"
+            )
         return _with_hint(f"{key} = {_short(given)}: unknown key", place[-1], known)
     message = item["msg"].removeprefix("Value error, ")
     message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
@@ -367,8 +371,8 @@ def _wrong_options(given: Any) -> Iterator[tuple[str, Callable[[], str]]]:
 
 
 def _with_hint(what: str, name: str, known: Collection[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"{what}; did you mean {near[0]!r}?" if near else f"{what}; known are {', '.join(known)}"
+    near = meant(name, known)
+    return f"{what}; did you mean {near!r}?" if near else f"{what}; known are {', '.join(known)}"
 
 
 def _short(value: Any) -> str:

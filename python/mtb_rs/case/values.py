@@ -24,7 +24,7 @@ from pydantic import (
     model_validator,
 )
 
-from ..base.check import choice, path_of
+from ..base.check import choice, path_of, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
 from ..bodies.simple import Rigid
@@ -89,10 +89,10 @@ def _field(given: Any, info: ValidationInfo) -> Any:
             )
         if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
             return GaussianPressure(
-                _numbers("peak", [given["peak"]])[0],
+                _number("peak", given["peak"]),
                 _pair(given["center"]),
                 _pair(given["sigma"]),
-                _numbers("floor", [given.get("floor", GaussianPressure.floor)])[0],
+                _number("floor", given.get("floor", GaussianPressure.floor)),
             )
         raise ValueError(
             f"the keys {', '.join(sorted(keys)) or '(none)'} do not go together: velocity and value, or "
@@ -105,6 +105,15 @@ def _list(given: Any) -> list[Any]:
     if not isinstance(given, (list, tuple)):
         raise ValueError("value is no list: one entry for each velocity is needed")
     return list(given)
+
+
+def _number(name: str, given: Any) -> float:
+    """One finite number, without a unit."""
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
+        raise ValueError(
+            f"{name} is {shortened(given)}: a finite number in SI units, without text, is needed"
+        )
+    return float(given)
 
 
 def _numbers(name: str, given: Any) -> list[float]:
@@ -179,7 +188,7 @@ def _pair(given: Any) -> tuple[float, float]:
 
 
 def _number_or_pair(given: Any) -> float | tuple[float, float]:
-    return _pair(given) if isinstance(given, (list, tuple)) else _numbers("the number", [given])[0]
+    return _pair(given) if isinstance(given, (list, tuple)) else _number("it", given)
 
 
 #: What may follow the pressing, by the name of its table.

@@ -75,6 +75,8 @@ class ContactProblem:
         For unknowns that are coefficients of hats; None where they are pressures of cells.
     kept : Kept or None
         Where not all points of the grids are contact points.
+    moments : (mx, my) [N m]
+        That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
         What depends on the bodies alone; further loads on the same ones share it.
     """
@@ -95,6 +97,7 @@ class ContactProblem:
     time_s: dict[str, float] = field(default_factory=dict)
     kept: Kept | None = None
     memory: Memory = field(default_factory=Memory)
+    moments: tuple[float, float] = (0.0, 0.0)
 
     @property
     def n(self) -> int:

@@ -426,6 +426,8 @@ def _loads_in_words(problem: ContactProblem) -> str:
     words = [line for part in problem.parts for line in part.loads_in_words()]
     if not problem.loads.keys().isdisjoint(("pull", "magnetic")):
         words.insert(0, f"force {problem.pressing[2]:.6g} N along z")
+    if any(problem.moments):
+        words.append("moments ({:.6g}, {:.6g}) N m about x and y".format(*problem.moments))
     return ", ".join(words) or "no force"
 
 

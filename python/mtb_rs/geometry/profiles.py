@@ -53,7 +53,12 @@ class Profile:
     _recipe: tuple[Any, ...]
     name: str
 
-    def __init__(self, core: _mtb_rs.Profile, name: str, recipe: tuple[Any, ...]) -> None:
+    def __init__(self, core: _mtb_rs.Profile, name: str = "", recipe: tuple[Any, ...] = ()) -> None:
+        if not isinstance(core, _mtb_rs.Profile):
+            raise ValueError(
+                "a Profile is made by Profile.standard, Profile.from_points or Profile.from_file, not by "
+                "its class"
+            )
         self._core = core
         self._recipe = recipe
         self.name = name
@@ -63,7 +68,10 @@ class Profile:
         """Standard profile of the given name: "60E1" or "S1002"."""
         makers = {"60E1": _mtb_rs.Profile.rail_60e1, "S1002": _mtb_rs.Profile.wheel_s1002}
         if not isinstance(name, str) or name not in makers:
-            raise ValueError(f"profile {name!r} is unknown: {', '.join(STANDARD_PROFILES)} are known by name")
+            raise ValueError(
+                f"profile {name!r} is unknown: {', '.join(STANDARD_PROFILES)} are known by name, and "
+                "Profile.from_file reads a file"
+            )
         return cls(makers[name](), name, (cls.standard, (name,)))
 
     @classmethod

@@ -57,6 +57,8 @@ def animate(
     target = check_target(path)
     if target.suffix not in (".gif", ".webp", ".png"):
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
+    if not isinstance(history, Iterable):
+        raise ValueError(f"history is {history!r}: a list of results is needed")
     history = list(history)
     if not history:
         raise ValueError("history is empty: at least one result is needed")

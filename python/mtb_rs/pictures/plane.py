@@ -6,7 +6,8 @@ Nothing here touches pyplot: a picture is a figure of its own, or is drawn into 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, Unpack, get_args, overload
 
 import numpy as np
@@ -124,6 +125,7 @@ def plot_within(
     if quantity in get_args(Stress):
         if kind not in (None, "3d") or x is not None or y is not None or ax is not None:
             raise ValueError("quantity is 'von_mises': it is drawn by kind='3d' only, without x, y and ax")
+        _check_known(options, view_von_mises, 'quantity="von_mises"')
         return view_von_mises(result, limits=limits, **options)
     quantity_of(result, quantity, body)
     if x is not None and y is not None:
@@ -143,6 +145,7 @@ def plot_within(
     if kind == "3d":
         if is_cut or ax is not None:
             raise ValueError('x, y and ax are for maps and lines, not for kind="3d"')
+        _check_known(options, view, 'kind="3d"')
         return view(result, quantity, body=body, limits=limits, **options)
     if options:
         raise ValueError(
@@ -163,6 +166,14 @@ def plot_within(
     if title is not None:
         drawn.set_title(title, loc="left", fontsize=10.5, color=INK)
     return figure
+
+
+def _check_known(options: Mapping[str, Any], draws: Callable[..., Any], where: str) -> None:
+    """ValueError for options that a picture in space does not have."""
+    known = [p.name for p in inspect.signature(draws).parameters.values() if p.kind is p.KEYWORD_ONLY]
+    unknown = [name for name in options if name not in known]
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: unknown options for {where}; known are {', '.join(known)}")
 
 
 def recolour(drawn: Axes, cmap: str | Colormap) -> None:

@@ -178,7 +178,7 @@ def check_options(**given: Any) -> None:
     known = method_options(method)
     for name in options:
         if name not in known:
-            has = f": it has {', '.join(known)}" if known else ""
+            has = f": it has {', '.join(known)}" if known else ", which has no options of its own"
             raise ValueError(f"unknown option {name!r} of the {method} method{has}")
 
 

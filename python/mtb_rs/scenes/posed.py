@@ -11,7 +11,7 @@ from typing import Any, Self, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import LARGEST, choice, number, pair, positive, reals, warn
+from ..base.check import LARGEST, choice, meant, number, pair, positive, reals, warn
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
@@ -398,6 +398,7 @@ class PosedScene(Told):
             time_s=time_s,
             kept=kept,
             memory=contact.memory,
+            moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:
             self._check_pressed(problem)
@@ -473,9 +474,10 @@ class PosedScene(Told):
             if self.force is not None or self.magnetic_pressure is not None:
                 share = float(load[2] @ here) if self.force is None else -self.force / len(patches)
                 if contact.kept is None and -share < 1.0 / LARGEST:
+                    what = "force" if self.force is not None else "magnetic_pressure"
                     raise ValueError(
-                        f"the load on patch {patch.name!r} is {share:.6g} N along z: it does not press the "
-                        "bodies together (it must be negative)"
+                        f"{what} loads patch {patch.name!r} with {share:.6g} N along z: it does not press "
+                        f"the bodies together ({what} must be positive)"
                     )
                 zero = np.zeros(n)
                 motions.append(np.stack([zero, zero, here]))
@@ -562,8 +564,9 @@ class PosedScene(Told):
         words += [] if self.recipe is None else inspect.signature(self.recipe[0]).parameters
         for name in changes:
             if name not in words:
-                known = ", ".join(dict.fromkeys(words))
-                raise TypeError(f"with_({name}=...): a {self.name or 'scene'} has no {name}; it has {known}")
+                near = meant(name, words)
+                hint = f"did you mean {near}?" if near else f"it has {', '.join(dict.fromkeys(words))}"
+                raise TypeError(f"with_({name}=...): a {self.name or 'scene'} has no {name}; {hint}")
         asked = of_scene(self.upper, self.lower, self.magnetic_pressure)
         with gathered() as found:
             made = self._changed(changes, asked)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
 import signal
@@ -21,7 +20,7 @@ from typing import Any, Literal, SupportsFloat
 import numpy as np
 
 from .._mtb_rs import __version__
-from ..base.check import shortened, warn
+from ..base.check import meant, shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
 from ..base.units import MEASURED_UNITS, taking_quantities
@@ -115,8 +114,8 @@ def sweep(
     own = known if scene.recipe is None else set(scene.recipe[1])
     for name in grid:
         if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(sorted(own))}"
+            near = meant(name, known)
+            hint = f"did you mean {near!r}?" if near else f"it has {', '.join(sorted(own))}"
             raise ValueError(f"{name!r} is no argument of the scene: {hint}")
     count = math.prod(len(values) for values in grid.values())
     if count > MOST_CASES:
