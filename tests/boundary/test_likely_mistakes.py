@@ -188,3 +188,16 @@ def test_a_load_that_tips_the_body_over_is_refused_with_its_reason(
         ways[way]()
     with pytest.raises(mtb.ResultantError, match=r"moments \(.*\) N m about x and y"):
         scene.solve("half-space")
+
+
+def test_a_law_of_friction_where_a_field_is_needed_says_where_laws_are_for() -> None:
+    block = mtb.scenes.block_on_plane(friction=mtb.Coulomb(0.3))
+    with pytest.raises(ValueError, match=r"friction is Coulomb.*a number, an array.*Laws .* are for wheels"):
+        block.solve("half-space")
+
+
+def test_an_array_for_each_pole_says_that_a_list_is_needed() -> None:
+    pull = mtb.VelocityTable([0.0, 20.0], np.array([[3.0e6, 2.4e6], [2.6e6, 2.0e6]]))
+    shoe = mtb.scenes.pole_shoe_on_rail(magnetic_pressure=pull, velocity=3.0)
+    with pytest.raises(ValueError, match="or a list with 2 entries, one for each pole, is needed"):
+        shoe.solve("half-space")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import LARGEST, number, pair, path_of, positive, reals
+from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
 from ..base.files import read_text
 from ..base.owning import owning
 from ..base.plain import plain
@@ -414,13 +414,20 @@ class _Values(Form):
 
     def values(self, asked: Asked) -> Array:
         name, patches, n = asked.name, asked.patches, asked.points.shape[1]
-        if self.given is None or isinstance(self.given, (bool, str, bytes, dict)):
-            raise ValueError(f"{name} is {self.given!r}: {_FORMS} is needed")
+        other = not np.ndim(self.given) and not isinstance(self.given, (int, float, np.number, np.ndarray))
+        if other or isinstance(self.given, bool):
+            laws = ". Laws of friction are for wheels, rolling and shifts" if name == "friction" else ""
+            raise ValueError(f"{name} is {shortened(self.given)}: {_FORMS} is needed{laws}")
         values = reals(name, self.given)
         if values.ndim == 0:
             values = np.full(n, float(values))
         elif not fits(values, patches):
-            raise ValueError(f"{name} has shape {values.shape}: a number or {_shapes(patches)} is needed")
+            listed = (
+                f", or a list with {len(patches)} entries, one for each pole," if len(patches) > 1 else ""
+            )
+            raise ValueError(
+                f"{name} has shape {values.shape}: a number or {_shapes(patches)}{listed} is needed"
+            )
         else:
             values = values.reshape(-1) if asked.kept is None else values.reshape(-1)[asked.kept]
         return _within(name, values, asked.lowest, asked.highest)
