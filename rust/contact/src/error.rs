@@ -128,6 +128,15 @@ pub enum Error {
         /// The axis.
         axis: &'static str,
     },
+    /// An approach of a body that gives way to it.
+    #[error(
+        "approach is {} m, but a body is free along z and gives way to it: hold the body along z, or give a force [N] or a pull [Pa] and no approach",
+        Short(*.approach)
+    )]
+    GivesWay {
+        /// The approach [m].
+        approach: f64,
+    },
     /// A uniform magnetic pressure is given where none acts.
     #[error("magnetic_pressure is given, but the scene was prepared without one")]
     NotMagnetic,

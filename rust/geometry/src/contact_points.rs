@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_words::{Rough, Short};
+
+use crate::Error;
+use crate::error::{out_of_range, positive};
+
 /// Points on the lower body with the undeformed gap above them; vectors are `(3, n)`,
 /// component-major.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -106,6 +111,40 @@ pub struct ContactGrid {
     pub areas: Vec<f64>,
     /// The patches, left (y > 0) first.
     pub patches: Vec<GridPatch>,
+}
+
+/// More cells than this are taken for a mistake in the spacing.
+const MOST_CELLS: f64 = 5e6;
+
+/// Numbers of equal cells of about `spacing` [m] that fill a contact of `size` [m] exactly.
+///
+/// # Errors
+/// Sizes and spacings that are not positive, cells that are wider than the contact or too many.
+pub fn cells_over(size: [f64; 2], spacing: [f64; 2]) -> Result<[usize; 2], Error> {
+    for (axis, [name, size_name]) in [
+        ["spacing along x", "size along x"],
+        ["spacing across", "size across"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (length, step) = (
+            positive(size_name, size[axis])?,
+            positive(name, spacing[axis])?,
+        );
+        if step > length * (1.0 + 1e-9) {
+            let only = format!("the contact measures only {} m there", Short(length));
+            return Err(out_of_range(name, step, only));
+        }
+    }
+    if size[0] / spacing[0] * (size[1] / spacing[1]) > MOST_CELLS {
+        return Err(out_of_range(
+            "spacing",
+            spacing[0].min(spacing[1]),
+            format!("it would take more than {} cells", Rough(MOST_CELLS)),
+        ));
+    }
+    Ok([0, 1].map(|axis| cell_count(size[axis], spacing[axis])))
 }
 
 /// Number of equal cells of about `spacing` that fill `length`, at least one.

@@ -33,7 +33,7 @@ mod wheel;
 
 pub use between::{SurfaceGap, SurfacePair};
 pub use columns::{Column, Columns, LENGTHS, read_columns};
-pub use contact_points::{ContactGrid, ContactPoints, GridPatch};
+pub use contact_points::{ContactGrid, ContactPoints, GridPatch, cells_over};
 pub use error::Error;
 pub use mesh::{Closure, SurfaceMesh};
 pub use profile::{Interpolation, Profile, Station, Vertical};

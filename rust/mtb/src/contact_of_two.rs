@@ -6,6 +6,7 @@ use std::sync::Arc;
 use mtb_contact::problem::{Body, FreeMotion, Friction, Geometry, Load, Loading, Outcome, Problem};
 use mtb_contact::sliding::RigidMotion;
 use mtb_operator::{Grid, Monitor, Relative};
+use mtb_words::Short;
 
 use crate::Error;
 use crate::standing::Spread;
@@ -18,6 +19,8 @@ pub struct Contact {
     pub gap: Vec<f64>,
     /// What a force and moments do on each elastic body above.
     pub(crate) spread: Vec<Spread>,
+    /// The grid beyond whose edge the bodies go on.
+    pub(crate) window: Option<Grid>,
 }
 
 /// A state of contact.
@@ -82,8 +85,26 @@ fn places(grid: Grid) -> Vec<[f64; 2]> {
     (0..grid.points()).map(place).collect()
 }
 
+/// Loads in words.
+fn told(loads: &[Load<'_>]) -> String {
+    let told = loads.iter().map(|load| match load {
+        Load::Force(force) => format!("a force of {} N", Short(*force)),
+        Load::Moments([x, y]) => format!("a moment of ({}, {}) N m", Short(*x), Short(*y)),
+        Load::Approach(approach) => format!("an approach of {} m", Short(*approach)),
+        Load::Pull(pressure, _) | Load::Resultant(pressure, _) => {
+            let largest = pressure.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            format!("a pull of {} Pa at most", Short(largest))
+        }
+        Load::Displacement(..) => "a displacement".to_owned(),
+    });
+    match told.collect::<Vec<_>>() {
+        none if none.is_empty() => "no load".to_owned(),
+        some => some.join(" with "),
+    }
+}
+
 impl Contact {
-    /// Any two bodies on the cells of a grid in a plane, centred at the origin.
+    /// Any two bodies on the cells of a grid in a plane, centred at the origin; one of them ends at its edge.
     ///
     /// `gap` tells the undeformed gap [m] at (x, y) [m]; `motions` are free, such as [`descent`] and [`tilts`].
     ///
@@ -119,6 +140,7 @@ impl Contact {
             problem: Problem::new(pair, Arc::new(geometry), motions)?,
             gap: places.iter().map(|p| gap(p[0], p[1])).collect(),
             spread: Vec::new(),
+            window: None,
         })
     }
 
@@ -133,17 +155,19 @@ impl Contact {
     /// through the middle of the contact points, and of several bodies each takes its share.
     ///
     /// # Errors
-    /// Those of [`Problem::load`] and [`Problem::press`]; [`Error::Unpressed`] for an approach to which a body gives
-    /// way; [`Error::Unsolved`] where nothing holds the bodies.
+    /// Those of [`Problem::load`] and [`Problem::press`], an approach to which a body gives way among them;
+    /// [`Error::Apart`] where the bodies do not touch; [`Error::Edge`] where half-spaces touch at the edge of their
+    /// grid; [`Error::Unsolved`] where nothing holds the bodies.
     pub fn press(&self, loads: &[Load<'_>], monitor: Monitor<'_>) -> Result<State, Error> {
-        let outcome = self.problem.press(&self.loaded(loads)?, monitor)?;
-        self.state(outcome)
+        let outcome = self.problem.press(&self.loading(loads)?, monitor)?;
+        self.state(outcome, loads)
     }
 
     /// Lets the upper body slide along the velocity `along` (x, y), with friction at every point in contact.
     ///
     /// # Errors
-    /// As [`Contact::press`]; [`Error::Unsolved`] as well where the body wedges.
+    /// As [`Contact::press`]; [`Error::Still`] for a velocity that is zero or not finite; [`Error::Unsolved`] as well
+    /// where the body wedges.
     pub fn slide(
         &self,
         loads: &[Load<'_>],
@@ -151,15 +175,26 @@ impl Contact {
         friction: Friction<'_>,
         monitor: Monitor<'_>,
     ) -> Result<State, Error> {
-        let loading = self.loaded(loads)?;
+        if along == [0.0; 2] || !along.iter().all(|v| v.is_finite()) {
+            return Err(Error::Still { along });
+        }
+        // only the direction counts, and squares overflow
+        let size = along[0].abs().max(along[1].abs());
+        let along = along.map(|v| v / size);
+        let loading = self.loading(loads)?;
         let direction = self.problem.geometry().sliding_direction(along)?;
         let outcome = self
             .problem
             .slide(&loading, &direction, friction, None, monitor)?;
-        self.state(outcome)
+        self.state(outcome, loads)
     }
 
-    fn loaded(&self, loads: &[Load<'_>]) -> Result<Loading, Error> {
+    /// What loads do together: the gap they leave, and their work on the free motions. The other questions of the
+    /// problem take it, such as [`Problem::stick_or_slip`], and so does [`Prepared::new`](mtb_contact::prepared).
+    ///
+    /// # Errors
+    /// Those of [`Problem::load`].
+    pub fn loading(&self, loads: &[Load<'_>]) -> Result<Loading, Error> {
         let mut loading = self.problem.unloaded(self.gap.clone());
         for load in loads {
             let (force, moments) = match *load {
@@ -175,16 +210,38 @@ impl Contact {
                 body.load(&mut loading, share * force, moments.map(|m| share * m));
             }
         }
-        let is_approach = |load: &Load<'_>| matches!(load, Load::Approach(_));
-        if loads.iter().any(is_approach) && self.problem.unpressed(&loading)?.is_some() {
-            return Err(Error::Unpressed);
+        let given = loads.iter().find_map(|load| match load {
+            Load::Approach(approach) => Some(*approach),
+            _ => None,
+        });
+        if let Some(approach) = given
+            && self.problem.unpressed(&loading)?.is_some()
+        {
+            return Err(mtb_contact::Error::GivesWay { approach }.into());
         }
         Ok(loading)
     }
 
-    fn state(&self, outcome: Outcome) -> Result<State, Error> {
+    fn state(&self, outcome: Outcome, loads: &[Load<'_>]) -> Result<State, Error> {
         if let Some(reason) = outcome.unsolved() {
             return Err(Error::Unsolved(reason));
+        }
+        let in_contact = outcome.in_contact();
+        if !in_contact.contains(&true) {
+            return Err(Error::Apart {
+                loads: told(loads),
+                gap: (outcome.solution.gap.iter().copied()).fold(f64::INFINITY, f64::min),
+            });
+        }
+        if let Some(grid) = self.window {
+            let is_edge = |k: usize| {
+                let (i, j) = (k % grid.nx, k / grid.nx);
+                i == 0 || j == 0 || i + 1 == grid.nx || j + 1 == grid.ny
+            };
+            if let Some(k) = (0..grid.points()).find(|k| in_contact[*k] && is_edge(*k)) {
+                let place = places(grid)[k];
+                return Err(Error::Edge { grid, place });
+            }
         }
         let mut traction = outcome.mean_tractions(self.problem.geometry());
         let pressure = traction.split_off(2 * self.points());

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_operator::Grid;
+use mtb_words::Short;
+
 /// What can be wrong with a contact, or keep it from being solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -25,11 +28,37 @@ pub enum Error {
         /// Share of the area that is met, in percent.
         share: f64,
     },
-    /// An approach of a body that gives way to it.
+    /// Bodies that no load brings together.
     #[error(
-        "an approach is given, but a body is free along z and nothing presses it: hold it along z, or give a force or a pull"
+        "the bodies never touch: {loads} leaves a gap of {} m or more between them; a force [N] or a pull [Pa] that presses them together, or an approach [m] that closes the gap, is needed",
+        Short(*.gap)
     )]
-    Unpressed,
+    Apart {
+        /// The loads, in words.
+        loads: String,
+        /// Least gap between the bodies [m].
+        gap: f64,
+    },
+    /// A contact that the edge of its grid cuts off.
+    #[error(
+        "the contact reaches the edge of the grid of {} x {} points at x = {} m, y = {} m, but the half-spaces go on beyond it: about {} x {} points at this spacing would do, or a smaller load; bodies that end at the edge are made by Contact::on_plane",
+        .grid.nx, .grid.ny, Short(.place[0]), Short(.place[1]), 2 * .grid.nx, 2 * .grid.ny
+    )]
+    Edge {
+        /// The grid.
+        grid: Grid,
+        /// Where the contact reaches its edge [m].
+        place: [f64; 2],
+    },
+    /// A velocity of sliding without a direction.
+    #[error(
+        "the sliding velocity is ({}, {}): two finite numbers, not both zero, are needed (without sliding the bodies are pressed)",
+        Short(.along[0]), Short(.along[1])
+    )]
+    Still {
+        /// The velocity, x and y.
+        along: [f64; 2],
+    },
     /// A state of contact that was not found.
     #[error("{0}")]
     Unsolved(String),

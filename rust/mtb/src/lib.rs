@@ -34,12 +34,57 @@
 //! # Ok::<(), mtb::Error>(())
 //! ```
 //!
+//! Loads add up. The same ball over a plane that it may tilt on, under a force beside its middle:
+//!
+//! ```
+//! use mtb::{Grid, Load, STEEL, descent, half_spaces, tilts, unmonitored};
+//!
+//! let grid = Grid::new(30, 30, 0.5e-3, 0.5e-3)?;
+//! let [about_x, about_y] = tilts(grid);
+//! let motions = vec![descent(grid.points()), about_x, about_y];
+//! let contact = half_spaces(Some(STEEL), None, grid, |x, y| (x * x + y * y) / 2.0, motions)?;
+//! let loads = [Load::Force(600.0), Load::Moments([0.0, -0.3])];
+//! let state = contact.press(&loads, &unmonitored)?;
+//! assert!((state.outcome.force[2] + 600.0).abs() < 1e-6);
+//! assert!((state.outcome.moment[1] + 0.3).abs() < 1e-6);
+//! # Ok::<(), mtb::Error>(())
+//! ```
+//!
+//! A body takes an approach only if it is held along z; one that is free along z takes forces and pulls. Bodies that
+//! never touch are an error, and so is a contact of half-spaces that runs over the edge of its grid.
+//!
 //! Elastic bodies of finite elements stand in ready scenes: [`BlockOnPlane`] and [`PoleShoeOnRail`], whose rail may
 //! be elastic as well ([`Rail`]). They are meshed, held ([`Held`]), and condensed onto their contact points once;
 //! each load then costs its solve alone. [`BodyOnPlane`] takes a mesh of your own and the nodes that hold it
-//! ([`Support`]).
+//! ([`Support`]). A bar that is clamped on top and pressed down by 1 um:
 //!
-//! No error is estimated here, as the package for Python does: solve with narrower cells as well, and compare.
+//! ```
+//! use mtb::geometry::solid::{Filling, block};
+//! use mtb::{BodyOnPlane, Hold, Load, Material, Support, unmonitored};
+//!
+//! let (x, y) = ([-0.02, -0.01, 0.0, 0.01, 0.02], [-0.01, 0.0, 0.01]);
+//! let mesh = block(&x, &y, 0.02, Filling::default())?;
+//! let top = (0..mesh.nodes.len()).filter(|i| mesh.nodes[*i][2] > 0.02 - 1e-9);
+//! let bar = BodyOnPlane {
+//!     supports: vec![Support {
+//!         name: "glued".to_owned(),
+//!         nodes: top.collect(),
+//!         hold: [Hold::Prescribed; 3],
+//!     }],
+//!     mesh,
+//!     material: Material { shear_modulus: 1e9, poisson_ratio: 0.0 },
+//!     face: [0.04, 0.02],
+//!     spacing: [0.01; 2],
+//!     lower: None,
+//! };
+//! let state = bar.stand(&unmonitored)?.press(&[Load::Approach(1e-6)], &unmonitored)?;
+//! let by_hooke = 2e9 * 1e-6 / 0.02 * 0.04 * 0.02; // E d / h over the face
+//! assert!((-state.outcome.force[2] / by_hooke - 1.0).abs() < 1e-3);
+//! # Ok::<(), mtb::Error>(())
+//! ```
+//!
+//! This crate does not estimate the error of a result; the package for Python does. Here, solve with narrower cells
+//! as well, and compare.
 //!
 //! # 3. Friction
 //!
@@ -71,8 +116,63 @@
 //! # Ok::<(), mtb::Error>(())
 //! ```
 //!
-//! Points that stick and points that slip are found by [`Problem::stick_or_slip`](contact::problem::Problem);
-//! a simulation that asks once a step keeps a [`prepared`](contact::prepared) contact.
+//! Points that stick and points that slip are found by
+//! [`Problem::stick_or_slip`](contact::problem::Problem::stick_or_slip), here under a ball that is pushed along x:
+//!
+//! ```
+//! use mtb::contact::coupled::PointState;
+//! use mtb::{Grid, Load, STEEL, descent, half_spaces, unmonitored};
+//!
+//! let grid = Grid::new(16, 16, 0.1e-3, 0.1e-3)?;
+//! let gap = |x: f64, y: f64| (x * x + y * y) / 0.1;
+//! let contact = half_spaces(Some(STEEL), Some(STEEL), grid, gap, vec![descent(256)])?;
+//! let (problem, friction) = (&contact.problem, vec![0.3; 256]);
+//! let push = |way: f64| problem.geometry().uniform([way, 0.0, 0.0]);
+//! let loading = contact.loading(&[Load::Force(100.0)])?;
+//! let pushes = [push(0.2e-6), push(5e-6)];
+//! let steps = problem.stick_or_slip(&loading, &friction, 0.0, &pushes, 1e-9, &unmonitored)?;
+//! assert!(steps.iter().all(|step| step.unsolved().is_none()));
+//! assert!(steps[0].points.contains(&PointState::Stick));
+//! // far enough it slides
+//! assert!(!steps[1].points.contains(&PointState::Stick));
+//! assert!((steps[1].force[0] - 0.3 * 100.0).abs() < 1e-6);
+//! # Ok::<(), mtb::Error>(())
+//! ```
+//!
+//! A simulation that asks once a step keeps a [`prepared`](contact::prepared) contact, which takes pose and velocity:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mtb::contact::prepared::{Prepared, PreparedContact, Pull, Sliding, Step, Table};
+//! use mtb::{Grid, Load, STEEL, descent, half_spaces, unmonitored};
+//!
+//! let grid = Grid::new(16, 16, 0.1e-3, 0.1e-3)?;
+//! let gap = |x: f64, y: f64| (x * x + y * y) / 0.1;
+//! let contact = half_spaces(Some(STEEL), Some(STEEL), grid, gap, vec![descent(256)])?;
+//! let sliding = Sliding {
+//!     // falls from 0.4 to 0.2 between standstill and 10 m/s
+//!     friction: Table::new(vec![0.0, 10.0], vec![vec![0.4; 256], vec![0.2; 256]])?,
+//!     direction: [1.0, 0.0],
+//!     standstill_speed: None,
+//! };
+//! let prepared = Prepared::new(
+//!     &contact.problem,
+//!     &contact.loading(&[Load::Force(100.0)])?,
+//!     None,
+//!     vec![("z".to_owned(), Some(2))], // names of the free motions, and what they are of the pose
+//!     sliding,
+//!     [0.0; 3],
+//!     &unmonitored,
+//! )?;
+//! let mut contact = PreparedContact::new(Arc::new(prepared));
+//! // all of the pose from balance
+//! let step = Step { pose: [f64::NAN; 6], velocity: [5.0, 0.0], pull: Pull::Scene };
+//! let state = contact.step(&step, &unmonitored)?;
+//! assert_eq!(state.unsolved(), None);
+//! assert!((state.force[0] - 0.3 * 100.0).abs() < 1e-6);
+//! # Ok::<(), mtb::Error>(())
+//! ```
 //!
 //! # 4. Rolling
 //!

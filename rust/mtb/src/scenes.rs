@@ -8,7 +8,7 @@ use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{HalfSpace, HatHalfSpace, Neighbours, Patch};
 use mtb_elasticity::tetra::{Hold, Support};
 use mtb_geometry::solid::{self, RailSection, SolidMesh, block};
-use mtb_geometry::{ContactPoints, GridPatch, PoleShoe, Profile};
+use mtb_geometry::{ContactPoints, GridPatch, PoleShoe, Profile, cells_over};
 use mtb_operator::{Compliance, Grid, Monitor, Relative};
 
 use crate::standing::{Standing, at, beside, condense};
@@ -21,6 +21,8 @@ pub const STEEL: Material = Material {
 };
 
 /// Two half-spaces on the cells of a grid in a plane; `None` is a rigid body. See [`Contact::on_plane`].
+///
+/// They go on beyond the grid, so a contact that reaches its edge is refused.
 ///
 /// # Errors
 /// Materials that no body has, two rigid bodies, numbers that are not finite.
@@ -38,7 +40,11 @@ pub fn half_spaces(
         Ok(Some(Arc::new(HalfSpace::new(material, grid)?)))
     };
     let pair = Relative::new(body(lower)?, body(upper)?)?;
-    Contact::on_plane(pair, grid, gap, motions)
+    let contact = Contact::on_plane(pair, grid, gap, motions)?;
+    Ok(Contact {
+        window: Some(grid),
+        ..contact
+    })
 }
 
 /// The body that a rail is taken for.
@@ -248,10 +254,7 @@ impl BlockOnPlane {
     /// Sizes that make no sense, a mesh too large to factorise, an interruption.
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let [length, width, height] = self.size;
-        let cells = [
-            cells(length, self.spacing[0]),
-            cells(width, self.spacing[1]),
-        ];
+        let cells = cells_over([length, width], self.spacing)?;
         let (x, y) = (spread(length, cells[0]), spread(width, cells[1]));
         let mesh = block(&x, &y, height, self.held.filling())?;
         let unturned = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -295,10 +298,7 @@ impl BodyOnPlane {
     /// the rectangle that was stated, an interruption.
     pub fn stand(self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let [length, width] = self.face;
-        let (nx, ny) = (
-            cells(length, self.spacing[0]),
-            cells(width, self.spacing[1]),
-        );
+        let [nx, ny] = cells_over(self.face, self.spacing)?;
         let (x, y) = (spread(length, nx), spread(width, ny));
         let n = x.len() * y.len();
         let axis = |c: usize| -> Vec<f64> {
@@ -341,11 +341,6 @@ impl BodyOnPlane {
     }
 }
 
-/// Number of equal cells of about `step` that fill `extent`, at least one.
-fn cells(extent: f64, step: f64) -> usize {
-    ((extent / step).round() as usize).max(1)
-}
-
 /// Evenly spaced stations about the middle of an extent [m].
 fn spread(extent: f64, cells: usize) -> Vec<f64> {
     (0..=cells)
@@ -382,5 +377,6 @@ fn contact(
         problem: Problem::new(pair, Arc::new(above.geometry), above.motions)?,
         gap: nodes.gap.clone(),
         spread: above.spread,
+        window: None,
     })
 }

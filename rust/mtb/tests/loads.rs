@@ -2,7 +2,7 @@
 //! Bodies of one's own and several loads at once, against statics, a closed form, and numbers of Python.
 
 use mtb::geometry::Interpolation;
-use mtb::geometry::solid::{Filling, RailSection, block};
+use mtb::geometry::solid::{self, Filling, RailSection};
 use mtb::{
     BlockOnPlane, Body, BodyOnPlane, Contact, Error, Friction, Grid, Held, Hold, Load, Material,
     PoleShoeOnRail, Profile, Rail, STEEL, State, Support, descent, half_spaces, tilts, unmonitored,
@@ -44,7 +44,7 @@ fn own_body_without_lateral_strain_is_a_bar() {
             .collect()
     };
     let (x, y) = (even(size[0], 8), even(size[1], 6));
-    let mesh = block(&x, &y, size[2], Filling::default()).unwrap();
+    let mesh = solid::block(&x, &y, size[2], Filling::default()).unwrap();
     let top: Vec<usize> = (0..mesh.nodes.len())
         .filter(|i| mesh.nodes[*i][2] > size[2] - 1e-9)
         .collect();
@@ -106,20 +106,36 @@ fn an_approach_needs_bodies_that_stay_or_are_pressed() {
     // its top moves freely along z
     let contact = standing();
     let loads = [Load::Approach(1e-6)];
+    let refused = Error::Contact(mtb::contact::Error::GivesWay { approach: 1e-6 });
     let error = contact.press(&loads, &unmonitored).unwrap_err();
-    assert_eq!(error, Error::Unpressed);
+    assert_eq!(error, refused);
+    assert!(error.to_string().contains("approach is 1e-06 m"), "{error}");
+    // a pull or a force sets the pressure then, and the approach would change nothing
     let pull = vec![1e6; contact.points()];
-    let loads = [Load::Approach(1e-6), Load::Pull(&pull, Body::Upper)];
-    let state = contact.press(&loads, &unmonitored).unwrap();
-    assert_close(carried(&contact, &state)[0], 1e6 * 0.06 * 0.04, 1e-9);
+    for other in [Load::Pull(&pull, Body::Upper), Load::Force(200.0)] {
+        for loads in [[Load::Approach(1e-6), other], [other, Load::Approach(1e-6)]] {
+            assert_eq!(contact.press(&loads, &unmonitored).unwrap_err(), refused);
+            let slid = contact.slide(&loads, [1.0, 0.0], Friction::Field(&pull), &unmonitored);
+            assert_eq!(slid.unwrap_err(), refused);
+        }
+    }
+    let clamped = BlockOnPlane {
+        held: Held::ClampedTop,
+        ..block()
+    };
+    let clamped = clamped.stand(&unmonitored).unwrap();
+    let both = [Load::Approach(1e-6), Load::Pull(&pull, Body::Upper)];
+    let [one, two] = [&both[..1], &both].map(|loads| {
+        let state = clamped.press(loads, &unmonitored).unwrap();
+        carried(&clamped, &state)[0]
+    });
+    assert!(two > 1.1 * one, "{two} {one}");
     let grid = Grid::new(8, 8, 1e-3, 1e-3).unwrap();
     let free = half_spaces(Some(STEEL), None, grid, |_, _| 0.0, vec![descent(64)]).unwrap();
     let loads = [Load::Approach(1e-6)];
-    assert_eq!(
-        free.press(&loads, &unmonitored).unwrap_err(),
-        Error::Unpressed
-    );
-    let held = half_spaces(Some(STEEL), None, grid, |_, _| 0.0, Vec::new()).unwrap();
+    assert_eq!(free.press(&loads, &unmonitored).unwrap_err(), refused);
+    let ball = |x: f64, y: f64| x * x + y * y;
+    let held = half_spaces(Some(STEEL), None, grid, ball, Vec::new()).unwrap();
     assert!(held.press(&loads, &unmonitored).unwrap().peak_pressure() > 0.0);
 }
 
@@ -142,15 +158,18 @@ fn a_profile_much_wider_than_the_foot_is_no_elastic_rail() {
 }
 
 /// A block of 60 x 40 x 30 mm whose top keeps its place along x and y.
-fn standing() -> Contact {
-    let block = BlockOnPlane {
+fn block() -> BlockOnPlane {
+    BlockOnPlane {
         size: [0.06, 0.04, 0.03],
         spacing: [0.01; 2],
         held: Held::DrivenTop,
         upper: STEEL,
         lower: Some(STEEL),
-    };
-    block.stand(&unmonitored).unwrap()
+    }
+}
+
+fn standing() -> Contact {
+    block().stand(&unmonitored).unwrap()
 }
 
 #[test]

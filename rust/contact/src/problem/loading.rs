@@ -4,8 +4,11 @@
 use mtb_operator::{Compliance, Component};
 
 use super::{Geometry, Problem};
-use crate::error::{Error, check};
+use crate::error::{Error, check, check_number};
 use crate::sliding::{RigidMotion, displacement};
+
+/// What a load by one number must be.
+const FINITE: &str = "a finite number is needed";
 
 /// One of the two bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,14 +143,14 @@ impl Problem {
     ///
     /// # Errors
     /// Wrong lengths, numbers that are not finite; [`Error::Held`] for a force where no motion lets the upper
-    /// body down.
+    /// body down; [`Error::GivesWay`] for an approach that free motions take up, whatever else presses.
     pub fn load(&self, loading: &mut Loading, load: Load<'_>) -> Result<(), Error> {
         self.check(loading)?;
         let g = &*self.geometry;
         let n = g.points();
         match load {
             Load::Force(force) => {
-                check("force", &[force], 1)?;
+                check_number("force", force, true, FINITE)?;
                 let lifts: Vec<f64> = self.motions.iter().map(|free| self.lift(free)).collect();
                 let count = lifts.iter().filter(|lift| **lift != 0.0).count();
                 if count == 0 {
@@ -174,7 +177,10 @@ impl Problem {
                 }
             }
             Load::Approach(approach) => {
-                check("approach", &[approach], 1)?;
+                check_number("approach", approach, true, FINITE)?;
+                if self.gives_way() {
+                    return Err(Error::GivesWay { approach });
+                }
                 for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
                     *gap -= approach * slope;
                 }
@@ -254,6 +260,19 @@ impl Problem {
             }
         }
         Ok(common)
+    }
+
+    /// Whether free motions along z take up an approach at every point.
+    fn gives_way(&self) -> bool {
+        let rises = |free: &&FreeMotion| self.rise(free) != 0.0;
+        let rising: Vec<&FreeMotion> = self.motions.iter().filter(rises).collect();
+        (0..self.points()).all(|i| {
+            rising.iter().any(|FreeMotion { motion, .. }| {
+                [&motion.tangential_x, &motion.tangential_y, &motion.opening]
+                    .iter()
+                    .any(|moved| moved[i] != 0.0)
+            })
+        })
     }
 
     /// The compliance of a body; `None` of a rigid one.
