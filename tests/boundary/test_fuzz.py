@@ -67,7 +67,7 @@ def test_an_approach_with_a_moment_is_reachable_by_convolutions() -> None:
 def test_the_size_that_would_do_is_found_quickly_for_the_dense_method() -> None:
     # each larger grid of the search took a dense factorisation: minutes
     gap = 1e-5 * np.random.default_rng(1).random((12, 36))
-    with pytest.raises(ValueError, match="no grid up to four times as large would do"):
+    with pytest.raises(ValueError, match="even a grid four times as large would not do"):
         mtb.solve_normal(
             gap,
             1.0,

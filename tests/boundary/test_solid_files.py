@@ -69,7 +69,7 @@ def test_the_picture_shows_the_stress() -> None:
         uniform.append(np.unique(drawn, axis=0, return_counts=True)[1].max() / len(drawn))
     # on the wide scale the body has one colour
     assert uniform[1] > 0.5 > 2.0 * uniform[0]
-    with pytest.raises(ValueError, match="only kind='3d'"):
+    with pytest.raises(ValueError, match="by kind='3d' only"):
         result.plot("von_mises", "map")
     with pytest.raises(ValueError, match="no body has finite elements"):
         scene.solve(model="half-space").plot("von_mises")

@@ -455,20 +455,18 @@ def test_a_creep_curve_tells_how_far_it_is(circle: mtb.PressureField) -> None:
     assert done == [0.5, 1.0]
 
 
-@pytest.mark.parametrize("displacement", [(0.0, 0.0), (3e-7, 1e-7), (1e-6, 0.0)])
-def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple[float, float]) -> None:
-    """The alternation of solve_tangential against one Newton method on pressure and traction."""
-    soft, stiff = (mtb.Material.from_shear_modulus(g, nu) for g, nu in ((20e9, 0.2), (80e9, 0.3)))
-    n, cell, force = 14, 1e-4, 30.0
-    x = (np.arange(n) - 0.5 * (n - 1)) * cell
-    gap = (x**2 + x[:, None] ** 2) / 0.1
-    normal = mtb.solve_normal(gap, cell, lower=soft, upper=stiff, force=force, tolerance=1e-10)
-    in_turn = mtb.solve_tangential(normal, mtb.Shift(displacement=displacement), MU, coupling="full")
-    points = n * n
+def as_one(
+    normal: mtb.NormalResult, displacement: tuple[float, float], friction: float, soft: Any, stiff: Any
+) -> Any:
+    """One Newton method on pressure and traction: of bodies displaced, the pressure's own share taken off."""
+    ny, nx = normal.pressure.shape
+    cell = normal.spacing[0]
     bodies = [
-        half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, n, n)], (cell, cell), True)
+        half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], (cell, cell), True)
         for body in (soft, stiff)
     ]
+    x = (np.arange(nx) - 0.5 * (nx - 1)) * cell
+    points = nx * ny
     places = np.stack([*(v.ravel() for v in np.meshgrid(x, x)), np.zeros(points)])
     up = np.repeat([[[0.0], [0.0], [1.0]]], points, axis=2)
     level = ContactGeometry(places, np.full(points, cell**2))
@@ -477,16 +475,60 @@ def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple
     # a shift counts the displacements by the pressure itself
     rest = np.stack([np.zeros(points), np.zeros(points), normal.pressure.ravel()])
     push[:2] -= Compliance.relative(*bodies).displacement(rest)[:2]
-    loading = problem.loading(gap.ravel(), np.array([-force]))
-    (as_one,) = problem.stick_or_slip(loading, np.full(points, 0.3), 0.0, push[None], 1e-10)
-    assert as_one.status == "solved"
-    tractions = as_one.traction.reshape(2, n, n)
-    assert relative(in_turn.traction[:2], tractions) < 1e-6
-    assert relative(in_turn.pressure.ravel(), as_one.pressure) < 1e-6
-    assert np.array_equal(in_turn.status.ravel(), as_one.points)
-    change = np.abs(as_one.pressure - normal.pressure.ravel()).max() / normal.pressure.max()
-    assert change > 0.06
+    gap = (x**2 + x[:, None] ** 2) / 0.1
+    loading = problem.loading(gap.ravel(), np.array([-BALL_FORCE]))
+    (found,) = problem.stick_or_slip(loading, np.full(points, friction), 0.0, push[None], 1e-10)
+    assert found.status == "solved"
+    return found
+
+
+BALL_FORCE = 30.0
+SOFT, STIFF = (mtb.Material.from_shear_modulus(g, nu) for g, nu in ((20e9, 0.2), (80e9, 0.3)))
+
+
+def pressed_ball(lower: mtb.Material, upper: mtb.Material) -> mtb.NormalResult:
+    n, cell = 14, 1e-4
+    x = (np.arange(n) - 0.5 * (n - 1)) * cell
+    gap = (x**2 + x[:, None] ** 2) / 0.1
+    return mtb.solve_normal(gap, cell, lower=lower, upper=upper, force=BALL_FORCE, tolerance=1e-10)
+
+
+@pytest.mark.filterwarnings("ignore:coefficient reaches 1000")
+@pytest.mark.parametrize("displacement", [(0.0, 0.0), (3e-7, 1e-7), (1e-6, 0.0)])
+def test_problems_in_turn_and_as_one_agree_for_unlike_bodies(displacement: tuple[float, float]) -> None:
+    """The alternation of solve_tangential against one Newton method on pressure and traction.
+
+    Everything sticks: what sticks does not depend on the path, which the one takes in parts.
+    """
+    normal = pressed_ball(SOFT, STIFF)
+    in_turn = mtb.solve_tangential(
+        normal, mtb.Shift(displacement=displacement), mtb.Coulomb(1e3), coupling="full"
+    )
+    found = as_one(normal, displacement, 1e3, SOFT, STIFF)
+    assert relative(in_turn.traction[:2], found.traction.reshape(2, 14, 14)) < 1e-6
+    assert relative(in_turn.pressure.ravel(), found.pressure) < 1e-6
+    assert np.array_equal(in_turn.status.ravel(), found.points)
+    change = np.abs(found.pressure - normal.pressure.ravel()).max() / normal.pressure.max()
+    assert change > 0.05  # the bodies act on each other by no small share
     assert in_turn.report.force_balance["pressure_change_by_traction"] == pytest.approx(change, rel=1e-4)
+
+
+@pytest.mark.parametrize("displacement", [(3e-7, 1e-7), (1e-6, 0.0)])
+def test_slip_in_parts_and_as_one_agrees(displacement: tuple[float, float]) -> None:
+    """Of bodies that are alike the pressure displaces nothing, so that both take the same straight path."""
+    normal = pressed_ball(SOFT, SOFT)
+    forces = {}
+    for parts in (32, 64):
+        state = None
+        for _ in range(parts):
+            motion = mtb.Shift(displacement=(displacement[0] / parts, displacement[1] / parts))
+            step = mtb.solve_tangential(normal, motion, MU, state=state)
+            state = step.state
+        forces[parts] = step.force[:2]
+    limit = 2.0 * forces[64] - forces[32]
+    found = as_one(normal, displacement, 0.3, SOFT, SOFT)
+    force = found.traction.reshape(2, -1).sum(axis=1) * normal.spacing[0] ** 2
+    assert np.abs(force - limit).max() <= (found.path_error + 1e-6) * 0.3 * BALL_FORCE
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 2.0, 5.0])
