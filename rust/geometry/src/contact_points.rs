@@ -114,7 +114,7 @@ pub struct ContactGrid {
 }
 
 /// More cells than this are taken for a mistake in the spacing.
-const MOST_CELLS: f64 = 5e6;
+pub(crate) const MOST_CELLS: f64 = 5e6;
 
 /// Numbers of equal cells of about `spacing` [m] that fill a contact of `size` [m] exactly.
 ///

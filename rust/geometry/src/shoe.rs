@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pole shoe of a magnetic track brake, worn to the shape of its rail.
 
-use crate::contact_points::{ContactPoint, cells_over};
+use crate::contact_points::{ContactPoint, MOST_CELLS, cell_count};
 use crate::error::{finite, out_of_range, positive};
 use crate::{ContactGrid, ContactPoints, Error, GridPatch, Profile};
-use mtb_words::Short;
+use mtb_words::{Rough, Short};
 
 /// A pole shoe on a rail: one or two poles, each worn to the side of the rail that it stands on.
 ///
@@ -46,8 +46,8 @@ impl PoleShoe {
     /// the grid is regular in the rail's x and arc length, and the gap is exactly zero.
     ///
     /// # Errors
-    /// Edges out of order, values that are not finite or not positive, cells wider than the strip, a shoe that
-    /// reaches beyond the head of the rail.
+    /// Edges out of order, values that are not finite or not positive, a shoe that reaches beyond
+    /// the head of the rail.
     ///
     /// # Example
     /// ```
@@ -63,17 +63,25 @@ impl PoleShoe {
     /// ```
     pub fn grid(&self, spacing: [f64; 2]) -> Result<ContactGrid, Error> {
         self.check()?;
+        let dx = positive("spacing along x", spacing[0])?;
+        let ds = positive("spacing across", spacing[1])?;
         let strips = self
             .sides()
             .iter()
             .map(|pole| self.strip(*pole))
             .collect::<Result<Vec<_>, _>>()?;
-        // the poles have equal numbers of cells
-        let (mut nx, mut ny) = (0, 0);
-        for [first, last] in &strips {
-            let [along, across] = cells_over([self.length, last - first], spacing)?;
-            (nx, ny) = (along, ny.max(across));
+        let width = strips.iter().map(|s| s[1] - s[0]).fold(0.0, f64::max);
+        if self.length / dx * (width / ds) > MOST_CELLS {
+            return Err(out_of_range(
+                "spacing",
+                dx.min(ds),
+                format!(
+                    "it would take more than {} cells per pole",
+                    Rough(MOST_CELLS)
+                ),
+            ));
         }
+        let (nx, ny) = (cell_count(self.length, dx), cell_count(width, ds));
         let mut cells = Vec::new();
         let mut nodes = Vec::new();
         let mut patches = Vec::new();

@@ -114,6 +114,10 @@ impl PoleShoeOnRail {
     /// an interruption.
     pub fn stand(&self, monitor: Monitor<'_>) -> Result<Contact, Error> {
         let grid = self.shoe.grid(self.spacing)?;
+        for patch in &grid.patches {
+            let filled = |n: usize, axis: usize| n as f64 * patch.spacing[axis];
+            cells_over([filled(patch.nx, 0), filled(patch.ny, 1)], self.spacing)?;
+        }
         let mut poles = Vec::new();
         for (patch, side) in grid.patches.iter().zip([1.0, -1.0]) {
             poles.push(self.pole(side, patch, &grid.nodes, monitor)?);
