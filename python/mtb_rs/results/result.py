@@ -138,8 +138,6 @@ class Drawn(Savable):
         ValueError
             If the result has no contact points, with the reason.
         """
-        if self.blank:
-            raise ValueError(self.blank)
         return pictures().dataset_of(self._picture())
 
     def to_pyvista(self) -> pyvista.MultiBlock:
@@ -157,8 +155,6 @@ class Drawn(Savable):
         ValueError
             If the result has no contact points, with the reason.
         """
-        if self.blank:
-            raise ValueError(self.blank)
         return pictures().datasets(self._picture())
 
     def save(self, directory: str | Path) -> list[Path]:

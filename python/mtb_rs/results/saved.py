@@ -154,7 +154,7 @@ def _load_result(folder: Path) -> Any:
             "and save it again"
         )
     _check_form(summary, f"the result in {folder}")
-    structure, sums = _structure(folder / RESULT)
+    structure, sums = _structure(folder / RESULT, _json(folder / RESULT))
     arrays = {
         name: array for file in (FIELDS, REST) for name, array in _arrays(folder / file, sums, RESULT).items()
     }
@@ -162,8 +162,9 @@ def _load_result(folder: Path) -> Any:
 
 
 def _load_study(record: Path) -> Any:
-    _check_form(_json(record), str(record))
-    structure, sums = _structure(record)
+    found = _json(record)
+    _check_form(found, str(record))
+    structure, sums = _structure(record, found)
     arrays = record.with_suffix(".npz")
     is_listed = sums is None or arrays.name in sums
     return _made(record, structure, _arrays(arrays, sums, record.name) if is_listed else {})
@@ -199,9 +200,8 @@ def _json(path: Path) -> Any:
         raise ValueError(f"{path} cannot be read: {told}") from None
 
 
-def _structure(path: Path) -> tuple[Any, dict[str, Any] | None]:
-    """How a result is built, and the checksums; mtb_rs 0.1.0 has written none."""
-    found = _json(path)
+def _structure(path: Path, found: Any) -> tuple[Any, dict[str, Any] | None]:
+    """How a result is built, and the checksums, from what `path` holds; mtb_rs 0.1.0 has written none."""
     if not isinstance(found, dict) or found.get("schema") != SCHEMA or "result" not in found:
         raise ValueError(f"{path} cannot be read: it holds no result in format {SCHEMA}")
     sums = found.get("sha256")
