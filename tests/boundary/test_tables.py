@@ -59,6 +59,54 @@ def test_a_field_in_another_unit_is_refused() -> None:
         scene(gap=field(units="mm"))
 
 
+@pytest.mark.parametrize(
+    ("places", "said"),
+    [
+        (
+            {"x": 1e3 * X, "y": Y},
+            "13 points from x = -6 to 6 m: with a spacing of 0.001 m they must be even",
+        ),
+        ({"x": X + 6e-3, "y": Y}, "from x = 0 to 0.012 m: .* from -0.006 to 0.006 m"),
+        ({"x": X, "y": 2.0 * Y}, "9 points from y = -0.008 to 0.008 m"),
+        ({"x": X, "y": Y + 3e-5 * (np.arange(9) == 4)}, "evenly spaced"),
+        ({"x": xarray.Variable("x", 1e3 * X, {"units": "mm"})}, "gap has x in 'mm', as its attribute says"),
+    ],
+)
+def test_places_are_those_of_the_grid(places: Any, said: str) -> None:
+    gap = xarray.DataArray(GAP, places, ("y", "x"))
+    asked = (
+        lambda: scene(gap=gap),
+        lambda: scene().with_(gap=gap),
+        lambda: mtb.solve_normal(gap, 1e-3, mtb.steel, mtb.steel, force=10.0),
+    )
+    for ask in asked:
+        with pytest.raises(ValueError, match=said):
+            ask()
+    friction = xarray.DataArray(np.full(GAP.shape, 0.2), places, ("y", "x"))
+    with pytest.raises(ValueError, match=said.replace("gap", "friction")):
+        scene().with_(friction=friction)
+    # rounded as files are
+    near = {"x": X.astype(np.float32), "y": Y.round(6)}
+    assert scene(gap=xarray.DataArray(GAP, near, ("y", "x"))) == scene()
+
+
+def test_a_table_is_a_list_of_cases() -> None:
+    ball = mtb.scenes.paraboloid_on_plane(points=18)
+    cases = pandas.DataFrame({"friction": [0.1, 0.3], "force": [1e6, 3e6]}, index=["low", "high"])
+    table = mtb.sweep(ball, cases)
+    assert table.parameters == {"case": ("low", "high")}
+    np.testing.assert_allclose(table["force_x"], table["friction"] * table["force"], rtol=1e-12)
+    assert table.units["force"] == "N"
+    back = mtb.sweep(ball, table.to_pandas().set_index("case")[["friction", "force"]])
+    np.testing.assert_array_equal(back["approach"], table["approach"])
+    # an index that does not tell the rows apart
+    assert mtb.sweep(ball, pandas.concat([cases, cases])).parameters == {"case": (1, 2, 3, 4)}
+    milli = cases.copy()
+    milli.attrs["units"] = {"force": "kN"}
+    with pytest.raises(ValueError, match="column 'force' is in 'kN', as the table says: numbers in N"):
+        mtb.sweep(ball, milli)
+
+
 def test_a_sweep_is_a_table() -> None:
     table = mtb.sweep(
         mtb.scenes.paraboloid_on_plane(points=18), {"friction": [0.1, 0.2], "force": [1e6, 2e6]}
@@ -86,7 +134,7 @@ def test_results_are_datasets() -> None:
     assert float(friction.sum()) == pytest.approx(whole.force[0])
     assert found.attrs["normal_force"] == pytest.approx(whole.normal_force)
     # back in as a field of another scene
-    kept = mtb.PressureField(found["pressure"], (1e-3, 1e-3), mtb.steel, mtb.steel)
+    kept = mtb.PressureField(found["pressure"], (1 / 17, 1 / 17), mtb.steel, mtb.steel)
     np.testing.assert_array_equal(kept.pressure, found["pressure"])
 
     poles = mtb.scenes.pole_shoe_on_rail(spacing=6e-3).solve("half-space")

@@ -765,3 +765,40 @@ def test_an_executor_that_is_none_is_named(executor):
 def test_a_checkpoint_is_a_file(tmp_path):
     with pytest.raises(ValueError, match="it is a directory, a file is needed"):
         mtb.sweep(paraboloid(), {"friction": [0.1]}, checkpoint=tmp_path)
+
+
+@pytest.mark.coarse
+def test_cases_of_a_list_are_solved_one_by_one(tmp_path):
+    scene = paraboloid().with_(force=2e6)
+    cases = [{"friction": 0.1}, {"friction": 0.3, "force": 1e6}, {"force": None, "approach": 1e-4}]
+    table = mtb.sweep(scene, cases, checkpoint=tmp_path / "kept.jsonl")
+    assert table.parameters == {"case": (1, 2, 3)}
+    for k, case in enumerate(cases):
+        alone = scene.with_(**case).solve()
+        assert table["force_x"][k] == alone.force[0]
+        assert table["approach"][k] == pytest.approx(np.mean(alone.approach))
+    # what a case leaves out is the scene's own
+    np.testing.assert_array_equal(table["force"][:2], [2e6, 1e6])
+    np.testing.assert_array_equal(table["friction"], [0.1, 0.3, scene.inputs["friction"]])
+    table.save(tmp_path / "out")
+    assert mtb.load(tmp_path / "out") == table
+    solved = len((tmp_path / "kept.jsonl").read_text().splitlines())
+    mtb.sweep(scene, cases, checkpoint=tmp_path / "kept.jsonl")
+    assert len((tmp_path / "kept.jsonl").read_text().splitlines()) == solved
+    with pytest.raises(ValueError, match="checkpoint"):
+        mtb.sweep(scene, cases[::-1], checkpoint=tmp_path / "kept.jsonl")
+
+
+@pytest.mark.parametrize(
+    ("cases", "said"),
+    [
+        ([], "parameters has no cases"),
+        ([{}], "parameters has no cases"),
+        ([{"friction": 0.1}, 3], "case 2 of parameters is 3: a mapping"),
+        ([{"friction": 0.1}, {"frictoin": 0.1}], "'frictoin' is no argument of the scene: did you mean"),
+        (7, "parameters is 7: a mapping from arguments to their values, or a list of cases, is needed"),
+    ],
+)
+def test_lists_that_make_no_cases_are_refused(cases, said):
+    with pytest.raises(ValueError, match=said):
+        mtb.sweep(paraboloid(), cases)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
-from inspect import CO_VARKEYWORDS, isclass, isfunction, unwrap
+from inspect import CO_VARKEYWORDS, isclass, isfunction, signature, unwrap
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -171,14 +171,59 @@ def taking_quantities(function: Function) -> Function:
     code = unwrap(function).__code__
     names = code.co_varnames[: code.co_argcount]
     units = {**ARGUMENT_UNITS, **EXCEPTIONS.get(function.__qualname__, {})}
+    usual = getattr(signature(unwrap(function)).parameters.get("spacing"), "default", None)
 
     @wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
         taken = [in_si(name, value, units.get(name)) for name, value in zip(names, args, strict=False)]
         given = {name: in_si(name, value, units.get(name)) for name, value in kwargs.items()}
+        placed = [(k, v) for k, v in (*zip(names, args, strict=False), *kwargs.items()) if _has_places(v)]
+        if placed:
+            here = dict(zip(names, taken, strict=False))
+            own = here.get("self")
+            spacing = {**here, **given}.get("spacing", getattr(own, "spacing", usual))
+            on_grid = "gap" in names or isinstance(getattr(own, "gap", None), np.ndarray)
+            for name, value in placed:
+                _check_places(name, value, spacing, on_grid)
         return function(*taken, *args[len(names) :], **given)
 
     return cast(Function, called)
+
+
+def _has_places(value: Any) -> bool:
+    """Whether it is an array of xarray that says where its points are."""
+    return {"x", "y"} <= set(getattr(value, "dims", ())) and bool(
+        {"x", "y"} & set(getattr(value, "coords", ()))
+    )
+
+
+def _check_places(name: str, value: Any, spacing: Any, on_grid: bool) -> None:
+    """Checks that an array's coordinates are those of the grid that takes it, which is centred.
+
+    Raises
+    ------
+    ValueError
+        If a point is off by more than a hundredth of a cell; it names the axis and what is needed.
+    """
+    try:
+        steps = dict(zip("xy", np.broadcast_to(np.asarray(spacing, dtype=float), 2).tolist(), strict=True))
+    except (TypeError, ValueError):
+        return  # there is none, or it is refused where it is used
+    for axis in {"x", "y"} & set(value.coords):
+        said = value.coords[axis].attrs.get("units", "m")
+        if said != "m":
+            raise ValueError(
+                f"{name} has {axis} in {said!r}, as its attribute says: coordinates in m are needed"
+            )
+        there, step = np.sort(np.asarray(value.coords[axis].to_numpy(), dtype=float)), steps[axis]
+        even = step * (np.arange(there.size) - (there.size - 1) / 2)
+        middle = 0.0 if on_grid else (there[0] + there[-1]) / 2
+        if not np.all(np.abs(there - middle - even) <= 0.01 * abs(step)):
+            raise ValueError(
+                f"{name} has {there.size} points from {axis} = {there[0]:.6g} to {there[-1]:.6g} m: with a "
+                f"spacing of {step:.6g} m they must be evenly spaced from {even[0] + middle:.6g} to "
+                f"{even[-1] + middle:.6g} m"
+            )
 
 
 def take_quantities(classes: Iterable[type]) -> None:

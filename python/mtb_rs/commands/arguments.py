@@ -13,7 +13,8 @@ import numpy as np
 
 from ..base.check import path_of, shortened
 from ..geometry.profiles import STANDARD_PROFILES
-from ..studies.sweeps import MOST_CASES, most_processes
+from ..studies.sweep_cases import MOST_CASES
+from ..studies.sweeps import most_processes
 
 #: Most seconds that a chart may take, and most solves of each of its points.
 LONGEST_BUDGET, MOST_REPEATS = 604_800.0, 1000

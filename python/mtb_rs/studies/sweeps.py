@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence, Set
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import closing
 from dataclasses import fields
-from itertools import product
 from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, Literal, SupportsFloat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._mtb_rs import __version__
 from ..base.check import meant, shortened, warn
@@ -26,28 +25,28 @@ from ..base.fingerprint import fingerprint
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
 from ..results.result import Result
-from ..results.sweep_table import SweepTable, argument_units, check_column
+from ..results.sweep_table import SweepTable, check_column
 from ..scenes import methods
 from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
 from ..scenes.methods import check_options
 from ..scenes.scene import Scene
 from .progress import shown
+from .sweep_cases import Cases, cases_of
 from .sweep_checkpoint import Checkpoint, Record
 
+Array = NDArray[np.float64]
 Values = Mapping[str, Any]
 Measure = Callable[[Result], Mapping[str, float]]
 
 #: Cases given to an executor whose number of workers is unknown, before the first one must come back.
 IN_FLIGHT = 32
-#: Cases of one sweep: all of them are held in memory.
-MOST_CASES = 1_000_000
 
 
 @taking_quantities
 def sweep(
     scene: Scene,
-    parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]],
+    parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]] | Sequence[Mapping[str, Any]],
     *,
     executor: Executor | int | None = None,
     measure: Measure | None = None,
@@ -55,7 +54,7 @@ def sweep(
     progress: Callable[[int, int], None] | Literal[True] | None = None,
     **options: Any,
 ) -> SweepTable:
-    """Solves a scene for all combinations of some of its arguments.
+    """Solves a scene for all combinations of some of its arguments, or for the cases of a list.
 
     Parameters
     ----------
@@ -64,7 +63,10 @@ def sweep(
         The values of each argument (of :class:`Scene`, or of the ready scene), or a mapping from labels to
         values: ``{"friction": [0.1, 0.3], "magnetic_pressure": {"even": 3e6, "left": [3e6, 1e6]}}``. Labels
         are numbers or text. Values without a label that are neither are labelled by their text, or by their
-        kind and place in the list.
+        kind and place in the list. Or a list of cases, each a mapping from arguments to its values, as a
+        table of pandas has them in its rows; the scene's own value stands for an argument that a case leaves
+        out. The parameter of the table is then the ``case``, known by its row's index or, in a list, by its
+        number from 1; arguments that are numbers are columns.
     executor : concurrent.futures.Executor, int or None
         Executor that solves the cases: threads, processes, or Dask's ``client.get_executor()``; a number of
         processes of our own; or None for this process alone. A process that dies is replaced and its cases
@@ -100,37 +102,30 @@ def sweep(
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene is {scene!r}: a Scene is needed")
-    if not isinstance(parameters, Mapping):
-        raise ValueError(f"parameters is {parameters!r}: a mapping from arguments to their values is needed")
     _check_executor(executor)
     for name, function in (("measure", measure), ("progress", None if progress is True else progress)):
         if function is not None and not callable(function):
             raise ValueError(f"{name} is {function!r}: a function is needed")
     check_options(**options)
-    grid = {name: _labelled(name, values) for name, values in parameters.items()}
-    if not grid:
-        raise ValueError("parameters is empty: at least one argument with its values is needed")
+    cases = cases_of(parameters, {f.name: getattr(scene, f.name) for f in fields(scene)} | dict(scene.inputs))
     known = _known(scene)
     own = known if scene.recipe is None else set(scene.recipe[1])
-    for name in grid:
+    for name in cases.names:
         if name not in known:
             near = meant(name, known)
             hint = f"did you mean {near!r}?" if near else f"it has {', '.join(sorted(own))}"
             raise ValueError(f"{name!r} is no argument of the scene: {hint}")
-    count = math.prod(len(values) for values in grid.values())
-    if count > MOST_CASES:
-        raise ValueError(f"parameters make {count:.3g} cases: at most {MOST_CASES} are solved at once")
-    cases = [dict(zip(grid, chosen, strict=True)) for chosen in product(*(v.values() for v in grid.values()))]
-    key = "" if checkpoint is None else _key(scene, grid, options, measure)
-    with shown(progress, "solving") as told, Checkpoint(checkpoint, key, count) as kept:
+    key = "" if checkpoint is None else _key(scene, cases, options, measure)
+    each = list(cases)
+    with shown(progress, "solving") as told, Checkpoint(checkpoint, key, len(cases)) as kept:
         records = dict(kept.records)
-        waiting = deque(k for k in range(len(cases)) if k not in records)
+        waiting = deque(k for k in range(len(each)) if k not in records)
         done = len(records)
         told(done, len(cases))
         work = _Work(scene, options, measure)
         if waiting:
-            work.prepare(cases[0])
-        with closing(_solved(work, cases, waiting, executor)) as solved:
+            work.prepare(each[0])
+        with closing(_solved(work, each, waiting, executor)) as solved:
             for index, record in solved:
                 kept.add(index, record)
                 records[index] = record
@@ -141,7 +136,7 @@ def sweep(
         some = f"{len(missed)} of {len(cases)} cases miss the tolerance"
         warn(f"{some}. The first of them: {missed[0]}", ToleranceWarning)
     models = {r["model"] for r in records.values() if "model" in r}
-    return _table(grid, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
+    return _table(cases, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
 
 class _Work:
@@ -337,76 +332,36 @@ def _check_executor(executor: Any) -> None:
         )
 
 
-def _key(scene: Scene, grid: Mapping[str, Values], options: Values, measure: Measure | None) -> str:
+def _key(scene: Scene, cases: Cases, options: Values, measure: Measure | None) -> str:
     """What a checkpoint is known by."""
     try:
-        return fingerprint([__version__, scene, scene.inputs, grid, options, measure])
+        return fingerprint([__version__, scene, scene.inputs, cases.grid, cases.listed, options, measure])
     except ValueError as error:
         raise ValueError(f"no checkpoint is possible: {error}") from error
 
 
-def _table(
-    grid: Mapping[str, Values], records: Mapping[int, Record], attributes: dict[str, str]
-) -> SweepTable:
-    shape = tuple(len(v) for v in grid.values())
+def _table(cases: Cases, records: Mapping[int, Record], attributes: dict[str, str]) -> SweepTable:
     names: dict[str, None] = {}
     for record in records.values():
         names.update(dict.fromkeys(record.get("numbers", {})))
-    columns = {name: np.full(shape, np.nan) for name in names}
-    status = np.full(shape, "", dtype=object)
+    columns = {name: np.full(cases.shape, np.nan) for name in names}
+    status = np.full(cases.shape, "", dtype=object)
     for index, record in records.items():
-        at = np.unravel_index(index, shape)
+        at = np.unravel_index(index, cases.shape)
         # any text may be in a message; not all of it can be written
         status[at] = record["status"].encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
         for name, value in record.get("numbers", {}).items():
             columns[name][at] = value
-    parameters = {name: tuple(values) for name, values in grid.items()}
+    columns = _with_given(cases.columns(), columns)
+    parameters = {name: tuple(values) for name, values in cases.grid.items()}
     units = {name: MEASURED_UNITS[name] for name in columns if name in MEASURED_UNITS}
-    units = {**argument_units(grid), **units}
-    return SweepTable(parameters, columns, status.astype(str), attributes, units)
+    return SweepTable(parameters, columns, status.astype(str), attributes, {**cases.units(), **units})
 
 
-def _labelled(name: str, values: Any) -> dict[Any, Any]:
-    """Values by their labels: numbers and text are their own."""
-    if isinstance(values, Mapping):
-        labelled = dict(values)
-        if not all(isinstance(label, (int, float, str, np.number)) for label in labelled):
-            raise ValueError(f"{name} has labels {list(labelled)!r}: numbers or text are needed")
-    else:
-        try:
-            listed = None if isinstance(values, (str, bytes, Set)) else list(values)
-        except TypeError:
-            listed = None
-        if listed is None:
-            raise ValueError(f"{name} is {values!r}: a list of values is needed")
-        labelled = {_label(value, place): value for place, value in enumerate(listed, 1)}
-        if len(labelled) != len(listed):
-            raise ValueError(f"{name} has a value twice: {values!r}")
-    if not labelled:
-        raise ValueError(f"{name} has no values")
-    for label in labelled:
-        if isinstance(label, str) and ("\0" in label or not _is_unicode(label)):
-            raise ValueError(f"{name} has the label {label!r}: text that can be written is needed")
-    return {k.item() if isinstance(k, np.number) else k: value for k, value in labelled.items()}
-
-
-def _label(value: Any, place: int) -> Any:
-    """What a value is known by; the same in any process."""
-    if isinstance(value, (int, float, str, np.number)):
-        return value
-    text = str(value)
-    # an address, or not all of it
-    if " at 0x" in text or "..." in text or "\n" in text:
-        return f"{getattr(value, '__name__', type(value).__name__)} {place}"
-    return text
-
-
-def _is_unicode(text: str) -> bool:
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
+def _with_given(given: dict[str, Array], found: dict[str, Array]) -> dict[str, Array]:
+    """Columns of arguments first; what was measured stands where an argument has no value."""
+    first = {k: np.where(np.isnan(values), found.get(k, np.nan), values) for k, values in given.items()}
+    return {**first, **{name: values for name, values in found.items() if name not in first}}
 
 
 def _known(scene: Scene) -> set[str]:
