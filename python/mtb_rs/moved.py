@@ -72,7 +72,7 @@ PLACES = {
     "surfaces": ("bodies.surfaces",),
     "sweep_checkpoint": ("studies.sweep_checkpoint",),
     "sweep_table": ("results.sweep_table", "base.units"),
-    "sweeps": ("studies.sweeps",),
+    "sweeps": ("studies.sweeps", "studies.sweep_cases"),
     "tangential": ("half_space.tangential",),
     "threads": ("base.threads",),
     "view": ("pictures.space",),

@@ -70,7 +70,8 @@ PROBES = {
     "half_space/pressure_field.py": {"pressure_field"},
     "moved.py": {"_is_held"},
     "simulation/stepping.py": {"_check_state"},
-    "studies/sweeps.py": {"_end_processes", "_label", "_pool", "_solved"},
+    "studies/sweep_cases.py": {"_label", "cases_of"},
+    "studies/sweeps.py": {"_end_processes", "_pool", "_solved"},
 }
 
 
