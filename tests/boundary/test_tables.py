@@ -47,7 +47,15 @@ def test_columns_are_taken_as_the_numbers_in_them() -> None:
 
 @pytest.mark.parametrize(
     "given",
-    [field(), field().T, field()[::-1], field()[:, ::-1].T, field(units="m"), xarray.DataArray(GAP)],
+    [
+        *(field(), field().T, field()[::-1], field()[:, ::-1].T, field(units="m"), xarray.DataArray(GAP)),
+        field().rename(x="X", y="Y").T,
+        *(
+            pandas.DataFrame(GAP),
+            pandas.DataFrame(GAP, Y, X)[::-1],
+            pandas.DataFrame(GAP, Y, X).iloc[:, ::-1],
+        ),
+    ],
 )
 def test_a_field_on_a_grid_is_turned_as_ours(given: Any) -> None:
     assert scene(gap=given) == scene()
@@ -82,6 +90,9 @@ def test_places_are_those_of_the_grid(places: Any, said: str) -> None:
     for ask in asked:
         with pytest.raises(ValueError, match=said):
             ask()
+    if "y" in places and not hasattr(places["x"], "attrs"):
+        with pytest.raises(ValueError, match=said):
+            scene(gap=pandas.DataFrame(GAP, places["y"], places["x"]))
     friction = xarray.DataArray(np.full(GAP.shape, 0.2), places, ("y", "x"))
     with pytest.raises(ValueError, match=said.replace("gap", "friction")):
         scene().with_(friction=friction)

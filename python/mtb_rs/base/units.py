@@ -131,14 +131,45 @@ def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
 
 
 def _of_table(place: str, value: Any, unit: Unit) -> Any:
-    """A column or table of pandas, or an array of xarray, as numbers: x and y of xarray in our order."""
+    """A column or table of pandas, or an array of xarray, as numbers: x and y in our order."""
     said = getattr(value, "attrs", {}).get("units", unit)
     if said != unit and said not in str(unit).split(" or "):
         raise ValueError(f"{place} is in {said!r}, as its attribute says: numbers in {unit} are needed")
-    if {"x", "y"} <= set(getattr(value, "dims", ())):
-        value = value.transpose(..., "y", "x").sortby([axis for axis in "xy" if axis in value.coords])
+    axes = _axes(value)
+    if axes:
+        value = value.transpose(..., axes["y"], axes["x"]).sortby(
+            [a for a in axes.values() if a in value.coords]
+        )
+    elif _places(value):
+        value = value.sort_index(axis=0).sort_index(axis=1)
     array = value.to_numpy()
     return array.item() if array.ndim == 0 else array
+
+
+def _axes(value: Any) -> dict[str, Any]:
+    """The names of the dimensions x and y of an array of xarray, which may be capital letters."""
+    names = {str(name).lower(): name for name in getattr(value, "dims", ())}
+    return {axis: names[axis] for axis in "xy"} if {"x", "y"} <= names.keys() else {}
+
+
+def _places(value: Any) -> dict[str, Any]:
+    """Where the points of an array of xarray are along x and y; of a table of pandas by decimal numbers."""
+    if hasattr(value, "dims"):
+        return {axis: value.coords[name] for axis, name in _axes(value).items() if name in value.coords}
+    if not hasattr(value, "columns"):
+        return {}
+    named = {"x": _decimals(value.columns), "y": _decimals(value.index)}
+    return named if all(names is not None for names in named.values()) else {}
+
+
+def _decimals(names: Any) -> Any:
+    """Names of columns or rows that are decimal numbers, as files have them in text; None for any others."""
+    if names.dtype.kind != "f" and not all(isinstance(name, str) for name in names):
+        return None
+    try:
+        return np.asarray([float(name) for name in names])
+    except ValueError:
+        return None
 
 
 def _converted(place: str, value: Any, unit: Unit | None) -> Any:
@@ -177,27 +208,25 @@ def taking_quantities(function: Function) -> Function:
     def called(*args: Any, **kwargs: Any) -> Any:
         taken = [in_si(name, value, units.get(name)) for name, value in zip(names, args, strict=False)]
         given = {name: in_si(name, value, units.get(name)) for name, value in kwargs.items()}
-        placed = [(k, v) for k, v in (*zip(names, args, strict=False), *kwargs.items()) if _has_places(v)]
-        if placed:
+        said = {k: _places(v) for k, v in (*zip(names, args, strict=False), *kwargs.items()) if _may_say(v)}
+        if any(said.values()):
             here = dict(zip(names, taken, strict=False))
             own = here.get("self")
             spacing = {**here, **given}.get("spacing", getattr(own, "spacing", usual))
             on_grid = "gap" in names or isinstance(getattr(own, "gap", None), np.ndarray)
-            for name, value in placed:
-                _check_places(name, value, spacing, on_grid)
+            for name, places in said.items():
+                _check_places(name, places, spacing, on_grid)
         return function(*taken, *args[len(names) :], **given)
 
     return cast(Function, called)
 
 
-def _has_places(value: Any) -> bool:
-    """Whether it is an array of xarray that says where its points are."""
-    return {"x", "y"} <= set(getattr(value, "dims", ())) and bool(
-        {"x", "y"} & set(getattr(value, "coords", ()))
-    )
+def _may_say(value: Any) -> bool:
+    """Whether it may say where its points are; at a glance, as every call asks."""
+    return type(value) not in _PLAIN and hasattr(value, "to_numpy")
 
 
-def _check_places(name: str, value: Any, spacing: Any, on_grid: bool) -> None:
+def _check_places(name: str, places: Mapping[str, Any], spacing: Any, on_grid: bool) -> None:
     """Checks that an array's coordinates are those of the grid that takes it, which is centred.
 
     Raises
@@ -209,13 +238,13 @@ def _check_places(name: str, value: Any, spacing: Any, on_grid: bool) -> None:
         steps = dict(zip("xy", np.broadcast_to(np.asarray(spacing, dtype=float), 2).tolist(), strict=True))
     except (TypeError, ValueError):
         return  # there is none, or it is refused where it is used
-    for axis in {"x", "y"} & set(value.coords):
-        said = value.coords[axis].attrs.get("units", "m")
+    for axis, found in places.items():
+        said = getattr(found, "attrs", {}).get("units", "m")
         if said != "m":
             raise ValueError(
                 f"{name} has {axis} in {said!r}, as its attribute says: coordinates in m are needed"
             )
-        there, step = np.sort(np.asarray(value.coords[axis].to_numpy(), dtype=float)), steps[axis]
+        there, step = np.sort(np.asarray(found, dtype=float)), steps[axis]
         even = step * (np.arange(there.size) - (there.size - 1) / 2)
         middle = 0.0 if on_grid else (there[0] + there[-1]) / 2
         if not np.all(np.abs(there - middle - even) <= 0.01 * abs(step)):
