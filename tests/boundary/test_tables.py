@@ -169,3 +169,31 @@ def test_every_kind_of_result_is_a_dataset() -> None:
     for door in (lifted.to_xarray, lifted.to_pyvista):
         with pytest.raises(ValueError, match="lifted"):
             door()
+
+
+def test_quantities_within_arrays_and_tables_keep_their_unit() -> None:
+    pint = pytest.importorskip("pint", reason="pint is not installed")
+    ureg = pint.UnitRegistry()
+    milli = ureg.Quantity(1e3 * GAP, "mm")
+    mixed = np.array(
+        [[ureg.Quantity(1e3 * v, "mm") if v > 1e-4 else v for v in row] for row in GAP], dtype=object
+    )
+    for given in (
+        xarray.DataArray(milli, dims=("y", "x")),
+        xarray.DataArray(milli.T, {"x": X, "y": Y}, ("x", "y")),
+        mixed,
+        pandas.DataFrame(mixed),
+    ):
+        np.testing.assert_allclose(scene(gap=given).gap, GAP, rtol=1e-15)
+    speeds = [ureg.Quantity(36.0, "km/h"), ureg.Quantity(20.0, "m/s")]
+    for column in (pandas.Series(speeds), np.array(speeds, dtype=object)):
+        assert mtb.VelocityTable(column, [0.3, 0.2]).velocity == pytest.approx((10.0, 20.0))
+    with pytest.raises(ValueError, match=r"velocity\[1\] is 20.0 kilogram: a quantity in m/s"):
+        mtb.VelocityTable(pandas.Series([*speeds[:1], ureg.Quantity(20.0, "kg")]), [0.3, 0.2])
+    with pytest.raises(ValueError, match=r"gap is .*: a quantity in m"):
+        scene(gap=xarray.DataArray(ureg.Quantity(GAP, "kg"), dims=("y", "x")))
+
+
+def test_places_that_are_no_numbers_are_refused() -> None:
+    with pytest.raises(ValueError, match="gap has x = nan: finite coordinates in m are needed"):
+        scene(gap=xarray.DataArray(GAP, {"x": np.where(X == 0.0, np.nan, X), "y": Y}, ("y", "x")))

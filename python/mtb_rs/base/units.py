@@ -105,7 +105,7 @@ def in_si(place: str, value: Any, unit: Unit | None) -> Any:
     """
     kind = type(value)
     if kind in _PLAIN:
-        return value
+        return value if kind is not np.ndarray or value.dtype.kind != "O" else _of_objects(place, value, unit)
     if kind in (list, tuple):
         is_row = not any(type(entry) in (list, tuple) for entry in value)
         each = isinstance(unit, tuple) and is_row and len(unit) == len(value)
@@ -117,9 +117,7 @@ def in_si(place: str, value: Any, unit: Unit | None) -> Any:
         return _of_mapping(place, value, unit)
     if unit is not None and hasattr(value, "to_numpy"):
         return _of_table(place, value, unit)
-    if not hasattr(value, "to") or isclass(value) or not (hasattr(value, "units") or hasattr(value, "unit")):
-        return value
-    return _converted(place, value, unit)
+    return _converted(place, value, unit) if _is_quantity(value) else value
 
 
 def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
@@ -142,8 +140,26 @@ def _of_table(place: str, value: Any, unit: Unit) -> Any:
         )
     elif _places(value):
         value = value.sort_index(axis=0).sort_index(axis=1)
+    held = getattr(value, "data", None)
+    if _is_quantity(held):
+        return _converted(place, held, unit)
     array = value.to_numpy()
+    if array.dtype.kind == "O":
+        array = _of_objects(place, array, unit)
     return array.item() if array.ndim == 0 else array
+
+
+def _of_objects(place: str, array: Any, unit: Unit | None) -> Any:
+    """An array of objects, with the quantities among them as plain numbers."""
+    if not any(_is_quantity(entry) for entry in array.flat):
+        return array
+    entries = [in_si(f"{place}[{k}]", entry, unit) for k, entry in enumerate(array.flat)]
+    return np.array(entries).reshape(array.shape)
+
+
+def _is_quantity(value: Any) -> bool:
+    """Whether it is a number or an array with a unit, by what it can do."""
+    return hasattr(value, "to") and not isclass(value) and (hasattr(value, "units") or hasattr(value, "unit"))
 
 
 def _axes(value: Any) -> dict[str, Any]:
@@ -245,6 +261,10 @@ def _check_places(name: str, places: Mapping[str, Any], spacing: Any, on_grid: b
                 f"{name} has {axis} in {said!r}, as its attribute says: coordinates in m are needed"
             )
         there, step = np.sort(np.asarray(found, dtype=float)), steps[axis]
+        if not np.all(np.isfinite(there)):
+            raise ValueError(
+                f"{name} has {axis} = {there[~np.isfinite(there)][0]}: finite coordinates in m are needed"
+            )
         even = step * (np.arange(there.size) - (there.size - 1) / 2)
         middle = 0.0 if on_grid else (there[0] + there[-1]) / 2
         if not np.all(np.abs(there - middle - even) <= 0.01 * abs(step)):
