@@ -182,7 +182,7 @@ class OwnBodies(Geometry):
             nodes = self.body.mesh.nodes
             low, high = nodes.min(axis=0), nodes.max(axis=0)
             wide = 0.25 * (high - low)
-            x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 9) for k in (0, 1))
+            x, y = (np.linspace(low[k] - wide[k], high[k] + wide[k], 65) for k in (0, 1))
             beside = height_surface(other, x, y, self._heights_beside(x, y))
         return (beside, own) if self.upper else (own, beside)
 

@@ -422,7 +422,7 @@ class ShoeOnRail(Geometry):
         profile = self.shoe.profile
         y = np.linspace(*profile.range, 81)
         x = np.linspace(-0.5, 0.5, 25) * self.rail_length
-        head = height_surface("lower", x, y, np.repeat(profile.height(y)[:, None], x.size, axis=1))
+        head = height_surface("lower rail", x, y, np.repeat(profile.height(y)[:, None], x.size, axis=1))
         shoe = self.shoe
         stations = np.linspace(shoe.inner_edge, shoe.outer_edge, 41)
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
@@ -431,7 +431,7 @@ class ShoeOnRail(Geometry):
         for name, side in zip(("left", "right"), shoe.sides, strict=False):
             worn = [*shoe.sole(side * stations), shoe.height, shoe.height]
             pole = prism_surface(
-                f"upper {name}",
+                f"upper {name} pole",
                 np.array([side * np.append(stations, stations[[-1, 0]]), worn]),
                 np.linspace(-0.5, 0.5, 25) * shoe.length,
             )

@@ -65,6 +65,10 @@ def unit_of(values: Array, unit: str) -> tuple[float, str]:
     return PREFIXES[unit][-2 if largest == 0.0 else -1]
 
 
+#: Ends of scales, times a power of ten: their quarters have two digits at most.
+_ROUND = (1.0, 1.2, 1.6, 2.0, 2.4, 3.2, 4.0, 5.0, 6.0, 8.0, 10.0)
+
+
 @dataclass(frozen=True)
 @plain
 class Scale:
@@ -109,10 +113,18 @@ def colour_scale(values: Array, asked: Field, limits: Limits | None = None) -> S
         return Scale(factor, unit, "viridis_r", Normalize(low, high), "neither")
     robust = float(np.percentile(spanned, 97.0)) if spanned.size else high
     peaked = high > 1.4 * robust > 0.0
-    norm = Normalize(0.0, robust if peaked else high or 1.0)
+    norm = Normalize(0.0, _round(robust if peaked else high))
     return Scale(
         factor, unit, "viridis_r" if asked.is_distance else "viridis", norm, "max" if peaked else "neither"
     )
+
+
+def _round(value: float) -> float:
+    """The next number that four ticks divide into round ones; 1 for nothing."""
+    if value <= 0.0 or not np.isfinite(value):
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * min(n for n in _ROUND if n * power >= value * (1 - 1e-12)))
 
 
 def bar_title(label: str, values: Array, scale: Scale) -> str:

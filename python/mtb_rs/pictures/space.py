@@ -13,6 +13,7 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,6 +49,9 @@ _PROBE = (
     "import vtkmodules.vtkRenderingOpenGL2;"
     "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.AddRenderer(vtkRenderer()); w.Render()"
 )
+
+#: Share of the height of a body that is its end at the contact.
+_CONTACT_END = 0.1
 
 _BODY_COLOUR, _EDGE_COLOUR, _INK = "#CDD2DA", "#4A5560", "#333333"
 
@@ -124,7 +128,8 @@ def view(
         Ends of the colour scale. By default those of the values, or less where single peaks would
         flatten the rest: the largest value then stands over the bar.
     scale : float
-        Factor on all displacements. By default 0 where the bodies carry none (half-spaces), otherwise
+        Factor on the displacements, of which that of a body as a whole along z, towards the other one, counts
+        once. By default 0 where the bodies carry none (half-spaces), otherwise
         such that the largest one is seen as a twentieth of the patch.
     off_screen : bool
         By default True where there is no display.
@@ -148,13 +153,13 @@ def view(
     plotter = _plotter(off_screen, size)
 
     asked = quantity_of(result, quantity, body)
-    surfaces = bodies(result)
+    contact = _places(result)
+    surfaces = tuple(_closed(surface, contact) for surface in bodies(result))
     if scale is None:
         scale = _default_scale(surfaces, result)
 
-    span = float(np.ptp(_places(result), axis=1).max())
-    for surface in surfaces:
-        _add_body(plotter, surface, _places(result), scale)
+    span = float(np.ptp(contact, axis=1).max())
+    drawn = [(surface, _add_body(plotter, surface, contact, scale)) for surface in surfaces]
 
     values = flat(result, asked.values).astype(float)
     closed = flat(result, result.status) > 0
@@ -179,9 +184,11 @@ def view(
                 bar_title(asked.label.replace(" displacement", "\ndisplacement"), values[shown], shades)
             ),
         }
-    # on a half-space, whose surface is drawn as it was, the patch would sink out of sight
-    sinks = any(s.displacement is None and not _is_upper(s, _places(result)) for s in surfaces)
-    patch = contact_mesh(result, scale=0.0 if sinks else scale, lift=2e-3 * span)
+    patch = contact_mesh(result)
+    for surface, mesh in drawn:
+        if not _is_upper(surface, contact):
+            _lay_on(patch, mesh)
+    patch.points = patch.points + np.array([0.0, 0.0, 2e-3 * span])
     patch.cell_data["drawn"] = np.where(shown, values / factor, np.nan)
     if not patches(result):
         style |= {"point_size": 12.0}  # scattered points
@@ -190,7 +197,7 @@ def view(
     if border.n_points:
         plotter.add_mesh(border, color="#333333", line_width=2, lighting=False)
     direction = np.array([1.3, -1.5, 1.25])
-    return _framed(plotter, result, scale, direction)
+    return _framed(plotter, result, scale, direction, is_open=not shown.all())
 
 
 def view_von_mises(
@@ -224,7 +231,7 @@ def view_von_mises(
         scale = number("scale", scale)
     plotter = _plotter(off_screen, size)
 
-    surfaces = _bodies(result, solids)
+    surfaces = tuple(_closed(surface, _places(result)) for surface in _bodies(result, solids))
     if scale is None:
         scale = _default_scale(surfaces, result)
     stress = {id(s): s.von_mises for s in surfaces if s.von_mises is not None}
@@ -266,37 +273,35 @@ def _plotter(off_screen: bool | None, size: tuple[int, int]) -> pyvista.Plotter:
     return plotter
 
 
-def _framed(plotter: pyvista.Plotter, result: Pictured, scale: float, direction: Array) -> pyvista.Plotter:
-    """The picture seen from a direction, with axes and the factor on the displacement."""
+def _framed(
+    plotter: pyvista.Plotter, result: Pictured, scale: float, direction: Array, *, is_open: bool = False
+) -> pyvista.Plotter:
+    """The picture seen from a direction, with axes, the scale of displacements, and what pale cells are."""
     points = _places(result)
     centre, span = points.mean(axis=1), float(np.ptp(points, axis=1).max())
-    if scale:
-        plotter.add_text(f"displacement x {scale:g}", position="lower_right", font_size=9, color="#333333")
+    notes = [f"displacement x {scale:g}"] if scale else []
+    if is_open:
+        notes.append("pale cells do not touch")
+    plotter.add_text("\n".join(notes), position="lower_right", font_size=11, color="#333333")
     plotter.add_axes(color="#333333", line_width=3)
     plotter.enable_depth_peeling()
     plotter.enable_anti_aliasing("ssaa")
     plotter.camera_position = [tuple(centre + span * direction), tuple(centre), (0, 0, 1)]
     plotter.reset_camera()
-    plotter.camera.zoom(1.1)
+    plotter.camera.zoom(1.18)
     # the bodies to the left, the colour bar beside them
-    plotter.camera.SetWindowCenter(0.14, 0.0)
+    plotter.camera.SetWindowCenter(0.14, -0.06)
     return plotter
 
 
-def contact_mesh(result: Pictured, scale: float = 0.0, lift: float = 0.0) -> pyvista.PolyData:
+def contact_mesh(result: Pictured) -> pyvista.PolyData:
     """The contact patches as cells of the lower surface: quadrilaterals, or vertices where scattered.
 
-    Cells are in the order of the result's points. `scale` times the lower body's displacement and
-    `lift` [m] along the normal move them. Results on a height field are drawn in the plane z = 0.
+    Cells are in the order of the result's points. Results on a height field are drawn in the plane z = 0.
     """
     import pyvista
 
     points = _places(result)
-    fields = result.fields()
-    if "displacement_lower" in fields:
-        points = points + scale * flat(result, fields["displacement_lower"].values)
-    if "normal" in fields:
-        points = points + lift * flat(result, fields["normal"].values)
     grids = patches(result)
     if not grids:
         return pyvista.PolyData(points.T)
@@ -406,6 +411,42 @@ def body_mesh(surface: Surface, scale: float = 0.0) -> pyvista.PolyData:
     return pyvista.PolyData.from_regular_faces(vertices.T, surface.triangles)
 
 
+def _closed(surface: Surface, contact: Array) -> Surface:
+    """A body for a picture: where it has come to along z, with the displacement from there.
+
+    Bodies that were modelled apart close by more than they deform, and what is exaggerated is the
+    deformation. A body has come as far as the mean of its end at the contact.
+    """
+    if surface.displacement is None:
+        return surface
+    z = surface.vertices[2] if _is_upper(surface, contact) else -surface.vertices[2]
+    come = np.zeros((3, 1))
+    come[2] = surface.displacement[2, z <= z.min() + _CONTACT_END * np.ptp(z)].mean()
+    return replace(surface, vertices=surface.vertices + come, displacement=surface.displacement - come)
+
+
+def _lay_on(patch: pyvista.PolyData, body: pyvista.PolyData) -> None:
+    """Lays the points of a patch along z on a body that is drawn; where it is not, they stay."""
+    from vtkmodules.vtkCommonCore import mutable
+    from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+
+    locator = vtkStaticCellLocator()
+    locator.SetDataSet(body)
+    locator.BuildLocator()
+    low, high = min(body.bounds[4], patch.bounds[4]), max(body.bounds[5], patch.bounds[5])
+    room = 0.01 * (high - low) + 1e-9
+    points = np.array(patch.points)
+    # mutable numbers of VTK, whose stubs ask for plain ones
+    share: Any = mutable(0.0)
+    cell: Any = mutable(0)
+    at, local = [0.0] * 3, [0.0] * 3
+    for point in points:
+        above, beneath = (*point[:2], high + room), (*point[:2], low - room)
+        if locator.IntersectWithLine(above, beneath, 0.0, share, at, local, cell):
+            point[2] = at[2]
+    patch.points = points
+
+
 def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
     """A mesh as VTK's XML files hold it, made in memory: VTK itself ends the process on a full disk."""
     import pyvista
@@ -505,7 +546,7 @@ def _bar(title: str) -> dict[str, Any]:
     }
 
 
-def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale: float) -> None:
+def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale: float) -> pyvista.PolyData:
     """Lower bodies solid, upper ones as their edges: nothing lies over the colours of the patch between."""
     mesh = body_mesh(surface, scale)
     upper = _is_upper(surface, contact)
@@ -521,6 +562,7 @@ def _add_body(plotter: pyvista.Plotter, surface: Surface, contact: Array, scale:
         )
     _add_outline(plotter, mesh)
     _add_label(plotter, surface, mesh, upper=upper)
+    return mesh
 
 
 def _is_upper(surface: Surface, contact: Array) -> bool:
@@ -548,15 +590,23 @@ def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyDat
     place = (back, far, top) if upper else (front, near, bottom)
     plotter.add_point_labels(
         np.array([place]),
-        [{"upper": "upper body", "lower": "lower body"}.get(surface.name, surface.name)],
+        [_told(surface.name)],
         show_points=False,
-        shape=None,
+        shape="rounded_rect",
+        shape_color="white",
+        shape_opacity=0.75,
+        margin=4,
         always_visible=True,
-        justification_horizontal="center",
         font_size=26,
         text_color=_INK,
         bold=False,
     )
+
+
+def _told(name: str) -> str:
+    """The name of a body as it stands in a picture: without its side, if anything is left."""
+    side, _, own = name.partition(" ")
+    return own or f"{side} body" if side in ("upper", "lower") else name
 
 
 def _around(mesh: pyvista.PolyData, contact: Array) -> pyvista.PolyData:
