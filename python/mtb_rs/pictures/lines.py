@@ -74,6 +74,9 @@ def draw_lines(
             if centres.size <= 80:
                 ax.plot(centres, field, ".", color=colour, markersize=4)
             label = None
+    if not any(line.of(values).any() for pieces in chosen for line in pieces) and quantity != "status":
+        ax.text(0.5, 0.5, "zero all along", transform=ax.transAxes, ha="center", fontsize=9, color=INK)
+        ax.set_ylim(0.0, 1.0)
     if quantity == "status":
         ax.set_yticks(range(3), STATUS_NAMES)
         ax.set_ylim(-0.3, 2.3)

@@ -67,7 +67,9 @@ def draw_sweep(table: SweepTable, quantity: str, ax: Axes | None) -> Figure:
         ax.set_xlabel(f"{spaced(first)} [{measured}]" if measured not in ("", "1") else spaced(first))
     name = spaced(quantity)
     ax.set_ylabel(f"{name} [{unit}]" if unit not in ("", "1") else name)
-    ax.set_title(spaced(table.attributes["scene"]), loc="left", fontsize=10.5, color=INK)
+    # "scene" is what one is called that was given no name
+    name = table.attributes["scene"]
+    ax.set_title("" if name == "scene" else spaced(name), loc="left", fontsize=10.5, color=INK)
     if others:
         _explain_lines(ax)
     # whole numbers, not what they are above another one
