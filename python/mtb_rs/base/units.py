@@ -66,6 +66,14 @@ MEASURED_UNITS = {
     "moment_x": "N m",
     "moment_y": "N m",
     "moment_z": "N m",
+    "spin_moment": "N m",
+    "creepage_x": "1",
+    "creepage_y": "1",
+    "creepage_spin": "1/m",
+    "displacement_x": "m",
+    "displacement_y": "m",
+    "displacement_spin": "rad",
+    "stick_area": "m^2",
     "normal_force": "N",
     "peak_pressure": "Pa",
     "contact_area": "m^2",
@@ -88,8 +96,13 @@ class _Shown(str):
 
 def unit_of_argument(name: str) -> str:
     """The unit of an argument whose entries have one unit; empty where it has none."""
-    unit = ARGUMENT_UNITS.get(name, "")
+    unit = ARGUMENT_UNITS.get(_last(name), "")
     return unit if isinstance(unit, str) else ""
+
+
+def _last(name: str) -> str:
+    """The argument that a name like "rolling.velocity" means."""
+    return name.rpartition(".")[2]
 
 
 def in_si(place: str, value: Any, unit: Unit | None) -> Any:
@@ -123,7 +136,7 @@ def in_si(place: str, value: Any, unit: Unit | None) -> Any:
 def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
     taken = {}
     for name, entry in value.items():
-        own = ARGUMENT_UNITS.get(name, unit) if isinstance(name, str) else unit
+        own = ARGUMENT_UNITS.get(_last(name), unit) if isinstance(name, str) else unit
         taken[name] = in_si(f"{place}[{name!r}]", entry, own)
     return taken if any(taken[name] is not entry for name, entry in value.items()) else value
 

@@ -14,6 +14,7 @@ import re
 import tomllib
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import fields
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,18 +22,18 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StrictStr, ValidationError, create_model
 from pydantic_core import ErrorDetails
 
-from ..base.check import meant, shortened
-from ..base.errors import CaseError
+from ..base.check import meant, shortened, warn
+from ..base.errors import CaseError, ToleranceWarning
 from ..base.files import read_bytes
 from ..base.questions import gathered
 from ..base.words import Method
 from ..friction.fields import check_friction
-from ..friction.laws import Friction, law_of
-from ..half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
+from ..half_space.tangential import Rolling, Shift, TangentialResult
 from ..results.result import Result
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
 from ..scenes.methods import check_options, method_options
+from ..scenes.moving import Moving
 from ..scenes.scene import Scene
 from .values import MOTIONS, MaterialWords, motion_of, read_by, words_of
 
@@ -68,16 +69,28 @@ class Case(BaseModel):
         """Names of the scene's arguments."""
         return [name for name in type(self).model_fields if name not in _BESIDES]
 
+    def variables(self) -> list[str]:
+        """What a sweep may vary: the scene's arguments, and those of the motion as "rolling.velocity"."""
+        motion = self.motion
+        own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
+        return self.arguments() + own
+
     def argument(self, name: str, word: Any) -> Any:
         """What `word`, in place of the case's own, means as the argument `name` of the scene.
+
+        An argument of the motion is named with its table: ``"rolling.velocity"``.
 
         Raises
         ------
         CaseError
             If the word cannot be meant.
         """
+        table, dot, key = name.rpartition(".")
         words = self._words | {name: word}
-        return getattr(case_from_words(words, source=self._source, directory=self._directory), name)
+        if dot:
+            words = self._words | {table: {**self._words.get(table, {}), key: word}}
+        case = case_from_words(words, source=self._source, directory=self._directory)
+        return getattr(case.motion, key) if dot else getattr(case, name)
 
     def scene(self) -> Scene:
         """The scene.
@@ -142,8 +155,10 @@ class Case(BaseModel):
         try:
             if motion is None:
                 return scene.solve(**self._options)
-            law, pressed = _law(scene.friction), _pressed(scene)
-            return solve_tangential(pressed.solve(**self._options), motion, law, scene.layer)
+            pressed, moved = Moving(scene, motion).solve(**self._options)
+            if pressed.report.missed:
+                warn(pressed.report.missed, ToleranceWarning)
+            return moved
         except ValueError as error:
             if isinstance(error, RuntimeError):
                 raise
@@ -157,16 +172,18 @@ class Case(BaseModel):
         CaseError
             If the case cannot be solved as it is stated; the message names all that is wrong.
         """
-        scene, motion = self.scene(), self.motion
-        wrong: list[str] = []
-        pressed = scene if motion is None else scene.with_(sliding_direction=None)
-        cost = _tried(lambda: pressed.expected_cost(**self._options), wrong)
-        if motion is not None:
-            _tried(lambda: _law(scene.friction), wrong)
-            _tried(lambda: _pressed(scene), wrong)
-        if cost is None or wrong:
-            raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
-        return cost if motion is None else cost.with_motion(motion.kind)
+        scene, motion, options = self.scene(), self.motion, self._options
+        try:
+            if motion is None:
+                return scene.expected_cost(**options)
+            moving = Moving(scene, motion)
+            wrong = moving.wrong(**options)
+            if not wrong:
+                cost = moving.pressed().expected_cost(**moving.options(**options))
+                return cost.with_motion(motion.kind)
+        except ValueError as error:
+            wrong = [str(error)]
+        raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -177,35 +194,6 @@ class Case(BaseModel):
     def to_toml(self) -> str:
         """The case as TOML: what was given, in its own words."""
         return _toml(self._words)
-
-
-def _tried(made: Callable[[], T], wrong: list[str]) -> T | None:
-    """What is made, or None and why it is not among what is `wrong`."""
-    try:
-        return made()
-    except ValueError as error:
-        wrong.append(str(error))
-    return None
-
-
-def _pressed(scene: Scene) -> Scene:
-    """The scene pressed before a motion, without sliding: the friction is that of the motion."""
-    if not scene.geometry.is_grid:
-        raise ValueError(
-            f"{scene.name} has several patches: to roll or to shift, one regular patch is needed, as "
-            "paraboloid_on_plane, block_on_plane and wheel_on_rail have it"
-        )
-    return scene.with_(sliding_direction=None)
-
-
-def _law(friction: Any) -> Any:
-    """The friction of a motion: a number is Coulomb's."""
-    law = law_of(friction)
-    if isinstance(law, Friction):
-        return law
-    raise ValueError(
-        f"friction is a {type(friction).__name__}: a number is needed to roll or to shift (laws: in Python)"
-    )
 
 
 def load_case(path: str | Path) -> Case:

@@ -192,7 +192,7 @@ def _number_or_pair(given: Any) -> float | tuple[float, float]:
 
 
 #: What may follow the pressing, by the name of its table.
-MOTIONS: dict[str, type[Rolling] | type[Shift]] = {"rolling": Rolling, "shift": Shift}
+MOTIONS: dict[str, type[Rolling] | type[Shift]] = {motion.word: motion for motion in (Rolling, Shift)}
 
 
 # --- what the words look like, for editors -------------------------------------------------------------

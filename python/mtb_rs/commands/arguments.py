@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +44,13 @@ def directory_of(options: argparse.Namespace) -> Path:
 
 
 def variation(text: str) -> tuple[str, list[Any]]:
-    """KEY=VALUES of the command line: numbers between commas, words, or first:last:count."""
+    """KEY=VALUES of the command line: numbers between commas, words, lists [..], or first:last:count."""
     key, equals, values = text.partition("=")
     if not equals or not key or not values:
         raise argparse.ArgumentTypeError(f"{text!r}: KEY=VALUES is needed, for example friction=0.1,0.3")
     key = key.strip()
+    if values.lstrip().startswith("["):
+        return key, _lists(text, values)
     first, colon, rest = values.partition(":")
     if colon and not isinstance(_value(first), str):
         last, _, count = rest.partition(":")
@@ -65,6 +68,19 @@ def variation(text: str) -> tuple[str, list[Any]]:
     if "" in words or 0 < len(words) < len(listed):
         raise argparse.ArgumentTypeError(f"{text!r}: all values must be finite numbers, or all of them words")
     return key, listed
+
+
+def _lists(text: str, values: str) -> list[Any]:
+    """Lists between commas, each as in a case file."""
+    try:
+        listed: list[Any] = tomllib.loads(f"it = [{values}]")["it"]
+    except (ValueError, RecursionError):  # TOMLDecodeError is one
+        listed = []
+    if not listed or not all(isinstance(value, list) for value in listed):
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: lists between commas are needed, each as in a case file: [1e-3, 0, 0],[2e-3, 0, 0]"
+        )
+    return listed
 
 
 def _value(text: str) -> Any:

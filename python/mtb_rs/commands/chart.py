@@ -50,7 +50,13 @@ def _chart(options: argparse.Namespace) -> int:
 
     console = console_on(sys.stdout)
     directory = Chart.check_saveable(directory_of(options))
-    scene = load_case(options.case).scene()
+    case = load_case(options.case)
+    if case.motion is not None:
+        raise ValueError(
+            f"{options.case}: [{case.motion.word}] is given, and a chart compares ways to press down, "
+            "none of which rolls or shifts: take the table out for a chart of the pressing alone"
+        )
+    scene = case.scene()
     with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
         task = bar.add_task("charting ...", total=1.0)
         chart = scene.chart(

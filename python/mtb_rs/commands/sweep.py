@@ -37,8 +37,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         required=True,
         type=variation,
         metavar="KEY=VALUES",
-        help="an argument of the scene with its values as in a case file: 0.1,0.3,0.5, words, or "
-        "first:last:count; repeated for further arguments",
+        help="an argument of the scene, or of its motion as rolling.velocity, with its values as in a case "
+        "file: 0.1,0.3,0.5, words, lists, or first:last:count; repeated for further arguments",
     )
     sweep.add_argument(
         "-j", "--jobs", type=processes, default=None, metavar="N", help="processes (default: this one alone)"
@@ -48,9 +48,10 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 
 def _meant(case: Case, key: str, values: list[Any]) -> Any:
     """The values of --vary as a case file means them, by their words."""
-    if key not in case.arguments() or len(set(values)) < len(values):
+    labels = [str(value) if isinstance(value, list) else value for value in values]
+    if key not in case.variables() or len(set(labels)) < len(labels):
         return values
-    return {value: case.argument(key, value) for value in values}
+    return {label: case.argument(key, value) for label, value in zip(labels, values, strict=True)}
 
 
 def _sweep(options: argparse.Namespace) -> int:
@@ -70,6 +71,7 @@ def _sweep(options: argparse.Namespace) -> int:
         table = sweep(
             case.scene(),
             parameters,
+            motion=case.motion,
             executor=options.jobs,
             checkpoint=directory / "sweep.jsonl",
             progress=lambda done, total: bar.update(task, completed=done, total=total),

@@ -190,6 +190,12 @@ def pressure_field(normal: Any) -> PressureField:
     """The pressure, grid and bodies of a normal result, a scene's result, or a :class:`PressureField`.
 
     The closed form of Hertz is put on 50 x 50 cells over its ellipse.
+
+    Raises
+    ------
+    ValueError
+        If it is no pressure on the equal cells of half-spaces, with what to do; above all of elastic bodies,
+        whose pressure is known at the nodes of their elements.
     """
     if isinstance(normal, PressureField):
         return normal
@@ -198,12 +204,19 @@ def pressure_field(normal: Any) -> PressureField:
         normal = normal.on_grid((50, 50), (2.0 * a / 50, 2.0 * b / 50))
     if getattr(normal, "periodic", False):
         raise ValueError("the contact is periodic: tangential contact needs one that ends")
-    for name in ("pressure", "points"):
+    for name in ("pressure", "points", "lower", "upper"):
         if not hasattr(normal, name):
             raise ValueError(
                 f"normal is a {type(normal).__name__}: it has no {name!r}; a PressureField or a result of "
                 "a normal contact is needed"
             )
+    model = getattr(normal, "model", "half-space")
+    if model != "half-space":
+        raise ValueError(
+            f"normal is a result of the model {model!r}, whose elastic bodies are pressed at the nodes of "
+            f"their elements: {HALF_SPACES_MOVE}"
+        )
+    bodies = [_half_space(name, getattr(normal, name)) for name in ("lower", "upper")]
     pressure = np.asarray(normal.pressure, dtype=float)
     points = np.asarray(normal.points, dtype=float)
     if pressure.ndim != 2:
@@ -217,13 +230,12 @@ def pressure_field(normal: Any) -> PressureField:
             raise ValueError("the spacing of a single row of cells cannot be told: give a PressureField")
         spacing = (float(x[1] - x[0]), float(y[1] - y[0]))
     spacing = tuple(float(d) for d in np.broadcast_to(spacing, 2))
-    bodies = []
-    for name in ("lower", "upper"):
-        body = getattr(normal, name, None)
-        body = None if isinstance(body, Rigid) else getattr(body, "material", body)
-        if body is not None and not isinstance(body, Material):
-            raise ValueError(f"{name} is a {type(body).__name__}: the tangential problem needs half-spaces")
-        bodies.append(body)
+    area = np.asarray(getattr(normal, "area", spacing[0] * spacing[1]), dtype=float)
+    if not np.allclose(area, spacing[0] * spacing[1], rtol=1e-6, atol=0.0):
+        raise ValueError(
+            f"normal has points of {area.min():g} to {area.max():g} m2 on a grid of {spacing[0]:g} x "
+            f"{spacing[1]:g} m: tangential contact needs equal cells; give a PressureField"
+        )
     return PressureField(
         pressure=np.maximum(pressure, 0.0),
         spacing=(spacing[0], spacing[1]),
@@ -231,3 +243,20 @@ def pressure_field(normal: Any) -> PressureField:
         upper=bodies[1],
         origin=(float(x[0]), float(y[0])),
     )
+
+
+#: What to do where elastic bodies are to roll or to shift.
+HALF_SPACES_MOVE = (
+    'only half-spaces roll and shift. Solve the scene with model="half-space"; where a body is an '
+    "ElasticBody, give its material in its place"
+)
+
+
+def _half_space(name: str, body: Any) -> Material | None:
+    """The material of a half-space; None of a rigid body."""
+    if isinstance(body, Rigid):
+        return None
+    material = body.material if getattr(body, "is_half_space", False) else body
+    if material is not None and not isinstance(material, Material):
+        raise ValueError(f"{name} is a {type(body).__name__}: {HALF_SPACES_MOVE}")
+    return material

@@ -39,6 +39,9 @@ Forces = tuple[float | None, float | None]
 class Motion(ABC):
     """What the tangential problem asks of a motion of the upper body over the lower one."""
 
+    #: The word for it, and for what is given along x and y and about z.
+    word: ClassVar[str]
+    rigid_word: ClassVar[str]
     #: Units of slip and of dissipation.
     slip_unit: ClassVar[str]
     dissipation_unit: ClassVar[str]
@@ -126,6 +129,8 @@ class Rolling(Motion):
     velocity: float = 10.0
     transient: bool = False
     step: float | None = None
+    word: ClassVar[str] = "rolling"
+    rigid_word: ClassVar[str] = "creepage"
     slip_unit: ClassVar[str] = "1"
     dissipation_unit: ClassVar[str] = "Pa"
 
@@ -214,6 +219,8 @@ class Shift(Motion):
     force: Forces | None = None
     spin: float = 0.0
     duration: float = 1.0
+    word: ClassVar[str] = "shift"
+    rigid_word: ClassVar[str] = "displacement"
     slip_unit: ClassVar[str] = "m"
     dissipation_unit: ClassVar[str] = "J/m^2"
 

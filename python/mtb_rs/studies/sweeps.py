@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import closing
-from dataclasses import fields
+from dataclasses import fields, replace
 from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, Literal, SupportsFloat
@@ -24,12 +24,14 @@ from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
+from ..half_space.tangential import Motion, Rolling, Shift, TangentialResult
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, check_column
 from ..scenes import methods
 from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
 from ..scenes.methods import check_options
+from ..scenes.moving import Moving
 from ..scenes.scene import Scene
 from .progress import shown
 from .sweep_cases import Cases, cases_of
@@ -37,7 +39,7 @@ from .sweep_checkpoint import Checkpoint, Record
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Any]
-Measure = Callable[[Result], Mapping[str, float]]
+Measure = Callable[[Any], Mapping[str, float]]
 
 #: Cases given to an executor whose number of workers is unknown, before the first one must come back.
 IN_FLIGHT = 32
@@ -48,6 +50,7 @@ def sweep(
     scene: Scene,
     parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]] | Sequence[Mapping[str, Any]],
     *,
+    motion: Rolling | Shift | None = None,
     executor: Executor | int | None = None,
     measure: Measure | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
@@ -67,6 +70,11 @@ def sweep(
         table of pandas has them in its rows; the scene's own value stands for an argument that a case leaves
         out. The parameter of the table is then the ``case``, known by its row's index or, in a list, by its
         number from 1; arguments that are numbers are columns.
+    motion : Rolling, Shift or None
+        Rolling or shift of the upper body after each pressing, as of a case file, with the friction and the
+        layer of the scene; the bodies are then half-spaces. Its own arguments may vary, under names like
+        "rolling.velocity" and "shift.displacement". The columns of forces and iterations are those of the
+        motion, and `measure` is given its :class:`TangentialResult`.
     executor : concurrent.futures.Executor, int or None
         Executor that solves the cases: threads, processes, or Dask's ``client.get_executor()``; a number of
         processes of our own; or None for this process alone. A process that dies is replaced and its cases
@@ -108,21 +116,24 @@ def sweep(
             raise ValueError(f"{name} is {function!r}: a function is needed")
     check_options(**options)
     cases = cases_of(parameters, {f.name: getattr(scene, f.name) for f in fields(scene)} | dict(scene.inputs))
-    known = _known(scene)
-    own = known if scene.recipe is None else set(scene.recipe[1])
+    if motion is not None and not isinstance(motion, Motion):
+        raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed, or None")
+    of_motion = {f"{motion.word}.{f.name}" for f in fields(motion)} if motion is not None else set()
+    known = _known(scene) | of_motion
+    own = known if scene.recipe is None else set(scene.recipe[1]) | of_motion
     for name in cases.names:
         if name not in known:
             near = meant(name, known)
             hint = f"did you mean {near!r}?" if near else f"it has {', '.join(sorted(own))}"
             raise ValueError(f"{name!r} is no argument of the scene: {hint}")
-    key = "" if checkpoint is None else _key(scene, cases, options, measure)
+    key = "" if checkpoint is None else _key(scene, cases, motion, options, measure)
     each = list(cases)
     with shown(progress, "solving") as told, Checkpoint(checkpoint, key, len(cases)) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(each)) if k not in records)
         done = len(records)
         told(done, len(cases))
-        work = _Work(scene, options, measure)
+        work = _Work(scene, motion, options, measure)
         if waiting:
             work.prepare(each[0])
         with closing(_solved(work, each, waiting, executor)) as solved:
@@ -142,8 +153,14 @@ def sweep(
 class _Work:
     """What is done to a case; goes to the workers."""
 
-    def __init__(self, scene: Scene, options: Mapping[str, Any], measure: Measure | None) -> None:
-        self.scene, self.options, self.measure = scene, dict(options), measure
+    def __init__(
+        self,
+        scene: Scene,
+        motion: Rolling | Shift | None,
+        options: Mapping[str, Any],
+        measure: Measure | None,
+    ) -> None:
+        self.scene, self.motion, self.options, self.measure = scene, motion, dict(options), measure
         self.model: Model | None = None
 
     def prepare(self, case: Values) -> None:
@@ -153,6 +170,8 @@ class _Work:
         """
         model = self.options.get("model", "auto")
         tolerance, quantity = self.options.get("tolerance"), self.options.get("quantity", "pressure")
+        if self.motion is not None:  # its bodies are half-spaces, which need no preparation
+            return
         try:
             scene = self.scene.with_(**case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
@@ -169,16 +188,28 @@ class _Work:
             return {}
         return {"model": self.model}
 
+    def _solved(self, case: Values) -> tuple[Result, TangentialResult | None]:
+        """The scene of a case, and its motion after it."""
+        if self.motion is None:
+            scene = self.scene.with_(**case)
+            return methods.solve(scene, **self.options | self._chosen(scene)), None
+        start = f"{self.motion.word}."
+        changes = {k.removeprefix(start): v for k, v in case.items() if k.startswith(start)}
+        scene = self.scene.with_(**{k: v for k, v in case.items() if not k.startswith(start)})
+        return Moving(scene, replace(self.motion, **changes)).solve(**self.options)
+
     def __call__(self, case: Values) -> Record:
         clock = time.perf_counter()
         try:
-            scene = self.scene.with_(**case)
-            result = methods.solve(scene, **self.options | self._chosen(scene))
+            result, moved = self._solved(case)
             # what is given need not be measured
-            numbers = {k: v for k, v in measured(result).items() if k not in case}
+            found = measured(result) if moved is None else measured_of(result, moved)
+            numbers = {k: v for k, v in found.items() if k not in case}
             numbers["time"] = time.perf_counter() - clock
             if self.measure is not None:
-                numbers |= _further(self.measure(result), {"status", *case, *numbers})
+                numbers |= _further(
+                    self.measure(result if moved is None else moved), {"status", *case, *numbers}
+                )
             record = {"status": "solved", "model": result.model, "numbers": numbers}
             return record | ({"missed": result.report.missed} if result.report.missed else {})
         except ConvergenceError as error:
@@ -199,6 +230,22 @@ def measured(result: Result) -> dict[str, float]:
         "contact_area": report.contact_area,
         "approach": float(np.mean(result.approach)),
         **{k: float("nan") if v is None else v for k, v in optional.items()},
+        "residual": report.residual,
+        "iterations": float(report.iterations),
+    }
+
+
+def measured_of(pressed: Result, moved: TangentialResult) -> dict[str, float]:
+    """The numbers of a motion that every sweep keeps, with those of its pressing that stay."""
+    report = moved.report
+    stays = ("normal_force", "peak_pressure", "contact_area", "approach", "error_estimate")
+    name = moved.motion.rigid_word
+    return {
+        **{f"force_{c}": float(v) for c, v in zip("xyz", moved.force, strict=True)},
+        **{f"{name}_{c}": float(v) for c, v in zip(("x", "y", "spin"), moved.creepage, strict=True)},
+        "spin_moment": moved.spin_moment,
+        **{k: v for k, v in measured(pressed).items() if k in stays},
+        "stick_area": float(report.force_balance["stick_area"]),
         "residual": report.residual,
         "iterations": float(report.iterations),
     }
@@ -332,10 +379,14 @@ def _check_executor(executor: Any) -> None:
         )
 
 
-def _key(scene: Scene, cases: Cases, options: Values, measure: Measure | None) -> str:
+def _key(
+    scene: Scene, cases: Cases, motion: Rolling | Shift | None, options: Values, measure: Measure | None
+) -> str:
     """What a checkpoint is known by."""
     try:
-        return fingerprint([__version__, scene, scene.inputs, cases.grid, cases.listed, options, measure])
+        return fingerprint(
+            [__version__, scene, scene.inputs, cases.grid, cases.listed, motion, options, measure]
+        )
     except ValueError as error:
         raise ValueError(f"no checkpoint is possible: {error}") from error
 
