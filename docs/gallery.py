@@ -51,8 +51,8 @@ def run_example(name: str, folder: Path) -> str:
 def run_page(page: Path, folder: Path) -> list[str]:
     """Runs the code of a page in `folder`, in its order, and returns what each block of Python printed.
 
-    ``python`` blocks share their names; a ``toml`` block with a caption is written to the file the caption
-    names; the ``mtb-rs`` lines of a ``console`` block must end with 0.
+    ``python`` blocks share their names; a ``toml`` or ``text`` block with a caption is written to the file
+    that it names; the ``mtb-rs`` lines of a ``console`` block must end with 0.
     """
     names: dict[str, Any] = {"__name__": "__main__"}
     printed: list[str] = []
@@ -64,7 +64,7 @@ def run_page(page: Path, folder: Path) -> list[str]:
                 with contextlib.redirect_stdout(out):
                     exec(compile(text, str(page), "exec"), names)
                 printed.append(out.getvalue())
-            elif language == "toml" and caption:
+            elif language in ("toml", "text") and caption:
                 Path(caption[1]).write_text(text, encoding="utf-8")
             elif language == "console":
                 for line in commands(text):

@@ -24,6 +24,7 @@ from .bodies.simple import HalfSpace, Rigid
 from .bodies.supports import Guide, Support
 from .bodies.surfaces import BodySurface, surface_gap
 from .contact.sliding_start import StartOfSliding, start_of_sliding
+from .friction.field_table import FieldTable
 from .friction.fields import GaussianPressure, PressureDependentFriction, VelocityTable
 from .friction.laws import (
     Coulomb,
@@ -132,6 +133,7 @@ __all__ = [
     "ElasticBody",
     "FallingFriction",
     "Field",
+    "FieldTable",
     "FoundationResult",
     "GaussianPressure",
     "Guide",

@@ -521,9 +521,9 @@ def tetrahedra(
 def check_unknowns(tetrahedra: float, quadratic: bool) -> None: ...
 def read_columns(
     text: str,
-    names: tuple[list[str], list[str]],
-    units: tuple[list[tuple[str, float]], list[tuple[str, float]]],
-) -> _Array: ...
+    names: list[list[str]],
+    units: list[list[tuple[str, float]]],
+) -> tuple[_Array, list[int], list[float | None]]: ...
 def wheel_on_rail_gap(
     wheel: Profile,
     rail: Profile,

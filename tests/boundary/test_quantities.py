@@ -214,6 +214,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         mtb.FallingFriction,
         dict(static=0.4, kinetic=0.2, half_slip=1.0, memory=1e-3, memory_min_slip=0.1),
     ),
+    ("FieldTable", mtb.FieldTable, dict(x=[0.0, 0.1], y=[0.0, 0.2], value=[[1e6, 2e6], [3e6, 4e6]])),
     (
         "GaussianPressure",
         mtb.GaussianPressure,

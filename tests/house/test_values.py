@@ -65,6 +65,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "ElasticBody": lambda: ElasticBody(box(), mtb.steel, contact="top", supports=[mtb.Support("bottom")]),
     "FallingFriction": lambda: mtb.FallingFriction(0.4, 0.2, 1.0),
     "Field": lambda: mtb.fastsim(patch(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3)).fields()["pressure"],
+    "FieldTable": lambda: mtb.FieldTable([0.0, 0.1], [0.0, 0.1], np.full((2, 2), 0.3)),
     "FoundationResult": lambda: mtb.fastsim(patch(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3)),
     "GaussianPressure": lambda: mtb.GaussianPressure(1e6, (0.0, 0.0), (0.1, 0.1)),
     "Guide": lambda: mtb.Guide(5.0),

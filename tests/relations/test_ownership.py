@@ -70,6 +70,10 @@ MAKERS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
         mtb.VelocityTable,
         lambda: {"velocity": np.array([0.0, 1.0]), "value": [np.full((2, 2), 0.1), [0.2, 0.1]]},
     ),
+    "FieldTable": (
+        mtb.FieldTable,
+        lambda: {"x": np.array([0.0, 1.0]), "y": np.array([0.0, 1.0]), "value": np.ones((2, 2))},
+    ),
     "GaussianPressure": (
         lambda **a: mtb.GaussianPressure(1e6, **a),
         lambda: {"center": np.zeros(2), "sigma": np.ones(2)},

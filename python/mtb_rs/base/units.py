@@ -244,7 +244,10 @@ def taking_quantities(function: Function) -> Function:
             spacing = {**here, **given}.get("spacing", getattr(own, "spacing", usual))
             on_grid = "gap" in names or isinstance(getattr(own, "gap", None), np.ndarray)
             for name, places in said.items():
-                _check_places(name, places, spacing, on_grid)
+                if {"x", "y"} <= set(names):
+                    _check_axes(name, places, here | given)
+                else:
+                    _check_places(name, places, spacing, on_grid)
         return function(*taken, *args[len(names) :], **given)
 
     return cast(Function, called)
@@ -253,6 +256,13 @@ def taking_quantities(function: Function) -> Function:
 def _may_say(value: Any) -> bool:
     """Whether it may say where its points are; at a glance, as every call asks."""
     return type(value) not in _PLAIN and hasattr(value, "to_numpy")
+
+
+def _check_axes(name: str, places: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    """Checks that an array's coordinates are those given beside it, as x and y."""
+    for axis, found in places.items():
+        if not np.array_equal(np.sort(np.asarray(found, dtype=float)), np.asarray(given.get(axis))):
+            raise ValueError(f"{name} has coordinates {axis} that are not the {axis} given, rising")
 
 
 def _check_places(name: str, places: Mapping[str, Any], spacing: Any, on_grid: bool) -> None:
@@ -284,7 +294,8 @@ def _check_places(name: str, places: Mapping[str, Any], spacing: Any, on_grid: b
             raise ValueError(
                 f"{name} has {there.size} points from {axis} = {there[0]:.6g} to {there[-1]:.6g} m: with a "
                 f"spacing of {step:.6g} m they must be evenly spaced from {even[0] + middle:.6g} to "
-                f"{even[-1] + middle:.6g} m"
+                f"{even[-1] + middle:.6g} m. With a = {name}, mtb_rs.FieldTable(a.x, a.y, a) is interpolated "
+                "to any grid"
             )
 
 

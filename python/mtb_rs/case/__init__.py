@@ -127,18 +127,22 @@ class Case(BaseModel):
         """
         names = self.arguments()
         given = [name for name in names if name in self._words]
-        wrong: list[str] = []
+        wrong: dict[str, None] = {}
         while (reason := self._why_not(names)) is not None:
-            blamed = next(
-                (k for k in given if k in names and self._why_not([n for n in names if n != k]) != reason),
-                None,
+            left = [name for name in given if name in names]
+            alone = next((k for k in left if self._why_not([k]) == reason), None)
+            named = re.split(r"\W", reason, maxsplit=1)[0]
+            # what it says of another argument may be said of a default
+            if not wrong or (alone is not None and (named == alone or named not in self.arguments())):
+                wrong[reason] = None
+            # what is wrong by itself comes first: without another one the defaults may not fit together
+            blamed = alone or next(
+                (k for k in left if self._why_not([n for n in names if n != k]) != reason), None
             )
-            if not wrong or (blamed is not None and self._why_not([blamed]) == reason):
-                wrong.append(reason)
             if blamed is None:
                 break
             names = [name for name in names if name != blamed]
-        return wrong
+        return list(wrong)
 
     @property
     def motion(self) -> Rolling | Shift | None:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -24,10 +25,11 @@ from pydantic import (
     model_validator,
 )
 
-from ..base.check import choice, path_of, shortened
+from ..base.check import choice, path_of, reals, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
 from ..bodies.simple import Rigid
+from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer
 from ..geometry.profiles import STANDARD_PROFILES, Profile
@@ -68,7 +70,7 @@ def _body(given: Any, check: Any) -> Material | Rigid:
 
 
 def _field(given: Any, info: ValidationInfo) -> Any:
-    """Friction or magnetic pressure: a number, one entry per pole, a table over velocity, a hill."""
+    """Friction or magnetic pressure: a number, one entry per pole, a table, a hill."""
     if isinstance(given, (bool, str)):
         raise ValueError("a number, a list with one entry per pole, or a table is needed")
     if isinstance(given, (int, float)):
@@ -77,14 +79,18 @@ def _field(given: Any, info: ValidationInfo) -> Any:
         return float(given)
     if isinstance(given, (list, tuple)):
         return [_field(part, info) for part in given]
-    if isinstance(given, (VelocityTable, GaussianPressure)):
+    if isinstance(given, (VelocityTable, FieldTable, GaussianPressure)):
         return given
     if isinstance(given, Mapping):
         keys = set(given)
         if keys == {"velocity", "value"}:
             return VelocityTable(_numbers("velocity", given["velocity"]), _field(_list(given["value"]), info))
+        if keys == {"x", "y", "value"}:
+            rows = [_numbers("a row of value", row) for row in _list(given["value"])]
+            x, y = (np.array(_numbers(axis, given[axis])) for axis in "xy")
+            return FieldTable(x, y, reals("value", rows))
         if keys == {"file"}:
-            return VelocityTable.from_file(
+            return table_from_file(
                 (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
             )
         if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
@@ -96,14 +102,15 @@ def _field(given: Any, info: ValidationInfo) -> Any:
             )
         raise ValueError(
             f"the keys {', '.join(sorted(keys)) or '(none)'} do not go together: velocity and value, or "
-            "file (a CSV with these two columns), or peak, center, sigma and floor (a hill) are needed"
+            "x, y and value, or file (a CSV with these columns), or peak, center, sigma and floor (a hill) "
+            "are needed"
         )
     raise ValueError("a number, a list with one entry per pole, or a table is needed")
 
 
 def _list(given: Any) -> list[Any]:
     if not isinstance(given, (list, tuple)):
-        raise ValueError("value is no list: one entry for each velocity is needed")
+        raise ValueError("value is no list: one entry for each velocity, or one row for each y, is needed")
     return list(given)
 
 
@@ -210,6 +217,7 @@ _NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
 _PAIR = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
 _TRIPLE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
 _OVER_VELOCITY = _table(velocity=_list_of(_NUMBER), value=_list_of({}), file=_TEXT)
+_OVER_X_AND_Y = _table(x=_list_of(_NUMBER), y=_list_of(_NUMBER), value=_list_of(_list_of(_NUMBER)))
 _HILL = _table(peak=_NUMBER, center=_PAIR, sigma=_PAIR, floor=_NUMBER)
 _PROFILE = _table(
     file=_TEXT, **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()}
@@ -219,7 +227,7 @@ _BODY = _table(poisson_ratio=_NUMBER, young_modulus=_NUMBER, shear_modulus=_NUMB
 #: JSON schemas of words that a Python function reads.
 _LOOKS: dict[str, dict[str, Any]] = {
     "body": {"anyOf": [_BODY, {"const": "rigid"}]},
-    "field": {"anyOf": [_NUMBER, _list_of({}), {"anyOf": [_OVER_VELOCITY, _HILL]}]},
+    "field": {"anyOf": [_NUMBER, _list_of({}), {"anyOf": [_OVER_VELOCITY, _OVER_X_AND_Y, _HILL]}]},
     "pair": _PAIR,
     "number or pair": {"anyOf": [_NUMBER, _PAIR]},
     "layer": _table(thickness=_NUMBER, shear_modulus=_NUMBER),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shlex
 import sys
 import textwrap
 import time
@@ -202,8 +203,9 @@ def _init(options: argparse.Namespace) -> int:
     if not os.path.lexists(beside):
         beside.write_text(schema_text(), encoding="utf-8")
     console = console_on(sys.stdout)
+    name = shlex.quote(str(path))
     console.print(
-        f"{path} is written; next: mtb-rs check {path}, then mtb-rs run {path}", markup=False, soft_wrap=True
+        f"{path} is written; next: mtb-rs check {name}, then mtb-rs run {name}", markup=False, soft_wrap=True
     )
     return 0
 

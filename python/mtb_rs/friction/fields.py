@@ -6,31 +6,30 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from dataclasses import field as entry
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _mtb_rs
 from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
-from ..base.files import read_text
 from ..base.owning import owning
 from ..base.plain import plain
 from ..geometry.contact_points import Patch
+from .tables import SPEEDS, VALUES, Column, read_table
 
 Array = NDArray[np.float64]
 
-#: What files call the columns of a table over the velocity, and their units.
-_COLUMNS = (["velocity", "speed", "v"], ["value"])
-_SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "mph": 0.44704, "ft/s": 0.3048, "knots": 1852.0 / 3600.0}
-_SPEEDS |= dict.fromkeys(("km/h", "kmh", "kph"), 1.0 / 3.6)
-_VALUES = {"-": 1.0, "1": 1.0, "%": 1e-2, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5}
-_VALUES |= {"N/m2": 1.0, "N/m²": 1.0, "N/mm2": 1e6, "N/mm²": 1e6}
+#: A table over the velocity in files.
+_COLUMNS = Column(["velocity", "speed", "v"], SPEEDS), Column(["value"], VALUES)
 
 #: No pair of bodies rubs more than this; what is larger is a slip of the pen.
 LARGEST_FRICTION = 1e3
 
+
+#: A hill is off the contact from so many times its width, or the contact's size, on: there 1 % of it is left.
+_FAR = 3.0
 
 #: Grids, and others to which what is given on them is carried.
 Grids = tuple[Patch, ...]
@@ -64,6 +63,28 @@ class Asked:
     highest: float = LARGEST
     kept: NDArray[np.intp] | None = None
 
+    def check_range(self, placed: Iterable[tuple[str, float]]) -> None:
+        """Refuses numbers, each with its place, that are not between the lowest and the highest value."""
+        lowest = -np.inf if self.lowest is None else self.lowest
+        for place, value in placed:
+            if not lowest <= value <= self.highest:
+                need = (
+                    f"at most {self.highest:g}"
+                    if self.lowest is None
+                    else f"from {lowest:g} to {self.highest:g}"
+                )
+                raise ValueError(f"{place} is {value:.6g}: numbers {need} are needed")
+
+    def on(self, patch: Patch) -> Asked:
+        """The same on one of the patches."""
+        return replace(
+            self,
+            name=f"{self.name}[{patch.name}]",
+            points=self.points[:, patch.cut],
+            patches=(replace(patch, start=0),),
+            kept=None,
+        )
+
 
 class Form(ABC):
     """A form in which users state a field over the contact points; :func:`as_form` finds it.
@@ -90,8 +111,19 @@ class Form(ABC):
         """
         return self
 
+    def placed(self, name: str) -> Iterator[tuple[str, float]]:
+        """The numbers in it, each after its place in what has this name.
+
+        They are those alone, in arrays (the least and the largest), in lists, as peaks, in tables.
+        """
+        return iter(())
+
     def numbers(self) -> Iterator[float]:
-        """The numbers in it: alone, in arrays (the least and the largest), in lists, as peaks, in tables."""
+        """The numbers in it."""
+        return (value for _, value in self.placed(""))
+
+    def doubts(self, asked: Asked) -> Iterator[str]:
+        """What looks like a slip of the unit in where it lies over the contact points."""
         return iter(())
 
     def tables(self) -> Iterator[VelocityTable]:
@@ -101,6 +133,11 @@ class Form(ABC):
     @property
     def has_arrays(self) -> bool:
         """Whether it has values on a grid in it."""
+        return False
+
+    @property
+    def has_places(self) -> bool:
+        """Whether it states places in the scene that may lie beside the contact."""
         return False
 
     @property
@@ -210,9 +247,28 @@ class GaussianPressure(Form):
         """Values (n,) at the contact points."""
         return _Function(self).values(asked)
 
-    def numbers(self) -> Iterator[float]:
+    @property
+    def has_places(self) -> bool:
+        """Its hill is at one."""
+        return True
+
+    def placed(self, name: str) -> Iterator[tuple[str, float]]:
         """Its peak."""
-        return as_form(self.peak).numbers()
+        return as_form(self.peak).placed(name)
+
+    def doubts(self, asked: Asked) -> Iterator[str]:
+        """Whether the hill is so far off that nothing of it is left at the contact."""
+        (cx, cy), (sx, sy) = self.center, self.sigma
+        x, y = asked.points[0], np.abs(asked.points[1])
+        away = float(np.min(((x - cx) / sx) ** 2 + ((y - cy) / sy) ** 2))
+        size = float(max(np.ptp(x), np.ptp(y)))
+        beside = max(x.min() - cx, cx - x.max(), y.min() - cy, cy - y.max())
+        if away > _FAR**2 or beside > _FAR * size > 0.0:
+            yield (
+                f"the hill of {asked.name} has its center at x = {cx:g} m, y = {cy:g} m and a sigma of "
+                f"{sx:g} and {sy:g} m, far outside of the contact, where nothing of its shape is left: "
+                "lengths are in metres"
+            )
 
 
 @owning
@@ -232,6 +288,8 @@ class VelocityTable(Form):
 
     velocity: Sequence[float]
     value: Sequence[Any]
+    #: Where each value stands in a file.
+    _places: tuple[str, ...] = entry(default=(), init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         speeds = reals("velocity of a table", self.velocity, "m/s")
@@ -244,8 +302,12 @@ class VelocityTable(Form):
                 "at least two velocities, and one value for each of them, are needed"
             )
         velocity = tuple(speeds.tolist())
-        if np.any(np.diff(speeds) <= 0.0):
-            raise ValueError(f"velocity is {velocity}: finite numbers [m/s] that rise are needed")
+        if np.any(falls := np.diff(speeds) <= 0.0):
+            k = int(np.argmax(falls))
+            raise ValueError(
+                f"velocity[{k + 1}] of a table is {velocity[k + 1]:.6g} m/s after {velocity[k]:.6g} m/s: "
+                "velocities that rise are needed"
+            )
         object.__setattr__(self, "velocity", velocity)
         object.__setattr__(self, "value", value)
 
@@ -268,46 +330,76 @@ class VelocityTable(Form):
             If the file cannot be read. The message names a line that does not hold two numbers or has decimal
             commas, a heading without a velocity, and an unknown unit.
         """
-        path = path_of("path", path)
-        text = read_text(path, "table")
-        try:
-            velocity, value = _mtb_rs.read_columns(
-                text, _COLUMNS, (list(_SPEEDS.items()), list(_VALUES.items()))
+        table = read_table(path_of("path", path), _COLUMNS)
+        velocity, value = table.values
+        if velocity.size < 2:
+            rows = "one row" if velocity.size else "no row"
+            raise ValueError(f"table {table.path} has {rows} of numbers: at least two are needed")
+        if np.any(falls := np.diff(velocity) <= 0.0):
+            k = int(np.argmax(falls))
+            raise ValueError(
+                f"{table.place(k + 1)}: the velocity is {table.told(0, velocity[k + 1])} after "
+                f"{table.told(0, velocity[k])}: velocities that rise from line to line are needed"
             )
-        except ValueError as error:
-            raise ValueError(f"table {path}, {error}") from None
-        return cls(velocity.tolist(), value.tolist())
+        made = cls(velocity.tolist(), value.tolist())
+        object.__setattr__(made, "_places", tuple(map(table.place, range(velocity.size))))
+        return made
 
     def bracket(self, velocity: float) -> tuple[Any, Any, float]:
         """The two values around `velocity` [m/s] and the weight of the second."""
+        upper, weight = self._around(velocity)
+        return self.value[upper - 1], self.value[upper], weight
+
+    def _around(self, velocity: float) -> tuple[int, float]:
+        """The place of the first value beyond `velocity` [m/s], and its weight against the one before."""
         if not self.velocity[0] <= velocity <= self.velocity[-1]:
             raise ValueError(
                 f"velocity is {velocity:g} m/s: the table covers "
-                f"{self.velocity[0]:g} to {self.velocity[-1]:g} m/s"
+                f"{self.velocity[0]:g} to {self.velocity[-1]:g} m/s{_BACKWARDS if velocity < 0.0 else ''}"
             )
         upper = max(1, int(np.searchsorted(self.velocity, velocity)))
         low, high = self.velocity[upper - 1], self.velocity[upper]
-        return self.value[upper - 1], self.value[upper], (velocity - low) / (high - low)
+        return upper, (velocity - low) / (high - low)
+
+    def _name(self, name: str, k: int) -> str:
+        """What messages call an entry, as part of what has this name."""
+        place = f" ({self._places[k]})" if self._places else ""
+        return f"{name} at {self.velocity[k]:.6g} m/s{place}"
 
     def values(self, asked: Asked) -> Array:
         """Values (n,) at the velocity, linear between those of the table."""
         if asked.velocity is None:
             raise ValueError(f"{asked.name} is a table over velocity: give velocity=... [m/s]")
-        first, second, weight = self.bracket(asked.velocity)
-        return (1.0 - weight) * as_form(first).values(asked) + weight * as_form(second).values(asked)
+        upper, weight = self._around(asked.velocity)
+        first, second = (
+            as_form(self.value[k]).values(replace(asked, name=self._name(asked.name, k)))
+            for k in (upper - 1, upper)
+        )
+        return np.asarray((1.0 - weight) * first + weight * second)
 
     @property
     def has_arrays(self) -> bool:
         """Whether one of its values has values on a grid in it."""
         return any(as_form(value).has_arrays for value in self.value)
 
+    @property
+    def has_places(self) -> bool:
+        """Whether one of its values states places."""
+        return any(as_form(value).has_places for value in self.value)
+
     def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> VelocityTable:
         """The same table on other grids."""
         return VelocityTable(self.velocity, [as_form(value).carried(choices) for value in self.value])
 
-    def numbers(self) -> Iterator[float]:
+    def placed(self, name: str) -> Iterator[tuple[str, float]]:
         """Those in its values."""
-        return (number for value in self.value for number in as_form(value).numbers())
+        for k, value in enumerate(self.value):
+            yield from as_form(value).placed(self._name(name, k))
+
+    def doubts(self, asked: Asked) -> Iterator[str]:
+        """Those about its values."""
+        for value in self.value:
+            yield from as_form(value).doubts(asked)
 
     def tables(self) -> Iterator[VelocityTable]:
         """Itself, and those in its values."""
@@ -336,7 +428,8 @@ class PressureDependentFriction(Form, Coefficients):
 
     def at(self, pressure: Array) -> Array:
         """Friction coefficient (n,) at `pressure` (n,) [Pa], checked."""
-        return _called("friction", self.function, (pressure,), "pressure (n,) [Pa]", 0.0, LARGEST_FRICTION)
+        given = {"pressure": pressure}
+        return _called("friction", self.function, given, "Pa", 0.0, LARGEST_FRICTION)
 
     def values(self, asked: Asked) -> Array:
         """It has none before the pressure is known."""
@@ -359,19 +452,16 @@ class _Listed(Form):
             return _Values(self.parts).values(asked)
         out = np.empty(asked.points.shape[1])
         for patch, part in zip(asked.patches, self.parts, strict=True):
-            here = replace(
-                asked,
-                name=f"{asked.name}[{patch.name}]",
-                points=asked.points[:, patch.cut],
-                patches=(replace(patch, start=0),),
-                kept=None,
-            )
-            out[patch.cut] = as_form(part).values(here)
+            out[patch.cut] = as_form(part).values(asked.on(patch))
         return out
 
     @property
     def has_arrays(self) -> bool:
         return any(form.is_list or form.has_arrays for form in map(as_form, self.parts))
+
+    @property
+    def has_places(self) -> bool:
+        return any(form.has_places for form in map(as_form, self.parts))
 
     def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
         if not self._is_of(choices[0][0]):
@@ -382,8 +472,14 @@ class _Listed(Form):
         ]
         return [as_form(part).carried(pairs) for part, pairs in zip(self.parts, own, strict=True)]
 
-    def numbers(self) -> Iterator[float]:
-        return (number for part in self.parts for number in as_form(part).numbers())
+    def placed(self, name: str) -> Iterator[tuple[str, float]]:
+        for k, part in enumerate(self.parts):
+            yield from as_form(part).placed(f"{name}[{k}]")
+
+    def doubts(self, asked: Asked) -> Iterator[str]:
+        if self._is_of(asked.patches):
+            for patch, part in zip(asked.patches, self.parts, strict=True):
+                yield from as_form(part).doubts(asked.on(patch))
 
     def tables(self) -> Iterator[VelocityTable]:
         return (table for part in self.parts for table in as_form(part).tables())
@@ -400,7 +496,7 @@ class _Function(Form):
 
     def values(self, asked: Asked) -> Array:
         x, y = asked.points[:2]
-        return _called(asked.name, self.function, (x, y), "x and y (n,) [m]", asked.lowest, asked.highest)
+        return _called(asked.name, self.function, {"x": x, "y": y}, "m", asked.lowest, asked.highest)
 
     def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
         return self.function
@@ -457,13 +553,13 @@ class _Values(Form):
             carried[here.cut] = patch.view(values.reshape(-1))[np.ix_(rows, columns)].ravel()
         return carried
 
-    def numbers(self) -> Iterator[float]:
+    def placed(self, name: str) -> Iterator[tuple[str, float]]:
         if not isinstance(self.given, (int, float, np.ndarray, np.number)):
             return
         values = np.asarray(self.given)
         values = values[np.isfinite(values)] if values.dtype.kind in "fiu" else np.empty(0)
         if values.size:
-            yield from (float(values.min()), float(values.max()))
+            yield from ((name, float(values.min())), (name, float(values.max())))
 
 
 def field(
@@ -506,9 +602,8 @@ def numbers_in(spec: Any) -> Iterator[float]:
 
 def check_friction(spec: Any) -> None:
     """Refuses numbers that are no coefficients of friction, before there are points."""
-    for value in numbers_in(spec):
-        if not 0.0 <= value <= LARGEST_FRICTION:
-            raise ValueError(f"friction is {value:.6g}: numbers from 0 to {LARGEST_FRICTION:g} are needed")
+    nowhere = Asked("friction", np.empty((3, 0)), (), None, 0.0, LARGEST_FRICTION)
+    nowhere.check_range(as_form(spec).placed("friction"))
 
 
 def friction_field(
@@ -522,7 +617,21 @@ def friction_field(
     return field("friction", spec, points, patches, velocity, 0.0, LARGEST_FRICTION, kept)
 
 
-_FORMS = "a number, an array, one entry per pole, a callable of x and y, or a table over velocity"
+_FORMS = (
+    "a number, an array, one entry per pole, a callable of x and y, a table over x and y (FieldTable), or a "
+    "table over velocity (VelocityTable)"
+)
+
+#: What a table over the velocity says to a negative one.
+_BACKWARDS = (
+    ", and its velocity is a speed: a scene slides backwards by sliding_direction=(-1, 0), steps of a "
+    "prepared contact by a negative velocity"
+)
+
+
+def extent(x: Array, y: Array) -> str:
+    """The range of coordinates [m], for messages."""
+    return f"x from {np.min(x):.6g} to {np.max(x):.6g} m and y from {np.min(y):.6g} to {np.max(y):.6g} m"
 
 
 def fits(values: NDArray[Any], patches: tuple[Patch, ...]) -> bool:
@@ -552,35 +661,89 @@ def _shapes(patches: tuple[Patch, ...]) -> str:
 def _called(
     name: str,
     function: Callable[..., ArrayLike],
-    arguments: tuple[Array, ...],
-    of: str,
+    arguments: dict[str, Array],
+    unit: str,
     lowest: float | None,
     highest: float,
 ) -> Array:
-    """What a user's function gives for (n,) arguments, checked."""
-    n = arguments[0].size
+    """What a user's function gives for (n,) arguments [unit], checked."""
+    given = tuple(arguments.values())
+    n = given[0].size
+
+    def at(k: int) -> str:
+        return ", ".join(f"{word} = {values[k]:.6g} {unit}" for word, values in arguments.items())
+
+    asked = " and ".join(
+        f"{word} from {values.min():.6g} to {values.max():.6g} {unit}"
+        for word, values in arguments.items()
+        if n
+    )
     try:
-        given = function(*arguments)
+        result = function(*given)
     except Exception as error:
+        k = _first_failing(function, given)
+        place = "" if k is None else f" at {at(k)}"
         raise ValueError(
-            f"{name} is a function that fails with {type(error).__name__}: {error}; "
-            f"a function of {of} is needed"
+            f"{name} is a function that fails with {type(error).__name__}{place}: {error}; "
+            f"a function of {' and '.join(arguments)} (n,) [{unit}] is needed"
+            + (f", for {asked}" if place else "")
         ) from error
-    values = reals(f"the result of the function for {name}", given)
+    try:
+        values = reals(f"the result of the function for {name}", result)
+    except ValueError as error:
+        rough = np.asarray(result)
+        if rough.shape != (n,) or rough.dtype.kind != "f":
+            raise
+        k = int(np.argmax(~(np.abs(rough) <= LARGEST)))
+        raise ValueError(f"{error}. It is so at {at(k)}; the function is asked for {asked}") from None
     if values.shape not in ((), (1,), (n,)):
         raise ValueError(
             f"the function for {name} gives an array of shape {values.shape}: "
             f"one number or shape ({n},) is needed"
         )
-    return _within(name, np.array(np.broadcast_to(values, (n,))), lowest, highest)
+    return _within(name, np.array(np.broadcast_to(values, (n,))), lowest, highest, at)
 
 
-def _within(name: str, values: Array, lowest: float | None, highest: float) -> Array:
+def _first_failing(function: Callable[..., Any], given: tuple[Array, ...]) -> int | None:
+    """A point at which a function of (n,) arguments fails; None if it fails everywhere, or nowhere alone."""
+
+    def fails(start: int, stop: int) -> bool:
+        try:
+            function(*(values[start:stop] for values in given))
+        except Exception:  # users' functions raise what they like
+            return True
+        return False
+
+    start, stop = 0, given[0].size
+    if not stop or all(fails(k, k + 1) for k in {0, stop // 2, stop - 1}):
+        return None
+    while stop - start > 1:
+        middle = (start + stop) // 2
+        if fails(start, middle):
+            stop = middle
+        elif fails(middle, stop):
+            start = middle
+        else:
+            return None
+    return start
+
+
+def _needed(lowest: float | None, highest: float) -> str:
+    return f"at most {highest:g}" if lowest is None else f"from {lowest:g} to {highest:g}"
+
+
+def _within(
+    name: str,
+    values: Array,
+    lowest: float | None,
+    highest: float,
+    place: Callable[[int], str] = "point {}".format,
+) -> Array:
     bad = values > highest
     if lowest is not None:
         bad |= values < lowest
     if bad.any():
         at = int(np.argmax(bad))
-        need = f"at most {highest:g}" if lowest is None else f"from {lowest:g} to {highest:g}"
-        raise ValueError(f"{name} is {values[at]:.6g} at point {at}: numbers {need} are needed")
+        need = _needed(lowest, highest)
+        raise ValueError(f"{name} is {values[at]:.6g} at {place(at)}: numbers {need} are needed")
     return values

@@ -35,6 +35,7 @@ from ..contact.standing import Contact
 from ..contact.symmetry import mirror_symmetry
 from ..friction.fields import (
     LARGEST_FRICTION,
+    Asked,
     Coefficients,
     as_form,
     friction_field,
@@ -160,6 +161,16 @@ class PosedScene(Told):
         largest = max(numbers_in(self.friction), default=0.0)
         # what is larger is refused where the field is made
         ask(of_friction("friction", largest) if largest <= LARGEST_FRICTION else [])
+
+    def ask_of_places(self) -> None:
+        """Warns of fields whose places in the scene look like a slip of the unit."""
+        fields = {name: as_form(getattr(self, name)) for name in ("friction", "magnetic_pressure")}
+        fields = {name: form for name, form in fields.items() if form.has_places}
+        spacing = self.geometry.start if self.spacing is None else self.known_spacing
+        if fields and spacing is not None and self.geometry.is_metric:
+            grid = self.geometry.grid(spacing)
+            for name, form in fields.items():
+                ask(form.doubts(Asked(name, grid.points, grid.patches, self.velocity)))
 
     @property
     def simple(self) -> tuple[Simple, Simple]:

@@ -138,6 +138,7 @@ class Scene(PosedScene):
         ConvergenceError
             If no solution exists or none was found; the last state is its `result`.
         """
+        self.ask_of_places()
         result = methods.solve(
             self, model=model, method=method, tolerance=tolerance, quantity=quantity, **options
         )
@@ -167,6 +168,7 @@ class Scene(PosedScene):
             If :meth:`solve` would refuse the scene or the arguments.
         """
         methods.check_options(model=model, method=method, tolerance=tolerance, quantity=quantity, **options)
+        self.ask_of_places()
         return expected(self, methods.model_of(self, model, method), method, tolerance, quantity)
 
     def start_of_sliding(
@@ -199,6 +201,7 @@ class Scene(PosedScene):
             "held" keeps the pressure of the state at rest and locks every rigid motion. This is cheaper, and
             it is right for like half-spaces only.
         """
+        self.ask_of_places()
         return methods.slide_from_rest(self, displacements, model, tolerance, pressure)
 
     def prepare(
@@ -251,6 +254,7 @@ class Scene(PosedScene):
             if value is not None:
                 raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
         self.check_model(model)
+        self.ask_of_places()
         if tolerance is not None:
             _ = self.known_spacing
             model = self._judged(at_some_speed(self), model, tolerance, quantity)

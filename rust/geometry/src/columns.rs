@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of two columns as people write them: the one reader of such text.
+//! Tables of a few columns as people write them: the one reader of such text.
 
 use crate::Error;
 
@@ -35,32 +35,34 @@ pub struct Column<'a> {
     pub names: &'a [&'a str],
     /// SI units per unit of the column, by the names of the units; the first one stands in messages.
     pub units: &'a [(&'a str, f64)],
-    /// Whether it may have any name, as the only column besides the other one.
+    /// Whether it may have any name, as the only column besides the other ones.
     pub is_other: bool,
 }
 
-/// Two columns as they stand in a file.
+/// Columns as they stand in a file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Columns {
+pub struct Columns<const N: usize> {
     /// Numbers row by row, in their own units.
-    pub rows: Vec<[f64; 2]>,
+    pub rows: Vec<[f64; N]>,
+    /// The line of each row, counted from 1.
+    pub lines: Vec<usize>,
     /// SI units per unit of each column, where the heading says so.
-    pub units: [Option<f64>; 2],
+    pub units: [Option<f64>; N],
 }
 
 /// A heading, and where it stands.
-struct Heading<'a> {
+struct Heading<'a, const N: usize> {
     line: usize,
     text: &'a str,
     is_comment: bool,
     count: usize,
     /// Place of each column, if the heading names them.
-    places: Option<[usize; 2]>,
-    units: [Option<f64>; 2],
+    places: Option<[usize; N]>,
+    units: [Option<f64>; N],
 }
 
-/// Reads two columns, parted by blanks, commas or semicolons, from numbered lines; `#`, `!`, `%` and `//`
-/// begin comments.
+/// Reads columns, parted by blanks, commas or semicolons, from numbered lines; `#`, `!`, `%` and `//` begin
+/// comments. A `%` where a unit would stand, as in `[%]`, is the unit.
 ///
 /// A heading, which may be a comment, gives the order of the columns and their units: `y [mm]`, `y (mm)`,
 /// `y/mm`, `y_mm`, or a second line of units alone. Without one the columns are the wanted ones in their
@@ -69,19 +71,25 @@ struct Heading<'a> {
 /// # Errors
 /// [`Error::Unreadable`], with the line: what is no number, decimal commas, columns without a name, headings
 /// that do not name the columns, units that are not known.
-pub fn read_columns<'a>(
+pub fn read_columns<'a, const N: usize>(
     lines: impl Iterator<Item = (usize, &'a str)>,
-    wanted: &[Column<'_>; 2],
-) -> Result<Columns, Error> {
-    let mut rows = Vec::new();
-    let mut heading: Option<Heading<'a>> = None;
+    wanted: &[Column<'_>; N],
+) -> Result<Columns<N>, Error> {
+    let (mut rows, mut at) = (Vec::new(), Vec::new());
+    let mut heading: Option<Heading<'a, N>> = None;
     for (number, whole) in lines {
         let whole = whole.trim_start_matches('\u{feff}');
         let line = content(whole);
         if line.is_empty() {
             let bare = whole.trim_start_matches(['#', '!', '%', '/', ' ', '\t']);
             if rows.is_empty() {
-                heading = with_comment(heading, number, bare.trim_end(), wanted);
+                // blanks part a percent sign that begins a line of units from the next one
+                let is_units = heading
+                    .as_mut()
+                    .is_some_and(|h| h.takes_units(whole.trim(), wanted));
+                if !is_units {
+                    heading = with_comment(heading, number, bare.trim_end(), wanted);
+                }
             }
             continue;
         }
@@ -95,8 +103,8 @@ pub fn read_columns<'a>(
         if rows.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err()) {
             if line.contains('=') {
                 let reason = format!(
-                    "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns {} and {} alone, and save them as text",
-                    wanted[0].names[0], wanted[1].names[0]
+                    "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns {} alone, and save them as text",
+                    named(wanted)
                 );
                 return Err(unreadable(number, reason));
             }
@@ -115,27 +123,32 @@ pub fn read_columns<'a>(
         let heading_here = heading
             .as_ref()
             .filter(|h| !h.is_comment || h.count == cells.len());
-        let [first, second] = places(number, line, cells.len(), heading_here, wanted)?;
-        let number_at = |column: usize| {
-            let found = cells.get(column).and_then(|c| c.parse::<f64>().ok());
-            found.filter(|v| v.is_finite())
-        };
-        match (number_at(first), number_at(second)) {
-            (Some(a), Some(b)) => rows.push([a, b]),
-            _ => return Err(not_numbers(number, line, wanted)),
+        let places = places(number, line, cells.len(), heading_here, wanted)?;
+        let mut row = [0.0; N];
+        for (value, place) in row.iter_mut().zip(places) {
+            let found = cells.get(place).and_then(|c| c.parse::<f64>().ok());
+            *value = found
+                .filter(|v| v.is_finite())
+                .ok_or_else(|| not_numbers(number, line, wanted))?;
         }
+        rows.push(row);
+        at.push(number + 1);
     }
-    let units = heading.map_or([None; 2], |h| h.units);
-    Ok(Columns { rows, units })
+    let units = heading.map_or([None; N], |h| h.units);
+    Ok(Columns {
+        rows,
+        lines: at,
+        units,
+    })
 }
 
 /// The heading after a comment: a comment is one if it names the columns, or their units.
-fn with_comment<'a>(
-    heading: Option<Heading<'a>>,
+fn with_comment<'a, const N: usize>(
+    heading: Option<Heading<'a, N>>,
     line: usize,
     text: &'a str,
-    wanted: &[Column<'_>; 2],
-) -> Option<Heading<'a>> {
+    wanted: &[Column<'_>; N],
+) -> Option<Heading<'a, N>> {
     let mut heading = heading;
     if heading
         .as_mut()
@@ -150,14 +163,14 @@ fn with_comment<'a>(
 }
 
 /// Which cells of a row are the wanted columns.
-fn places(
+fn places<const N: usize>(
     number: usize,
     line: &str,
     count: usize,
-    heading: Option<&Heading<'_>>,
-    wanted: &[Column<'_>; 2],
-) -> Result<[usize; 2], Error> {
-    let [a, b] = [wanted[0].names[0], wanted[1].names[0]];
+    heading: Option<&Heading<'_, N>>,
+    wanted: &[Column<'_>; N],
+) -> Result<[usize; N], Error> {
+    let names = named(wanted);
     match heading {
         Some(Heading {
             places: Some(places),
@@ -176,44 +189,49 @@ fn places(
             );
             Err(unreadable(number, reason))
         }
-        _ if count > 2 => {
+        _ if count != N => {
+            let words: Vec<&str> = wanted.iter().map(|c| c.names[0]).collect();
+            let has = if count == 1 { "column" } else { "columns" };
             let reason = format!(
-                "{line:?} has {count} columns: two are needed, {a} and {b}, or a heading that names them, such as \"{a},{b}\""
+                "{line:?} has {count} {has}: {} are needed, {names}, or a heading that names them, such as \"{}\"",
+                COUNTS.get(N).unwrap_or(&"more"),
+                words.join(",")
             );
             Err(unreadable(number, reason))
         }
         Some(unnamed) => {
             let reason = format!(
-                "the heading {:?} does not name the columns {a} and {b}: name them, or put # before what is no heading",
+                "the heading {:?} does not name the columns {names}: name them, or put # before what is no heading",
                 unnamed.text
             );
             Err(unreadable(unnamed.line, reason))
         }
-        None => Ok([0, 1]),
+        None => Ok(std::array::from_fn(|k| k)),
     }
 }
 
-impl<'a> Heading<'a> {
+impl<'a, const N: usize> Heading<'a, N> {
     fn read(
         line: usize,
         text: &'a str,
         is_comment: bool,
-        wanted: &[Column<'_>; 2],
+        wanted: &[Column<'_>; N],
     ) -> Result<Self, Error> {
         let cells = heading_cells(text);
-        let named = wanted.map(|column| {
+        let mut found = wanted.map(|column| {
             let mut at = (0..cells.len()).filter(|&k| has_name(&cells[k], column.names));
             at.next().filter(|_| at.next().is_none())
         });
-        let other =
-            |k: usize, column: Column<'_>| (column.is_other && cells.len() == 2).then(|| 1 - k);
-        let places = match named {
-            [Some(a), Some(b)] => (a != b).then_some([a, b]),
-            [Some(a), None] => other(a, wanted[1]).map(|b| [a, b]),
-            [None, Some(b)] => other(b, wanted[0]).map(|a| [a, b]),
-            [None, None] => None,
-        };
-        let mut units = [None; 2];
+        let missing: Vec<usize> = (0..N).filter(|&k| found[k].is_none()).collect();
+        if let [other] = missing[..]
+            && wanted[other].is_other
+            && cells.len() == N
+        {
+            found[other] = (0..N).find(|&k| !found.contains(&Some(k)));
+        }
+        let is_clear = (0..N).all(|k| found[k].is_some() && !found[..k].contains(&found[k]));
+        let places = is_clear.then(|| found.map(Option::unwrap_or_default));
+        let mut units = [None; N];
         if let Some(places) = places {
             for ((unit, column), place) in units.iter_mut().zip(wanted).zip(places) {
                 *unit = unit_of(&cells[place], column.units)
@@ -232,15 +250,15 @@ impl<'a> Heading<'a> {
     }
 
     /// Takes up a line that says nothing but the units of the columns.
-    fn takes_units(&mut self, line: &str, wanted: &[Column<'_>; 2]) -> bool {
+    fn takes_units(&mut self, line: &str, wanted: &[Column<'_>; N]) -> bool {
         let cells = cells(line);
         let Some(places) = self
             .places
-            .filter(|_| cells.len() == self.count && self.units == [None; 2])
+            .filter(|_| cells.len() == self.count && self.units == [None; N])
         else {
             return false;
         };
-        let named = [0, 1].map(|k| {
+        let named: [Option<f64>; N] = std::array::from_fn(|k| {
             let bare = cells[places[k]].trim_matches(['[', ']', '(', ')', ' ']);
             known(bare, wanted[k].units)
         });
@@ -316,10 +334,14 @@ fn unit_of(cell: &str, units: &[(&str, f64)]) -> Result<Option<f64>, String> {
                 let rest = cell[k + c.len_utf8()..].trim_start_matches(['/', ' ', '_']);
                 rest.strip_prefix("in ").unwrap_or(rest)
             });
-        if let Some(found) = after.into_iter().find_map(|rest| known(rest, units)) {
+        // a sign needs nothing before it
+        let sign = cell.find(['%', '‰']).map(|k| &cell[k..]);
+        if let Some(found) = after.chain(sign).find_map(|rest| known(rest, units)) {
             return Ok(Some(found));
         }
-        stated = cell.split_once('/').map(|(_, rest)| rest);
+        stated = sign
+            .or_else(|| cell.split_once('/').map(|(_, rest)| rest))
+            .or_else(|| cell.split_once(" in ").map(|(_, rest)| rest));
     }
     let Some(stated) = stated.map(bare).filter(|unit| !unit.is_empty()) else {
         return Ok(None);
@@ -342,13 +364,36 @@ fn known(name: &str, units: &[(&str, f64)]) -> Option<f64> {
 
 /// A line without its comment.
 pub(crate) fn content(line: &str) -> &str {
+    let percent = line
+        .match_indices('%')
+        .map(|(at, _)| at)
+        .find(|&at| !is_unit(line, at));
     let end = line
-        .find(['#', '!', '%'])
+        .find(['#', '!'])
         .into_iter()
         .chain(line.find("//"))
+        .chain(percent)
         .min()
         .unwrap_or(line.len());
     line[..end].trim()
+}
+
+/// Whether the percent sign at a place of a line stands where a unit does: in brackets, behind a stroke, a
+/// letter or a digit, or as the last of a cell.
+fn is_unit(line: &str, at: usize) -> bool {
+    let (before, after) = (&line[..at], line[at + 1..].trim_start());
+    let is_last = after.starts_with([',', ';', '"']);
+    match before.trim_end().chars().last() {
+        None => is_last,
+        Some('[' | '(' | '/' | '_') => true,
+        Some(_) => {
+            is_last
+                || after.is_empty()
+                || after.starts_with([']', ')'])
+                || (before.ends_with(char::is_alphanumeric)
+                    && !line[at + 1..].starts_with(char::is_alphanumeric))
+        }
+    }
 }
 
 /// Whether numbers such as 1,5 stand between blanks or semicolons.
@@ -367,12 +412,28 @@ fn has_decimal_commas(line: &str) -> bool {
     parts().count() > 1 && parts().any(is_one)
 }
 
-fn not_numbers(line: usize, text: &str, wanted: &[Column<'_>; 2]) -> Error {
-    let [a, b] = [wanted[0].names[0], wanted[1].names[0]];
-    unreadable(
-        line,
-        format!("{text:?} is not two finite numbers, {a} and {b}"),
-    )
+/// Counts in words.
+const COUNTS: [&str; 4] = ["none", "one", "two", "three"];
+
+/// The columns by name, for messages.
+fn named<const N: usize>(wanted: &[Column<'_>; N]) -> String {
+    let names: Vec<&str> = wanted.iter().map(|c| c.names[0]).collect();
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+fn not_numbers<const N: usize>(line: usize, text: &str, wanted: &[Column<'_>; N]) -> Error {
+    let mut reason = format!(
+        "{text:?} is not {} finite numbers, {}",
+        COUNTS.get(N).unwrap_or(&"the"),
+        named(wanted)
+    );
+    if text.contains(['%', '‰']) {
+        reason.push_str(": a percent sign belongs to the heading, such as [%], not to the numbers");
+    }
+    unreadable(line, reason)
 }
 
 pub(crate) fn unreadable(line: usize, reason: String) -> Error {
@@ -400,7 +461,7 @@ mod tests {
         },
     ];
 
-    fn read(text: &str) -> Columns {
+    fn read(text: &str) -> Columns<2> {
         read_columns(text.lines().enumerate(), &TABLE).unwrap()
     }
 
@@ -441,6 +502,85 @@ mod tests {
                 "{heading}"
             );
         }
+    }
+
+    const SHARES: [Column<'_>; 2] = [
+        TABLE[0],
+        Column {
+            names: &["value"],
+            units: &[("-", 1.0), ("%", 1e-2), ("percent", 1e-2), ("‰", 1e-3)],
+            is_other: true,
+        },
+    ];
+
+    #[test]
+    fn a_percent_sign_where_a_unit_stands_is_one() {
+        for (text, factor) in [
+            ("v [km/h],value [%]\n0,35", 1e-2),
+            ("v [km/h];value (%)\n0;35", 1e-2),
+            ("v [km/h],value [ % ] % in rain\n0,35", 1e-2),
+            ("value [%],v [km/h]\n35,0", 1e-2),
+            ("v [km/h] value [%]\n0 35", 1e-2),
+            ("# v [km/h], value [%]\n0,35", 1e-2),
+            ("% v [km/h], value [%]\n0,35", 1e-2),
+            ("v [km/h],value/%\n0,35", 1e-2),
+            ("v_km/h,value_%\n0,35", 1e-2),
+            ("v km/h,value %\n0,35", 1e-2),
+            ("value%,v km/h\n35,0", 1e-2),
+            ("v in km/h,friction in %\n0,35", 1e-2),
+            ("v,value\n[km/h],[%]\n0,35", 1e-2),
+            ("v,value\nkm/h,%\n0,35", 1e-2),
+            ("value,v\n%,km/h\n35,0", 1e-2),
+            ("value v\n% km/h\n35 0", 1e-2),
+            ("v [km/h],value [percent]\n0,35", 1e-2),
+            ("v [km/h],value percent\n0,35", 1e-2),
+            ("v [km/h],value [‰]\n0,35", 1e-3),
+            ("v [km/h],value ‰\n0,35", 1e-3),
+            ("v [km/h],value [-] % 35 % wet\n0,35 % wet", 1.0),
+        ] {
+            let found = read_columns(text.lines().enumerate(), &SHARES).unwrap();
+            assert_eq!(found.units, [Some(1.0 / 3.6), Some(factor)], "{text}");
+            assert_eq!(found.rows, [[0.0, 35.0]], "{text}");
+        }
+        for text in ["v,value\n0,35%\n", "v;value\n0;35 %\n", "v value\n0 35% \n"] {
+            let error = read_columns(text.lines().enumerate(), &SHARES).unwrap_err();
+            let message = error.to_string();
+            assert!(message.contains("belongs to the heading"), "{message}");
+        }
+        for text in [
+            "v,value [% of 3]\n0,35",
+            "v,value %%\n0,35",
+            "v in furlongs,value\n0,35",
+        ] {
+            let error = read_columns(text.lines().enumerate(), &SHARES).unwrap_err();
+            assert!(error.to_string().contains("not known"), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn three_columns_are_read_as_two_are() {
+        let wanted = ["x", "y", "value"].map(|name| (name, [name]));
+        let wanted = wanted.each_ref().map(|(name, names)| Column {
+            names: names.as_slice(),
+            units: &[("m", 1.0), ("mm", 1e-3)],
+            is_other: *name == "value",
+        });
+        for text in [
+            "1,2,3\n4,5,6",
+            "x,y,value\n1,2,3\n4,5,6",
+            "pull,y,x\n3,2,1\n6,5,4",
+            "x p y\n# of 2026\n1 3 2\n4 6 5",
+        ] {
+            let found = read_columns(text.lines().enumerate(), &wanted).unwrap();
+            assert_eq!(found.rows, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "{text}");
+            assert_eq!(found.lines[1], text.lines().count());
+        }
+        let error = read_columns("1,2".lines().enumerate(), &wanted).unwrap_err();
+        let message = error.to_string();
+        assert!(
+            message.contains("three are needed, x, y and value"),
+            "{message}"
+        );
     }
 
     #[test]

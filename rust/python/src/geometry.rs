@@ -41,35 +41,54 @@ fn interpolation_named(name: &str) -> PyResult<Interpolation> {
     }
 }
 
-/// Two columns of a text, (2, n) in SI units, by the names, units and factors of each; private, use the
-/// `from_file` of what they are.
+type Columns<'py> = (Bound<'py, PyArray2<f64>>, Vec<usize>, Vec<Option<f64>>);
+
+/// Two or three columns of a text, (k, n) in SI units, by the names, units and factors of each, the last of any
+/// name; the line of each row, and the factors that the heading states. Private, use the `from_file` of what
+/// they are.
 #[pyfunction]
 pub(crate) fn read_columns<'py>(
     py: Python<'py>,
     text: &str,
-    names: [Vec<String>; 2],
-    units: [Vec<(String, f64)>; 2],
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let names = names
-        .each_ref()
-        .map(|n| n.iter().map(String::as_str).collect::<Vec<_>>());
-    let units = units.each_ref().map(|u| {
-        u.iter()
+    names: Vec<Vec<String>>,
+    units: Vec<Vec<(String, f64)>>,
+) -> PyResult<Columns<'py>> {
+    match names.len() {
+        3 => columns::<3>(py, text, &names, &units),
+        _ => columns::<2>(py, text, &names, &units),
+    }
+}
+
+fn columns<'py, const N: usize>(
+    py: Python<'py>,
+    text: &str,
+    names: &[Vec<String>],
+    units: &[Vec<(String, f64)>],
+) -> PyResult<Columns<'py>> {
+    let names: [Vec<&str>; N] =
+        std::array::from_fn(|k| names[k].iter().map(String::as_str).collect());
+    let units: [Vec<(&str, f64)>; N] = std::array::from_fn(|k| {
+        let named = units[k].iter();
+        named
             .map(|(name, factor)| (name.as_str(), *factor))
-            .collect::<Vec<_>>()
+            .collect()
     });
-    let columns = [0, 1].map(|k| Column {
+    let columns: [Column<'_>; N] = std::array::from_fn(|k| Column {
         names: &names[k],
         units: &units[k],
-        is_other: k == 1,
+        is_other: k == N - 1,
     });
     let read = mtb_geometry::read_columns(text.lines().enumerate(), &columns)
         .map_err(|error| bad_input(&error))?;
-    let column = |k: usize| {
-        let factor = read.units[k].unwrap_or(1.0);
+    let values = read.units.iter().enumerate().flat_map(|(k, unit)| {
+        let factor = unit.unwrap_or(1.0);
         read.rows.iter().map(move |row| factor * row[k])
-    };
-    rows(py, column(0).chain(column(1)).collect(), 2)
+    });
+    Ok((
+        rows(py, values.collect(), N)?,
+        read.lines,
+        read.units.to_vec(),
+    ))
 }
 
 #[pymethods]
