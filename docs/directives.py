@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What the pages need beyond Sphinx: tables from CSV files, the thesis' figures, examples, formulas.
+"""What the pages need beyond Sphinx: tables from CSV files, captions, figures, examples, formulas.
 
 Figures of the pages come from files that scripts wrote, never from the text; formulas become MathML, which
 browsers draw without a script from elsewhere.
@@ -18,6 +18,7 @@ from docutils import nodes
 from docutils.parsers.rst import directives
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.transforms import SphinxTransform
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.math import get_node_equation_number
 
@@ -133,8 +134,30 @@ class ThesisFigures(SphinxDirective):
         return out
 
 
-#: What the paragraph of an example that says what its pictures show begins with.
-SEE = "What to see:"
+class Captions(SphinxTransform):
+    """A picture that is a paragraph, and a paragraph of emphasis below it: a figure with its caption.
+
+    Such a picture has its caption where plain Markdown is shown, too.
+    """
+
+    default_priority = 200
+
+    def apply(self, **_: Any) -> None:
+        for picture in list(self.document.findall(nodes.image)):
+            alone = picture.parent
+            if not isinstance(alone, nodes.paragraph) or len(alone) != 1:
+                continue
+            below = alone.next_node(nodes.paragraph, descend=False, siblings=True)
+            if below is None or len(below) != 1 or not isinstance(below[0], nodes.emphasis):
+                continue
+            figure = nodes.figure("", picture, nodes.caption("", "", *below[0].children))
+            below.parent.remove(below)
+            alone.replace_self(figure)
+
+
+#: What the paragraph of an example begins with that says what its picture shows; with the file's name if
+#: there are several pictures.
+SEE = re.compile(r"What to see(?: in (\S+))?:\s*")
 
 
 class Example(SphinxDirective):
@@ -157,18 +180,22 @@ class Example(SphinxDirective):
         source = re.search(r"\s*(\[[^\]]*\])$", title)
         if source is not None:
             title, rest = title[: source.start()], f"{source[1]} {rest}"
-        # the paragraph on what to see is the caption of the last picture
         # a line that begins with a per cent sign would be a comment
         paragraphs = [" ".join(text.split()) for text in rest.split("\n\n")]
-        told = [text for text in paragraphs if text.startswith(SEE)]
-        rest = "\n\n".join(text for text in paragraphs if text not in told)
+        told: dict[str | None, str] = {
+            found[1]: text[found.end() :] for text in paragraphs if (found := SEE.match(text))
+        }
+        rest = "\n\n".join(text for text in paragraphs if not SEE.match(text))
         lines = [f"### {title}{mark.strip('.:')}", "", rest[:1].upper() + rest[1:], ""]
         pictures = sorted(path for path in kept.iterdir() if path.suffix in (".png", ".gif"))
+        if len(pictures) == 1 and None in told:
+            told[pictures[0].name] = told.pop(None)
+        if set(told) != {picture.name for picture in pictures}:
+            raise self.error(f"{script}: each of its pictures needs a paragraph 'What to see in FILE:'")
         for picture in pictures:
+            seen = told[picture.name]
             lines += [f"```{{figure}} gallery/{name}/{picture.name}", f":alt: {picture.stem}", ""]
-            seen = [text.removeprefix(SEE).strip() for text in told if picture == pictures[-1]]
-            lines += [text[:1].upper() + text[1:] for text in seen]
-            lines += ["```", ""]
+            lines += [seen[:1].upper() + seen[1:], "```", ""]
         lines += [f"```{{literalinclude}} gallery/{name}/printed.txt", ":language: text", "```", ""]
         lines += ["```{raw} html", f"<details><summary>examples/{name}.py</summary>", "```", ""]
         lines += [f"```{{literalinclude}} ../examples/{name}.py", ":language: python", "```", ""]
@@ -194,6 +221,7 @@ def visit_formula(self: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    app.add_transform(Captions)
     app.add_directive("records", Records)
     app.add_directive("thesis-figures", ThesisFigures)
     app.add_directive("example", Example)

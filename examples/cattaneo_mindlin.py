@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A sphere pushed sideways: stick, slip and stiffness against Cattaneo and Mindlin [Johnson1985, ch. 7.2]."""
+"""A sphere pushed sideways: stick, slip and stiffness against Cattaneo and Mindlin [Johnson1985, ch. 7.2].
+
+What to see: along the middle (top) the tractions of four forces lie on the closed form. Bottom left, the area
+that sticks is the circle of Cattaneo; bottom right, the force over the shift follows Mindlin.
+"""
 
 import argparse
 

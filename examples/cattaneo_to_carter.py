@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""From rest to rolling: a ball is pushed, then rolls at constant tangential force until nothing changes."""
+"""From rest to rolling: a ball is pushed, then rolls at constant tangential force until nothing changes.
+
+What to see: the traction is symmetric after the push (dark) and moves to the trailing, left side as the ball
+rolls (towards yellow). The creepage, which keeps the force constant, overshoots once and settles at Carter's
+value.
+"""
 
 import argparse
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Traction in a curve with some spin: half-space, layer and Polach [Vollebregt2012, fig. 7]."""
+"""Traction in a curve with some spin: half-space, layer and Polach [Vollebregt2012, fig. 7].
+
+What to see: spin alone makes a lateral force (right, at zero creepage), which the layer reduces to a quarter.
+With growing longitudinal creepage the lateral force dies out.
+"""
 
 import argparse
 

@@ -3,6 +3,13 @@
 
 The layer printed in the paper, 0.125 mm of 82000 N/mm2, lowers the initial slope by a few per cent only;
 the factor of 3.62 it states takes a layer a hundred times as flexible. Both are shown.
+
+What to see in europrinter_traction_curve.png: the layer as printed hardly changes the initial slope, the
+softer one gives the slow rise. Falling friction makes the maximum and the decrease after it; Polach's curve
+of the same slope has a wider transition.
+
+What to see in europrinter_stick_areas.png: stick (blue) and slip (orange) at three forces; the contact
+rolls to the right. At the same force less of it slips with the soft layer (bottom row).
 """
 
 import argparse

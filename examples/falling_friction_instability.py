@@ -5,6 +5,10 @@ A cylinder starts to roll at a fixed creepage. Where friction falls fast and wit
 collapses again and again, on any grid; where it falls slowly, it does not; where no state is found the
 solver says so. In steady rolling the half-space alone is at rest, while with a soft layer there are
 creepages for which no state is found, and in FASTSIM cells stick again behind cells that slip.
+
+What to see: top, with a fast fall and no memory the force collapses again and again (saw teeth). Middle, the
+traction during one collapse, in consecutive steps. Bottom, steady rolling: the line with a layer has a hole
+at the creepages for which no state is found.
 """
 
 import argparse

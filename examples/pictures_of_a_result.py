@@ -2,6 +2,22 @@
 """What can a result show? Maps, cuts, bodies in space, and a moving picture of a friction sweep.
 
 The elastic pole shoe tilts to its front as friction grows, and its rear comes free.
+
+What to see in 1_pressure.png: both poles from above. The front (right) carries most, and the grey cells at
+the rear have lifted off.
+
+What to see in 2_cuts.png: the pressure along three lines of the left pole. The outermost line is zero over
+the first quarter, where the pole has lifted off.
+
+What to see in 3_vertical_displacement.png: the underside of the shoe sinks from the rear to the front
+(yellow), so the shoe leans forward. The outlined corners are those that have lifted off.
+
+What to see in 4_status.png: every point that touches slips, because the shoe slides as a whole.
+
+What to see in 5_bodies.png: the same pressure on the rail, below the outlines of the two poles.
+
+What to see in 6_friction_from_0_to_0.6.gif: as friction grows, pressure moves from the rear (left) to the
+front.
 """
 
 import argparse

@@ -12,10 +12,13 @@ largest pressure is least at µ = L / (4 h). What it exceeds is the dashed line.
 whatever bends. And the best design, solved anew with the pull that friction times area asks for, must brake
 with 4 kN.
 
-What to see: the star is the best design; the maps compare it with a shoe 10 mm taller. The elastic shoe is
-worse than the rigid one, because its edges carry more than its middle, and its best friction is a little
-larger, because the front gives way. A wider sole and a lower shoe are always better here: what speaks for
-height is material to wear.
+What to see in 1_pole_shoe_design.png: the star is the best design. The elastic shoe is worse than the rigid
+one, because its edges carry more than its middle, and its best friction is a little larger, because the
+front gives way. A wider sole and a lower shoe are always better here: what speaks for height is material to
+wear.
+
+What to see in 2_best_and_taller.png: the best design above a shoe 10 mm taller at the same brake force, on
+one scale. The taller shoe leans more on its front, and more of its rear lifts off (grey).
 """
 
 import argparse

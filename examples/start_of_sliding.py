@@ -5,6 +5,10 @@ Pushed from rest, pressure and friction solved together. The pole shoe gives way
 gross sliding, with and without a layer at the same force. A tall block whose top is held at its height
 does so below the wedging limit. Above it no sliding state exists: friction tips the block into the
 plane, which presses back, so the friction bound grows faster than the friction, and the block jams.
+
+What to see: top, friction of the shoe and the share of the sole that slips; with the layer both come later,
+and the force at last is the same. Bottom, a tall block: with µ = 0.2 friction reaches its bound (dashed) and
+stays there, with µ = 0.5 the bound runs away from it.
 """
 
 import argparse

@@ -17,7 +17,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 FOLDER = Path(__file__).parents[1] / "docs" / "maps"
 
@@ -65,15 +64,21 @@ def draw_verdicts(
     if texts is not None:
         for (j, i), text in np.ndenumerate(texts):
             ink = "white" if colours[int(codes[j, i])] == "#000000" else "black"
-            shown = axes.text(i, j, text, ha="center", va="center", fontsize=8, color=ink)
-            # read where a line runs through it
-            shown.set_path_effects([withStroke(linewidth=2.5, foreground=colours[int(codes[j, i])])])
+            # on a ground of its own, which breaks a line that runs through it
+            ground = {"boxstyle": "round,pad=0.25", "lw": 0, "facecolor": colours[int(codes[j, i])]}
+            axes.text(
+                i, j, text, ha="center", va="center", fontsize=8, color=ink, bbox=ground if text else None
+            )
     axes.grid(visible=False)
     axes.set_xticks(range(len(x)), [f"{v:.3g}" for v in x])
     axes.set_yticks(range(len(y)), [f"{v:.3g}" for v in y])
-    handles = [Patch(color=c, label=n) for c, n in zip(colours, names, strict=True)]
-    if not axes.figure.legends:
-        axes.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 3))
+    # what no cell of any plot has is no entry
+    told = {names[int(code)] for code in np.unique(codes)}
+    for earlier in list(axes.figure.legends):
+        told |= {entry.get_text() for entry in earlier.get_texts()}
+        earlier.remove()
+    handles = [Patch(color=c, label=n) for c, n in zip(colours, names, strict=True) if n in told]
+    axes.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
 
 
 def write(name: str, figure: Figure, rows: Sequence[dict[str, Any]]) -> None:

@@ -95,8 +95,11 @@ if __name__ == "__main__":
                 texts[j, i] = f"{iterations}" if iterations != "none" else ""
             rows += found
         draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
-        places = np.interp(np.log(limits), np.log(frictions), np.arange(len(frictions)))
-        ax.plot(range(len(slenderness)), places, "-", color="black", lw=2, alpha=0.55, zorder=1.5)
+        # a limit beyond the map stands at its border
+        places = np.interp(
+            np.log(limits), np.log(frictions), np.arange(len(frictions)), right=len(frictions) - 0.5
+        )
+        ax.plot(range(len(slenderness)), places, "-", color="black", lw=2, alpha=0.55)
         ax.set(
             title=f"{rows[-1]['points']} contact points",
             xlabel="height / width",

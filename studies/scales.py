@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Scales from micrometres to kilometres, from rubber to diamond: results must scale exactly.
 
-A sliding paraboloid and an elastic block, solved at scaled lengths and moduli; drawn is the power of ten of
-the largest relative deviation of the scaled-back pressure.
+A sliding paraboloid and an elastic block, solved at scaled lengths and moduli; drawn is the
+largest deviation of the scaled-back pressure, relative to its largest value.
 """
 
 import numpy as np
@@ -64,9 +64,13 @@ if __name__ == "__main__":
             )
         picture = ax.imshow(digits, origin="lower", cmap="Blues", vmin=-17, vmax=-5, aspect="auto")
         for (j, i), value in np.ndenumerate(digits):
-            ax.text(i, j, f"{value:.0f}", ha="center", va="center", fontsize=8.5, color="black")
+            ax.text(i, j, f"{10.0**value:.0e}", ha="center", va="center", fontsize=8.5, color="black")
         ax.set_xticks(range(len(lengths)), [f"{v:g}" for v in lengths])
-        ax.set_yticks(range(len(moduli)), [f"{v:g}" for v in moduli])
+        ax.set_yticks(range(len(moduli)), [f"{v:.0e}" for v in moduli])
         ax.set(title=scene.__name__, xlabel="length [m]", ylabel="Young's modulus [Pa]")
         ax.grid(visible=False)
+    bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.7, aspect=40)
+    bar.set_label("numbers and colours: largest deviation of the pressure from its scaled value [-]")
+    ticks = range(-17, -4, 2)
+    bar.set_ticks(ticks, labels=[f"1e{k}" for k in ticks])
     write("scales", figure, rows)

@@ -60,7 +60,7 @@ for ax, height in zip(axes, heights, strict=True):
     draw_verdicts(ax, frictions, [0.0, *factors], codes, texts=texts)
     ax.set_yticks(range(len(factors) + 1), ["A", *(f"{f:g}" for f in factors)])
     places = 1.0 + np.interp(np.log(limits), np.log(factors), np.arange(len(factors)))
-    ax.plot(range(len(frictions)), places, "-", color="#D55E00", lw=2.5, alpha=0.6)
+    ax.plot(range(len(frictions)), places, "-", color="black", lw=2, alpha=0.55)
     ax.set(title=f"block {1e3 * height:g} mm high", xlabel="friction coefficient")
 axes[0].set_ylabel("relaxation factor f_FE; A: Anderson")
 write("staggered", figure, rows)

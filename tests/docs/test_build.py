@@ -96,6 +96,19 @@ def test_a_page_that_fails_its_reader_is_found(tmp_path: Path) -> None:
     ]
 
 
+def test_pictures_of_pages_are_figures_with_a_caption(pages: Path) -> None:
+    figures = 0
+    for page in DOCS.glob("*.md"):
+        text = (pages / f"{page.stem}.html").read_text(encoding="utf-8")
+        article = text[text.index("<article") : text.index("</article>")]
+        said = r"<figcaption>\s*<p><span class=.caption-text.>(<strong>)?\w"
+        told = re.compile(rf"<figure(?:(?!</figure>).)*{said}.*?</figure>", re.DOTALL)
+        bare, found = told.subn("", article)
+        figures += found
+        assert "<img" not in bare, page.name
+    assert figures > 50
+
+
 def test_links_between_pages_lead_somewhere(pages: Path) -> None:
     anchors = {
         path: set(re.findall(r'\bid="([^"]+)"', path.read_text(encoding="utf-8")))
