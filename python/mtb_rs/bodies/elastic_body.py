@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base import cache
@@ -23,8 +23,9 @@ from ..base.words import Unit
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
 from .material import Material
-from .mesh import TetraMesh, check_unknowns, quadratic
-from .supports import Support, Where, is_box, select
+from .mesh import UNMOVED, UNTURNED, TetraMesh, check_unknowns, placed, quadratic
+from .sole import underside
+from .supports import Support, Where, is_box, place_in_words, select
 
 if TYPE_CHECKING:
     from .mesh_files import MeshSource
@@ -266,8 +267,12 @@ class ElasticBody:
     mesh : TetraMesh
     material : Material
     contact
-        Place where the body may touch: the boundary triangles with all corners there. A warning comes if a
-        function or a box covers another area than these triangles.
+        Place where the body may touch, one of the forms of `where` in :class:`Support`: the boundary
+        triangles with all corners there. A warning comes if a function or a box covers more of the surface
+        than these triangles. "bottom" and "top" are the whole underside and upper side, which may be curved
+        or slotted: the triangles at the lowest height, and all that go on from the lowest point without an
+        edge while they are less than 40 degrees steep. Chamfers are none of it. Of a side that is mostly flat
+        only what lies between its flat parts is added, so that its rounded edges are none of it either.
     supports : sequence of Support
         Supports of the body. The contact must hold all motions that the supports leave free; a motion that it
         cannot hold is an error.
@@ -368,6 +373,8 @@ class ElasticBody:
         size: float | None = None,
         name: str = "body",
         linear: bool = False,
+        rotation: ArrayLike = UNTURNED,
+        shift: ArrayLike = UNMOVED,
     ) -> ElasticBody:
         """Body from a file or a mesh.
 
@@ -392,14 +399,22 @@ class ElasticBody:
             For reports and files.
         linear : bool
             Whether ready tetrahedra of four nodes are kept; see :class:`ElasticBody`.
+        rotation : (3, 3)
+            Turns a part with other axes: its columns are the directions in which the axes of the file then
+            point. `contact` and `supports` are places after the turn.
+        shift : (3,) [m]
+            Added after the turn.
         """
         from .mesh_files import MeshSource, read_mesh  # brings trimesh
 
-        mesh = read_mesh(
-            path_or_mesh, unit, size=size, near=lambda points, whole: select(points, {}, contact, whole)
-        )
-        body = cls(mesh, material, contact, supports, name, linear)
-        object.__setattr__(body, "_source", MeshSource.of(path_or_mesh, unit, size, mesh))
+        place = placed(rotation, shift)
+
+        def near(vertices: Array, triangles: Index) -> NDArray[np.bool_]:
+            return _at_contact(place(vertices), triangles, contact)
+
+        mesh = read_mesh(path_or_mesh, unit, size=size, near=near)
+        body = cls(mesh.moved(rotation, shift), material, contact, supports, name, linear)
+        object.__setattr__(body, "_source", MeshSource.of(path_or_mesh, unit, size, mesh, place))
         return body
 
     @property
@@ -424,7 +439,7 @@ class ElasticBody:
                 f"{self.name} has no size: its mesh was given as it is; a body from a STEP, IGES or STL "
                 "file, or from another closed surface, can be meshed again"
             )
-        mesh = self._source.mesh(size, lambda points, whole: select(points, {}, self.contact, whole))
+        mesh = self._source.mesh(size, lambda points, faces: _at_contact(points, faces, self.contact))
         body = replace(self, mesh=mesh)
         object.__setattr__(body, "_source", replace(self._source, size=float(size)))
         return body
@@ -471,14 +486,22 @@ class ElasticBody:
     @cached_property
     def contact_faces(self) -> NDArray[np.uintp]:
         """Numbers of the boundary triangles of the contact face."""
+        if _is_side(self.contact) and self.contact not in self.mesh.node_sets:
+            found = np.flatnonzero(_side(self.mesh.nodes, self.faces.astype(np.int64), str(self.contact)))
+            if not found.size:
+                raise ValueError(
+                    f"contact of {self.name} is {self.contact!r}, but no triangle of its surface looks that "
+                    "way there: turn the body (rotation=), or give a box, a function or a set of nodes"
+                )
+            return found.astype(np.uintp)
         chosen = self.nodes_at("contact", self.contact)
         inside = np.zeros(len(self.mesh.nodes), dtype=bool)
         inside[chosen] = True
         found = np.flatnonzero(inside[self.faces[:, :3]].all(axis=1))
         if found.size == 0:
             raise ValueError(
-                f"contact of {self.name}, {_in_words(self.contact)}, contains {chosen.size} nodes, but no "
-                "triangle of the surface has all its corners among them: a larger place or a finer mesh "
+                f"contact of {self.name}, {place_in_words(self.contact)}, contains {chosen.size} nodes, but "
+                "no triangle of the surface has all its corners among them: a larger place or a finer mesh "
                 "is needed"
             )
         return found.astype(np.uintp)
@@ -503,7 +526,7 @@ class ElasticBody:
             raise ValueError(f"{what} of {self.name}: {error}") from None
         if found.size == 0:
             raise ValueError(
-                f"{what} of {self.name}, {_in_words(where)}, contains no node of the mesh: a place with "
+                f"{what} of {self.name}, {place_in_words(where)}, contains no node of the mesh: a place with "
                 "nodes is needed"
             )
         return found.astype(np.int64)
@@ -553,7 +576,8 @@ class ElasticBody:
         area = 0.5 * np.linalg.norm(double, axis=1)
         meant, taken = float(inside @ area[alike]), float(area[chosen & alike].sum())
         place = "function" if callable(self.contact) else "box"
-        if abs(taken - meant) > BORDER * meant:
+        # of a curved face chords tell too little: triangles that cover more lose nothing
+        if taken < (1.0 - BORDER) * meant:
             warn(
                 f"the {place} given as contact of {self.name} covers {meant:.4g} m2 of its surface, but the "
                 f"triangles that lie wholly in it cover {taken:.4g} m2, and only whole triangles can touch: "
@@ -754,5 +778,25 @@ class ElasticBody:
         return Surface(self.name, np.ascontiguousarray(self.mesh.nodes[used].T), triangles.astype(np.int64))
 
 
-def _in_words(where: Where) -> str:
-    return repr(where) if isinstance(where, str) else f"given as {type(where).__name__}"
+def _is_side(where: Where) -> bool:
+    """Whether a place is the underside or the upper side as a whole, which may be curved."""
+    return isinstance(where, str) and where in ("bottom", "top")
+
+
+def _side(nodes: Array, faces: Index, side: str) -> NDArray[np.bool_]:
+    """Which triangles (f, 3) or (f, 6) are the underside ("bottom") or the upper side ("top") of a body."""
+    if side == "bottom":
+        return underside(nodes, faces, nodes)
+    # upside down; a mirror turns the triangles round as well
+    mirrored = nodes * np.array([1.0, 1.0, -1.0])
+    order = [0, 2, 1] if faces.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
+    return underside(mirrored, faces[:, order], mirrored)
+
+
+def _at_contact(nodes: Array, faces: Index, where: Where) -> NDArray[np.bool_]:
+    """Which corners (n, 3) [m] of a closed surface are at the place of a contact."""
+    if not _is_side(where):
+        return select(nodes, {}, where)
+    found = np.zeros(len(nodes), dtype=bool)
+    found[faces[_side(nodes, faces, str(where))].ravel()] = True
+    return found

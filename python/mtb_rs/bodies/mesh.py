@@ -8,7 +8,7 @@ given. Lengths in metres, z up.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, positive
+from ..base.check import choice, positive, reals
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import array_digest, stored
@@ -26,6 +26,13 @@ from ..geometry.profiles import Profile
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+#: How far a matrix may be from a rotation, as entries with seven digits are.
+ORTHONORMAL = 1e-6
+
+#: No turn and no shift.
+UNTURNED = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UNMOVED = (0.0, 0.0, 0.0)
 
 #: Ends of the edges that carry the mid-side nodes 4 to 9.
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
@@ -69,12 +76,15 @@ class TetraMesh:
             "sha256": array_digest(self.nodes, self.cells),
         }
 
-    def moved(
-        self, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: ArrayLike = (0, 0, 0)
-    ) -> TetraMesh:
-        """The mesh rotated by a matrix (3, 3) and then shifted by a vector (3,) [m]."""
-        nodes = self.nodes @ np.asarray(rotation, dtype=float).T + np.asarray(shift, dtype=float)
-        return TetraMesh(nodes, self.cells, self.node_sets)
+    def moved(self, rotation: ArrayLike = UNTURNED, shift: ArrayLike = UNMOVED) -> TetraMesh:
+        """The mesh rotated by a matrix (3, 3) and then shifted by a vector (3,) [m].
+
+        Raises
+        ------
+        ValueError
+            If the matrix is no rotation, but a mirror or a scaling.
+        """
+        return TetraMesh(placed(rotation, shift)(self.nodes), self.cells, self.node_sets)
 
     def mirrored(self) -> TetraMesh:
         """The mesh seen in the mirror y = 0, its tetrahedra turned right side out again."""
@@ -103,6 +113,21 @@ class TetraMesh:
         )
         _check_owners(cells[:, :4])
         return mesh
+
+
+def placed(rotation: ArrayLike, shift: ArrayLike) -> Callable[[Array], Array]:
+    """Where points (n, 3) [m] come to by a rotation (3, 3) and a shift (3,) [m] after it, both checked."""
+    turn, step = reals("rotation", rotation), reals("shift", shift, "m")
+    if turn.shape != (3, 3):
+        raise ValueError(f"rotation has shape {turn.shape}: a matrix (3, 3) is needed")
+    if step.shape != (3,):
+        raise ValueError(f"shift has shape {step.shape}: a vector (3,) in metres is needed")
+    hint = "its columns are the axes of the part after the turn: of length 1, at right angles, right-handed"
+    if np.abs(turn @ turn.T - np.eye(3)).max() > ORTHONORMAL:
+        raise ValueError(f"rotation is {turn.tolist()}, which is no rotation, as it scales or shears: {hint}")
+    if np.linalg.det(turn) < 0.0:
+        raise ValueError(f"rotation is {turn.tolist()}, which is no rotation but a mirror: {hint}")
+    return lambda points: np.asarray(points @ turn.T + step)
 
 
 def quadratic(mesh: TetraMesh) -> TetraMesh:

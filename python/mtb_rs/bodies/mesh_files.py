@@ -25,8 +25,8 @@ from .mesher import gmsh_beside
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-#: Which points (n, 3) [m] are on the contact face of a body with these vertices (k, 3) [m].
-Near = Callable[[Array, Array], NDArray[np.bool_]]
+#: Which vertices (n, 3) [m] of a closed surface are on its contact face; its triangles (m, 3) look outwards.
+Near = Callable[[Array, Index], NDArray[np.bool_]]
 
 #: Files of closed surfaces and of solids; all others are taken for ready meshes.
 SURFACE_FILES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".3mf")
@@ -86,8 +86,8 @@ def read_mesh(
         Of the numbers; files of solids tell their own.
     size : float [m]
         Size of the tetrahedra near the contact; for closed surfaces and solids only.
-    near : function of points (n, 3) and the surface's vertices (k, 3) [m]
-        Which points are on the contact face.
+    near : function of the vertices (n, 3) [m] and triangles (m, 3) of a surface
+        Which vertices are on the contact face.
     """
     scale = metres(unit)
     if isinstance(source, TetraMesh):
@@ -139,30 +139,35 @@ class MeshSource:
         Of the tetrahedra that it was filled with.
     digest : str
         Of the file as it was then.
+    place : function
+        Where points (n, 3) [m] of the source come to in the body.
     """
 
     source: Any
     unit: Unit
     size: float
     digest: str
+    place: Callable[[Array], Array]
 
     @classmethod
-    def of(cls, source: Any, unit: Unit, size: float | None, mesh: TetraMesh) -> MeshSource | None:
+    def of(
+        cls, source: Any, unit: Unit, size: float | None, mesh: TetraMesh, place: Callable[[Array], Array]
+    ) -> MeshSource | None:
         """What `mesh` was made of; None where it was given."""
         extent = float(np.ptp(mesh.nodes, axis=0).max())
         size = extent / 15.0 if size is None else float(size)
         if isinstance(source, trimesh.Trimesh):
-            return cls(source.copy(), unit, size, "")
+            return cls(source.copy(), unit, size, "", place)
         given = None if isinstance(source, TetraMesh) else cells_of(source)
         if given is not None and not given.solids:
-            return cls(given.surface(), unit, size, "")
+            return cls(given.surface(), unit, size, "", place)
         if isinstance(source, (str, Path)) and Path(source).suffix.lower() in SOLID_FILES + SURFACE_FILES:
             path = Path(source).absolute()
-            return cls(path, unit, size, _digest(path))
+            return cls(path, unit, size, _digest(path), place)
         return None
 
     def mesh(self, size: float, near: Near) -> TetraMesh:
-        """Tetrahedra of another size [m].
+        """Tetrahedra of another size [m], at their place in the body; `near` is asked there.
 
         Raises
         ------
@@ -171,7 +176,10 @@ class MeshSource:
         """
         if isinstance(self.source, Path) and self.source.is_file() and _digest(self.source) != self.digest:
             raise ValueError(f"{self.source} has changed since its solid was meshed: make the body anew")
-        return read_mesh(self.source, self.unit, size=size, near=near)
+        made = read_mesh(
+            self.source, self.unit, size=size, near=lambda points, faces: near(self.place(points), faces)
+        )
+        return TetraMesh(self.place(made.nodes), made.cells, made.node_sets)
 
 
 def _digest(path: Path) -> str:
@@ -260,8 +268,11 @@ def _curved(gmsh: Any, size: float, near: Near | None) -> TetraMesh:
     gmsh.model.mesh.generate(2)
     vertices, triangles = _elements(gmsh, 2, 3)
     vertices *= MILLIMETRE
-    is_contact = _on_contact(vertices, near)
-    _check_count(trimesh.Trimesh(vertices, triangles, process=False), is_contact, size)
+    surface = trimesh.Trimesh(vertices, triangles.copy(), process=False)
+    # gmsh's triangles look where the faces of the solid do
+    turn_outwards(surface)
+    is_contact = _on_contact(surface, near)
+    _check_count(surface, is_contact, size)
     at_contact, first = [], 0
     for _, tag in gmsh.model.getEntities(2):
         # gmsh counts the elements of a kind face by face
@@ -471,15 +482,15 @@ def filled(
     vertices, triangles : (n, 3) [m], (m, 3)
     size : float [m]
         Size near the contact; by default a fifteenth of the largest extent. Elsewhere up to 2.5 times that.
-    near : function of points (n, 3) and the surface's vertices (k, 3) [m]
-        Which points are on the contact face; by default all of the surface is meshed at `size`.
+    near : function of the vertices (n, 3) [m] and triangles (m, 3) of the surface
+        Which vertices are on the contact face; by default all of the surface is meshed at `size`.
     """
     with extra_mesh("checking a closed surface"):
         surface = check_surface(np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=np.int64))
     extent = float(np.ptp(surface.vertices, axis=0).max())
     size = extent / 15.0 if size is None else positive("size", size, "m")
     _check_size(size, extent)
-    is_contact = _on_contact(surface.vertices, near)
+    is_contact = _on_contact(surface, near)
     if is_contact is not None and not is_contact[surface.faces].all(axis=1).any():
         raise ValueError("no triangle of the surface lies on the contact face")
     _check_count(surface, is_contact, size)
@@ -496,9 +507,9 @@ def _check_size(size: float, extent: float) -> None:
         raise ValueError(f"size is {size:g} m: the body is only {extent:g} m large, a smaller size is needed")
 
 
-def _on_contact(vertices: Array, near: Near | None) -> NDArray[np.bool_] | None:
+def _on_contact(surface: trimesh.Trimesh, near: Near | None) -> NDArray[np.bool_] | None:
     """Which vertices are on the contact face; None for all of them."""
-    is_contact = None if near is None else near(vertices, vertices)
+    is_contact = None if near is None else near(np.asarray(surface.vertices), np.asarray(surface.faces))
     if is_contact is not None and not is_contact.any():
         raise ValueError(
             "no corner of a triangle of the surface lies in the place given as contact, and only whole "

@@ -85,8 +85,8 @@ class ElasticPart:
         Force [N] and moment about the centre of volume [N m] spread over the body.
     balance : Balance or None
         Once condensed.
-    covered : (q,) bool or None
-        The quadrature points of its contact that the opponent's face covers as well, where not all.
+    covered : (q,) or None
+        Share of the area of each quadrature point that the opponent's face covers as well, where not all.
     is_half : bool
         Whether it is the half y >= 0 of a body, the other half being its mirror image.
     memory : Memory
@@ -103,7 +103,7 @@ class ElasticPart:
     hats: Hats | None = None
     spread: Array = field(default_factory=lambda: np.zeros(6))
     balance: Balance | None = None
-    covered: NDArray[np.bool_] | None = None
+    covered: Array | None = None
     is_half: bool = False
     memory: Memory = field(default_factory=Memory, compare=False, repr=False)
 

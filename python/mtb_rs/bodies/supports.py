@@ -14,6 +14,7 @@ from .. import _mtb_rs
 from ..base.check import choice, number, reals, warn
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.words import Held
 
 Array = NDArray[np.float64]
@@ -65,7 +66,16 @@ class Support:
     Parameters
     ----------
     where
-        Name, function, box or points; see :data:`Where`.
+        Place on the body, in one of these forms:
+
+        - a name: of a set of nodes of the mesh, or of a side of the box around the body, "bottom" (least z),
+          "top", "rear" (least x), "front", "right" (least y) or "left";
+        - a box ((x0, x1), (y0, y1), (z0, z1)) [m]: the two ends along each axis, with None for an open end.
+          Two corners ((x, y, z), (x, y, z)) are no box but two points;
+        - a function of points (3, n) [m] that says (n,) which belong: ``lambda p: p[2] < 1e-6``, or a ``def``
+          with ``x, y, z = points``;
+        - points (k, 3) [m]: of each the nearest node. A body that is held at points becomes softer as its
+          elements shrink, without limit.
     x, y, z : float [m], Guide or None
         Each component is prescribed (a displacement), guided (one common unknown displacement), or free
         (None).
@@ -81,7 +91,7 @@ class Support:
 
     def __post_init__(self) -> None:
         if not isinstance(self.where, str) and not callable(self.where) and not is_box(self.where):
-            _places(self.where)
+            ask(of_corners(f"where of {self.name or 'a support'}", _places(self.where)))
         for component in "xyz":
             value = getattr(self, component)
             if value is not None and not isinstance(value, Guide):
@@ -210,6 +220,32 @@ def is_box(where: Any) -> bool:
         if low is not None and high is not None and low > high:
             raise ValueError(f"a box runs from {axis} = {low:g} to {high:g} m: the lower end comes first")
     return True
+
+
+def of_corners(what: str, points: Array) -> list[str]:
+    """Questions about points (k, 3) [m] that may be meant as the two corners of a box."""
+    if len(points) != 2 or (points[0] == points[1]).any():
+        return []
+    box = ", ".join(f"({low:g}, {high:g})" for low, high in np.sort(points, axis=0).T)
+    return [
+        f"{what} is two points, of which each stands for the node nearest to it: are they meant as the "
+        f"corners of a box? A box gives the two ends along each axis, ({box})"
+    ]
+
+
+def place_in_words(where: Where) -> str:
+    """A place for a message."""
+    if isinstance(where, str):
+        return repr(where)
+    if callable(where):
+        return "given as a function"
+    if is_box(where):
+        return "given as a box"
+    points = _places(where)
+    if len(points) == 1:
+        return "given as a point"
+    box = " (a box is ((x0, x1), (y0, y1), (z0, z1)), not two corners)" if len(points) == 2 else ""
+    return f"given as {len(points)} points{box}"
 
 
 def _places(points: ArrayLike) -> Array:

@@ -17,6 +17,8 @@ from ..base.fingerprint import fingerprint
 from ..base.plain import plain
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.faces import Hats, hats, joined, owners, parts, profile_parts, thinned
+from ..bodies.outline import area, corrected, outline, strip
+from ..bodies.outline import covered as covered_share
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import Simple
 from ..bodies.surfaces import BodySurface, height_of
@@ -66,6 +68,9 @@ ABRUPT = 6.0
 
 #: Share of the size of a body below which facets lie in a plane: single precision, as STL files have it.
 ROUNDING = 1e-7
+
+#: Share of a contact face that may have nothing opposite without a word: cells of little area are left out.
+BEYOND = 0.01
 
 #: Share of the size of a body by which it may lie in the other one unnoticed.
 OVERLAP = 1e-4
@@ -250,12 +255,17 @@ def body_contact(
 
 def _common(
     geometry: OwnBodies, grid: ContactGrid
-) -> tuple[dict[bool, NDArray[np.bool_]], Array, _mtb_rs.Sampling, Hats]:
-    """What all elastic faces share: which quadrature points of each body, the gap there, the nodes' hats on
-    the body that carries the grid, and the contact points with their basis."""
+) -> tuple[dict[bool, Array], Array, _mtb_rs.Sampling, Hats]:
+    """What all elastic faces share: how much of each quadrature point of each body, the gap there, the nodes'
+    hats on the body that carries the grid, and the contact points with their basis."""
     nodes, patches = grid.nodes, grid.node_patches
     whole = {upper: body.sample(nodes, patches, upper=upper) for upper, body in geometry.solids.items()}
-    covered, apart = _apart(geometry, whole)
+    there, apart = _apart(geometry, whole)
+    factor = _factors(geometry, grid, whole)
+    covered = {
+        upper: np.where(there[upper], factor.ravel()[_cells(sampling, factor.shape)], 0.0)
+        for upper, sampling in whole.items()
+    }
     whole = {upper: thinned(sampling, covered[upper]) for upper, sampling in whole.items()}
     common = whole[geometry.upper]
     if not common.weights.any():
@@ -329,6 +339,7 @@ def _condensed_contact(
         averages=averages([carriers[geometry.upper]]),
         kept=Kept(nodes, kept, rise, basis.on),
         doubts=tuple(doubt for doubt in doubts if doubt),
+        beyond=_beyond(geometry, float(own.weights.sum())),
     )
 
 
@@ -365,6 +376,56 @@ def _apart(
         mask[np.flatnonzero(mask)[~there]] = False
         found[upper] = mask
     return found, apart[there]
+
+
+def _cells(sampling: _mtb_rs.Sampling, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Number of the cell (rows, columns) that each quadrature point is in."""
+    node = sampling.arrays()["point"].reshape(-1, 4)[:, 0].astype(np.int64)
+    row, column = np.divmod(node, shape[1] + 1)
+    return np.asarray(row * shape[1] + column)
+
+
+def _factors(geometry: OwnBodies, grid: ContactGrid, whole: Mapping[bool, _mtb_rs.Sampling]) -> Array:
+    """Factors (rows, columns) on the weights in each cell, which make the area of cut cells exact.
+
+    An outline of either body and the ends of a profile are known; where two of them cross in one cell, each
+    takes its share of what the other leaves.
+    """
+    x, y = (ends + grid.nodes.points[k, 0] - ends[0] for k, ends in enumerate(grid.node_patches[0].axes()))
+    shape = y.size - 1, x.size - 1
+    factor = np.ones(shape)
+    for upper, sampling in whole.items():
+        weight = np.bincount(_cells(sampling, shape), sampling.arrays()["weight"], factor.size)
+        counted = weight.reshape(shape) / (grid.spacing[0] * grid.spacing[1])
+        factor *= corrected(covered_share(_outline(geometry.solids[upper], upper=upper), x, y), counted)
+    if isinstance(geometry.beside, Profile):
+        value = whole[geometry.upper].arrays()["value"].reshape(-1, 4)
+        along = np.unique(np.round(value[:, 2] + value[:, 3], 9))
+        start, end = geometry.beside.range
+        places = y[:-1, None] + along * np.diff(y)[:, None]
+        counted = ((places >= start) & (places <= end)).mean(axis=1)
+        factor *= corrected(strip(start, end, y)[:, None], counted[:, None])
+    return factor
+
+
+def _outline(body: ElasticBody, *, upper: bool) -> Array:
+    """Outline (k, 2, 2) [m] of a contact face."""
+    faces = body.faces[body.contact_faces].astype(np.int64)
+    return outline(body.mesh.nodes, faces, upward=not upper)
+
+
+def _beyond(geometry: OwnBodies, common: float) -> tuple[str, float] | None:
+    """The elastic body with the least share of its contact face (name, share) that has nothing opposite.
+
+    Of a lower body alone this is none: what lies on it may be as small as it likes.
+    """
+    shares = [
+        (body.name, 1.0 - common / area(_outline(body, upper=upper)))
+        for upper, body in geometry.solids.items()
+        if upper or len(geometry.solids) == 2
+    ]
+    found = min(shares, key=lambda own: own[1], default=None)
+    return found if found is not None and found[1] > BEYOND else None
 
 
 def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> None:

@@ -151,6 +151,8 @@ class Contact:
         Where not all points of the grids are contact points.
     doubts : tuple of str
         What its geometry makes doubtful, in whole sentences.
+    beyond : (name, share) or None
+        The body of which this share of the contact face has nothing opposite.
     memory : Memory
         What is made of the bodies for one load and serves the next.
     """
@@ -164,6 +166,7 @@ class Contact:
     averages: Averages | None = None
     kept: Kept | None = None
     doubts: tuple[str, ...] = ()
+    beyond: tuple[str, float] | None = None
     memory: Memory = field(default_factory=Memory)
 
     @property

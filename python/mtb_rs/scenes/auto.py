@@ -11,7 +11,7 @@ tells the discretisation error of the fine one, and where the spacing is free, t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,9 @@ FEW_POINTS = 8.0
 #: Error of the pressure in a contact of n points across, in parts of 1 / n, that cells twice as wide do not
 #: resolve: of a sphere, wherever its grid lies, 0.36 to 0.76.
 OF_WIDTH = 0.8
+
+#: Share of the force that may be left undetermined by rounding alone.
+DETERMINED = 1e-9
 
 #: Operations of the finest solve that is tried where the spacing is free: some minutes.
 MOST_OPERATIONS = 2e12
@@ -113,6 +116,27 @@ class Level:
         means = self.problem.on_grid(mean_tractions(self.problem, coefficients)[2])
         pressure = self.problem.on_grid(coefficients[2])
         return GridField(self.problem.axes(), means, pressure if hats else None)
+
+    @property
+    def undetermined(self) -> float:
+        """Share of the force on the lower body that balance leaves to the elasticity of the bodies.
+
+        A body that is free to move along z carries its load, however stiff it is, and slides under friction
+        times that. Each component of the force is a sum over the pressures, and so is the balance of each
+        free motion: what the second ones add up to is known.
+        """
+        if self.problem.friction.fixed is None:
+            # friction that follows the pressure is no sum
+            return 1.0
+        unit = replace(self.solution, pressure=np.ones(self.problem.n)).coefficients(self.problem)
+        force = self.problem.geometry.loads(np.ascontiguousarray(unit))
+        motions = np.asarray(self.problem.relative_motions).reshape(-1, 3, self.problem.n)
+        balance = self.problem.area * (unit * motions).sum(axis=1)
+        size = np.linalg.norm(balance, axis=1)
+        rows = balance[size > 0.0] / size[size > 0.0, None]
+        rest = force - force @ np.linalg.pinv(rows) @ rows if rows.size else force
+        left = float(np.linalg.norm(rest) / np.linalg.norm(force))
+        return left if left > DETERMINED else 0.0
 
     def force(self) -> Array:
         """Load (3,) [N] on the lower body."""
@@ -251,12 +275,14 @@ class Errors:
         discrete = self.cells[quantity] + self.mesh.get(quantity, 0.0)
         return float(np.hypot(discrete, self.model.get(quantity, 0.0)))
 
-    def with_mesh(self, whole: float, at_contact: float) -> Errors:
-        """With shares of the elastic energy that a mesh leaves out: pressure errs by their root.
+    def with_mesh(self, whole: float, at_contact: float, undetermined: float) -> Errors:
+        """With shares of the elastic energy that a mesh leaves out: pressure errs by their root, and of the
+        force what is `undetermined` by balance.
 
         Averages at nodes see half of what singular edges leave out.
         """
-        by = {"pressure": float(np.sqrt(at_contact)), "force": 2.0 * whole, "displacement": 2.0 * whole}
+        of_force = 2.0 * whole * undetermined
+        by = {"pressure": float(np.sqrt(at_contact)), "force": of_force, "displacement": 2.0 * whole}
         return Errors(self.cells, self.model, by, self.narrow)
 
     def totals(self) -> dict[str, float]:

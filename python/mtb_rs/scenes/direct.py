@@ -110,7 +110,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         wider = [] if layers is not None and failed else [found for found in wider if found.is_solved]
         errors = estimated(level, wider, chosen, layers, skip_border=geometry.is_body_edge)
         if errors is not None and scene.own_model is not None:
-            errors = errors.with_mesh(*mesh_errors(level))
+            errors = errors.with_mesh(*mesh_errors(level), level.undetermined)
         return level, errors
 
     spent, refused = 0.0, ""

@@ -45,7 +45,7 @@ from ..friction.laws import InterfaceLayer, of_friction
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
-from ..results.result import Result, png
+from ..results.result import Result, percent, png
 
 Array = NDArray[np.float64]
 
@@ -341,6 +341,13 @@ class PosedScene(Told):
         if spacing == self.known_spacing:
             for doubt in contact.doubts:
                 warn(doubt)
+            if self.magnetic_pressure is not None and contact.beyond is not None:
+                name, share = contact.beyond
+                warn(
+                    f"{percent(share)} of the contact face of {name} has nothing opposite, because the "
+                    "surface of the other body ends before: magnetic_pressure acts only where the bodies "
+                    "face one another, here on the rest of the face"
+                )
         return problem
 
     def _contact(

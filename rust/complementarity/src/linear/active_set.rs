@@ -8,7 +8,7 @@ use mtb_operator::{Monitor, report, reset_workers};
 use super::dense::Factor;
 use super::existence::reachable;
 use super::lemke::lemke;
-use super::problem::{Problem, Solution, Status};
+use super::problem::{Border, Problem, Solution, Status};
 use crate::error::Error;
 
 /// What the active-set method starts from and when it gives up.
@@ -21,7 +21,10 @@ pub struct Options {
 /// Relative size below which a negative pressure or slack counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Residual above which a set was singular: its signs mean nothing.
-const SINGULAR: f64 = 1e-6;
+pub(super) const SINGULAR: f64 = 1e-6;
+/// Stiffness of a motion, in parts of that of the stiffest, below which a set does not hold it at all: two rows
+/// of points a millionth of the body apart still have as much.
+const LOOSE: f64 = 1e-12;
 /// Sets the active-set method may visit; it needs about ten where a solution exists.
 const SETS: usize = 200;
 
@@ -134,36 +137,17 @@ pub(super) fn stationary(
     let mut motion = vec![0.0; m];
     let mut sign = factor.determinant_sign();
     if let Some(border) = problem.border {
-        // K^T A^-1 N c = f + K^T A^-1 b, scaled to rows and columns of like size
+        // K^T A^-1 N c = f + K^T A^-1 b
         let weigh = |row: usize, column: usize| -> f64 {
             (0..k)
                 .map(|i| border.balance[row * n + set[i]] * solved[(i, column)])
                 .sum()
         };
-        let mut small = Mat::from_fn(m, m, |i, j| weigh(i, j + 1));
-        let columns: Vec<f64> = (0..m)
-            .map(|j| small.col(j).norm_max().max(f64::MIN_POSITIVE))
-            .collect();
-        for j in 0..m {
-            for i in 0..m {
-                small[(i, j)] /= columns[j];
-            }
-        }
-        let rows: Vec<f64> = (0..m)
-            .map(|i| small.row(i).norm_max().max(f64::MIN_POSITIVE))
-            .collect();
-        for j in 0..m {
-            for i in 0..m {
-                small[(i, j)] /= rows[i];
-            }
-        }
-        let target = Mat::from_fn(m, 1, |i, _| (border.target[i] - weigh(i, 0)) / rows[i]);
-        let lu = Lu::new(small, Par::Seq, monitor)?;
-        let c = lu.solve_few(target.as_ref(), Par::Seq);
-        sign *= lu.sign();
-        for j in 0..m {
-            motion[j] = c[(j, 0)] / columns[j];
-        }
+        let small = Mat::from_fn(m, m, |i, j| weigh(i, j + 1));
+        let target: Vec<f64> = (0..m).map(|i| border.target[i] - weigh(i, 0)).collect();
+        let (balanced, of_border) = balanced(&small, &target, border, n, monitor)?;
+        motion = balanced;
+        sign *= of_border;
     }
     let mut pressure = vec![0.0; n];
     for (i, &point) in set.iter().enumerate() {
@@ -187,6 +171,55 @@ pub(super) fn stationary(
         by_lemke: false,
         determinant_sign: sign,
     }))
+}
+
+/// Motions (m) that meet the balances `small . motion = target`, and the sign of the determinant.
+///
+/// A set may leave a motion free: a body on one row of points can roll about it. Then many motions meet the
+/// same balance, or none does; of the former the shortest is taken, and of the latter the nearest, which
+/// does not meet it and so has a residual.
+fn balanced(
+    small: &Mat<f64>,
+    target: &[f64],
+    border: Border<'_>,
+    n: usize,
+    monitor: Monitor<'_>,
+) -> Result<(Vec<f64>, f64), Error> {
+    let m = target.len();
+    // the scales of all points, not of the set: what is rounding beside them is no hold
+    let scales = |columns: &[f64]| -> Vec<f64> {
+        columns
+            .chunks_exact(n.max(1))
+            .map(|c| {
+                let largest = c.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+                if largest > 0.0 { largest } else { 1.0 }
+            })
+            .collect()
+    };
+    let (rows, columns) = (scales(border.balance), scales(border.motion));
+    let scaled = Mat::from_fn(m, m, |i, j| small[(i, j)] / (rows[i] * columns[j]));
+    let right = Mat::from_fn(m, 1, |i, _| target[i] / rows[i]);
+    let Ok(svd) = scaled.svd() else {
+        return Ok((vec![f64::NAN; m], 1.0));
+    };
+    let held = |value: f64| value > LOOSE * svd.S()[0];
+    let (found, sign) = if (0..m).all(|i| held(svd.S()[i])) {
+        let lu = Lu::new(scaled.clone(), Par::Seq, monitor)?;
+        (lu.solve_few(right.as_ref(), Par::Seq), lu.sign())
+    } else {
+        let along = svd.U().transpose() * &right;
+        let kept = Mat::from_fn(m, 1, |i, _| {
+            let value = svd.S()[i];
+            if held(value) {
+                along[(i, 0)] / value
+            } else {
+                0.0
+            }
+        });
+        (svd.V() * kept, 1.0)
+    };
+    let motion = (0..m).map(|j| found[(j, 0)] / columns[j]).collect();
+    Ok((motion, sign))
 }
 
 /// Moves what has the wrong sign to the other side; returns how much that was.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Monitor, report};
 
-use super::active_set::stationary;
+use super::active_set::{SINGULAR, stationary};
 use super::problem::{Problem, Solution, Status};
 use crate::error::Error;
 
@@ -30,7 +30,11 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     } else {
         None
     };
-    if let Some(point) = polished {
+    // a set that leaves a motion free does not know how far it goes: the pivots do
+    let holds = |point: &Solution| {
+        problem.residual(&point.pressure, &point.slack, &point.motion) <= SINGULAR
+    };
+    if let Some(point) = polished.filter(holds) {
         pressure = point.pressure.iter().map(|p| p.max(0.0)).collect();
         slack = point.slack.iter().map(|w| w.max(0.0)).collect();
         motion = point.motion;
@@ -45,7 +49,7 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     }
     let residual = problem.residual(&pressure, &slack, &motion);
     Ok(Solution {
-        status: if status == Status::Solved && residual > 1e-6 {
+        status: if status == Status::Solved && residual > SINGULAR {
             Status::IterationLimit
         } else {
             status

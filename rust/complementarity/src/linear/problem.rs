@@ -64,6 +64,9 @@ pub struct Solution {
     pub determinant_sign: f64,
 }
 
+/// Lever of a balance below which it counts as none, in parts of the longest one.
+const LEVER: f64 = 1e-6;
+
 impl Problem<'_> {
     /// Number of pressures.
     pub fn dim(&self) -> usize {
@@ -130,7 +133,9 @@ impl Problem<'_> {
                     .zip(pressure)
                     .map(|(k, p)| (k * p).abs())
                     .sum();
-                worst = worst.max(relative((sum - f).abs(), scale.max(f.abs())));
+                // points on the axis of a tilt have no lever but rounding
+                let lever = LEVER * largest(column) * pressure.iter().map(|p| p.abs()).sum::<f64>();
+                worst = worst.max(relative((sum - f).abs(), scale.max(f.abs()).max(lever)));
             }
         }
         worst
