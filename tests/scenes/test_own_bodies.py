@@ -144,6 +144,7 @@ def test_far_from_rest_a_start_is_the_sliding_state(upper: str, lower: str) -> N
 
 
 @pytest.mark.coarse
+@pytest.mark.filterwarnings("ignore:.*has nothing opposite:UserWarning")
 def test_a_sweeps_value_is_the_scene_made_with_it() -> None:
     scene = scene_of(("driven", "half-space", "pull", "number", "upper", (1.0, 0.0)))
     other = body(upper=True, held="driven", shift=0.01)

@@ -571,7 +571,9 @@ class ElasticBody:
         fine = 6  # points within a triangle: the middles of its 36 parts, but for those upside down
         i, j = np.nonzero(np.add.outer(np.arange(fine), np.arange(fine)) < fine)
         share = np.stack([i + 1 / 3, j + 1 / 3, fine - i - j - 2 / 3]) / fine
-        points = np.einsum("kp,fkc->fpc", share, corners[alike])
+        # on curved elements: a function may be as tight as the face itself
+        whole = self.mesh.nodes[self.faces[alike].astype(np.int64)]
+        points = np.einsum("kp,fkc->fpc", self.face_shape(share.T), whole)
         inside = select(points.reshape(-1, 3), {}, self.contact).reshape(points.shape[:2]).mean(axis=1)
         area = 0.5 * np.linalg.norm(double, axis=1)
         meant, taken = float(inside @ area[alike]), float(area[chosen & alike].sum())
@@ -786,11 +788,11 @@ def _is_side(where: Where) -> bool:
 def _side(nodes: Array, faces: Index, side: str) -> NDArray[np.bool_]:
     """Which triangles (f, 3) or (f, 6) are the underside ("bottom") or the upper side ("top") of a body."""
     if side == "bottom":
-        return underside(nodes, faces, nodes)
+        return underside(nodes, faces)
     # upside down; a mirror turns the triangles round as well
     mirrored = nodes * np.array([1.0, 1.0, -1.0])
     order = [0, 2, 1] if faces.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
-    return underside(mirrored, faces[:, order], mirrored)
+    return underside(mirrored, faces[:, order])
 
 
 def _at_contact(nodes: Array, faces: Index, where: Where) -> NDArray[np.bool_]:

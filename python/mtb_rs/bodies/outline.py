@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Straight pieces of a curved edge: their area is that of the curve to a part in 4 PIECES^2 of its segment.
-PIECES = 8
+#: Straight pieces of a curved edge: between them and the curve lies a part in PIECES^2 of its segment.
+PIECES = 16
 #: Share of a cell by which counted and exact areas may differ by rounding.
 ROUNDING = 1e-9
 #: Least share of what the points of a cell stand for that is left to them.
@@ -39,9 +39,14 @@ def outline(nodes: Array, faces: Index, *, upward: bool) -> Array:
     middle = 0.5 * (start + end)
     if faces.shape[1] == 6:
         middle = nodes[faces[:, 3:].reshape(-1)[alone], :2]
+    bulge = np.linalg.norm(middle - 0.5 * (start + end), axis=1)
+    is_curved = bulge > ROUNDING * np.linalg.norm(end - start, axis=1)
+    straight = np.stack([start, end], axis=1)[~is_curved]
+    start, middle, end = start[is_curved], middle[is_curved], end[is_curved]
     at = np.linspace(0.0, 1.0, PIECES + 1)[:, None, None]
     places = (1 - at) * (1 - 2 * at) * start + at * (2 * at - 1) * end + 4 * at * (1 - at) * middle
-    pieces = np.stack([places[:-1], places[1:]], axis=2).reshape(-1, 2, 2)
+    curved = np.stack([places[:-1], places[1:]], axis=2).reshape(-1, 2, 2)
+    pieces = np.concatenate([straight, curved])
     return pieces if upward else pieces[:, ::-1]
 
 

@@ -25,7 +25,7 @@ LEVEL = 1e-6
 MOSTLY_FLAT = 0.5
 
 
-def underside(nodes: Array, faces: Index, whole: Array) -> Mask:
+def underside(nodes: Array, faces: Index) -> Mask:
     """Which triangles (f, 3) or (f, 6) of a boundary are its underside.
 
     The triangles at the lowest height; and those that continue them, or the lowest point, without an edge,
@@ -38,14 +38,13 @@ def underside(nodes: Array, faces: Index, whole: Array) -> Mask:
     nodes : (n, 3) [m]
     faces
         Counter-clockwise seen from outside.
-    whole : (k, 3) [m]
-        All points of the body.
     """
     corners = nodes[faces[:, :3]]
     double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(double, axis=1)
-    lowest = float(whole[:, 2].min())
-    near = LEVEL * float(np.ptp(whole, axis=0).max())
+    # of corners: the middles of curved edges may lie lower, but no triangle ends there
+    lowest = float(corners[:, :, 2].min())
+    near = LEVEL * float(np.ptp(corners, axis=(0, 1)).max())
     flat: Mask = np.all(corners[:, :, 2] <= lowest + near, axis=1)
     down = np.flatnonzero(flat | (-double[:, 2] > np.cos(STEEPEST) * size))
     if not down.size:
@@ -82,7 +81,8 @@ def _pieces(
         if one != other:
             touching[one].add(other)
             touching[other].add(one)
-    first = int(next(k for k in order if least[k] <= lowest + near))
+    # a body on a tip has no face there: then the piece that reaches down the farthest
+    first = int(next(k for k in order if least[k] <= max(lowest, least.min()) + near))
     taken, highest = {first}, most[first]
     while True:
         new = next(

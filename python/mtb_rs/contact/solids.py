@@ -415,17 +415,16 @@ def _outline(body: ElasticBody, *, upper: bool) -> Array:
 
 
 def _beyond(geometry: OwnBodies, common: float) -> tuple[str, float] | None:
-    """The elastic body with the least share of its contact face (name, share) that has nothing opposite.
+    """The upper body and the share of its contact face (name, share) that has nothing opposite.
 
-    Of a lower body alone this is none: what lies on it may be as small as it likes.
+    None where the other body's face ends nowhere in it: what lies on a larger one may be as small as it likes.
     """
     shares = [
         (body.name, 1.0 - common / area(_outline(body, upper=upper)))
         for upper, body in geometry.solids.items()
-        if upper or len(geometry.solids) == 2
     ]
-    found = min(shares, key=lambda own: own[1], default=None)
-    return found if found is not None and found[1] > BEYOND else None
+    is_cut = True in geometry.solids and all(share > BEYOND for _, share in shares)
+    return shares[0] if is_cut else None
 
 
 def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper: bool) -> None:
