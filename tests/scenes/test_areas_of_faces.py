@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
-from mtb_rs.bodies.outline import area, covered, outline
+from mtb_rs.bodies.outline import area, covered
 
 HELD = [mtb.Support("top", x=0.0, y=0.0, z=mtb.Guide(0.0))]
 
@@ -78,7 +78,7 @@ def test_the_pull_is_that_of_the_face_at_any_spacing(spacing):
 
 def block(length=0.12, width=0.06, level=0.0, height=0.04, supports=HELD, contact="contact"):
     mesh = block_mesh(np.linspace(-length / 2, length / 2, 13), np.linspace(-width / 2, width / 2, 7), height)
-    nodes = mesh.nodes + [0.0, 0.0, level]
+    nodes = mesh.nodes + np.array([0.0, 0.0, level])
     return mtb.ElasticBody(
         mtb.TetraMesh(nodes, mesh.cells, mesh.node_sets), mtb.steel, contact, supports, f"block {width:g}"
     )

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -15,9 +17,7 @@ OVER = np.diag([1.0, -1.0, -1.0])
 
 
 def stations(*ends, parts=3):
-    return np.unique(
-        np.concatenate([np.linspace(a, b, parts + 1) for a, b in zip(ends, ends[1:], strict=False)])
-    )
+    return np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in pairwise(ends)]))
 
 
 X = stations(-0.06, -0.055, -0.01, -0.004, 0.055, 0.06)
@@ -41,7 +41,7 @@ def rounded(x):
 
 
 def shaped(rise, slot=None, x=X, y=Y):
-    """A block whose sole is raised by a function of x and y, with a slot across it from x = slot[0] to slot[1]."""
+    """A block whose sole is raised by a function of x and y, with a slot across it."""
     mesh = block_mesh(x, y, HEIGHT)
     nodes = mesh.nodes + np.outer(
         rise(mesh.nodes[:, 0], mesh.nodes[:, 1]) * (1 - mesh.nodes[:, 2] / HEIGHT), [0, 0, 1]
@@ -105,7 +105,8 @@ def test_a_ball_has_an_underside_up_to_its_slope():
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.02)
     found = underside(ball.vertices, ball.faces)
     outline = ball.vertices[ball.faces[found]].reshape(-1, 3)
-    assert found.any() and outline[:, 2].max() < 0.0
+    assert found.any()
+    assert outline[:, 2].max() < 0.0
     assert np.hypot(*outline[:, :2].T).max() == pytest.approx(0.02 * np.sin(STEEPEST), rel=0.1)
 
 
@@ -117,7 +118,7 @@ def test_a_set_of_nodes_of_that_name_goes_first():
 
 
 @pytest.mark.parametrize(
-    "wrong, match",
+    ("wrong", "match"),
     [
         (np.diag([1.0, 1.0, -1.0]), "no rotation but a mirror"),
         (2.0 * np.eye(3), "scales or shears"),

@@ -417,7 +417,7 @@ def _outline(body: ElasticBody, *, upper: bool) -> Array:
 def _beyond(geometry: OwnBodies, common: float) -> tuple[str, float] | None:
     """The upper body and the share of its contact face (name, share) that has nothing opposite.
 
-    None where the other body's face ends nowhere in it: what lies on a larger one may be as small as it likes.
+    None where the face of the other body ends nowhere in it, as what lies on a larger one may be small.
     """
     shares = [
         (body.name, 1.0 - common / area(_outline(body, upper=upper)))
