@@ -356,6 +356,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(nodes=block_mesh(LINE, LINE, 0.01).nodes),
     ),
     (
+        "ElasticBody.from_mesh",
+        lambda **a: mtb.ElasticBody.from_mesh(block_mesh(LINE, LINE, 0.01), mtb.steel, **a).mesh.nodes,
+        dict(shift=(1.0, 2.0, 3.0)),
+    ),
+    (
         "TetraMesh.moved",
         lambda **a: block_mesh(LINE, LINE, 0.01).moved(np.eye(3), **a).nodes,
         dict(shift=(1.0, 2.0, 3.0)),

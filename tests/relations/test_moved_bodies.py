@@ -55,7 +55,8 @@ class Map:
             mesh, turn = mesh.mirrored(), self.matrix @ flip
         else:
             turn = self.matrix
-        return mesh.moved(self.size * turn, self.shift)
+        sized = mtb.TetraMesh(self.size * mesh.nodes, mesh.cells, mesh.node_sets)
+        return sized.moved(turn, self.shift)
 
     def sides(self, pair: tuple[float, float]) -> tuple[float, float]:
         dx, dy = np.abs(self.matrix[:2, :2]) @ pair * self.size
