@@ -28,6 +28,8 @@ contains
     integer(c_int), intent(in) :: status
     if (status == mtb_status_ok) return
     write (error_unit, "(a)") mtb_last_error_message()
-    call exit(status)
+    ! codes of stop are constants in Fortran 2008
+    if (status == mtb_status_bad_file) stop mtb_status_bad_file
+    stop 1
   end subroutine
 end program

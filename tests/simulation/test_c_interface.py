@@ -81,7 +81,7 @@ def in_c(name, library, folder):
 def in_fortran(name, library, folder):
     program = folder / name
     sources = [str(CAPI / "fortran" / "mtb.f90"), str(CAPI / "examples" / f"{name}.f90")]
-    flags = ["-std=gnu", "-Wall", "-O1", f"-J{folder}", f"-L{library}"]
+    flags = ["-std=f2008", "-Wall", "-O1", f"-J{folder}", f"-L{library}"]
     subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
     return program
 
@@ -294,8 +294,7 @@ def test_what_goes_wrong_has_a_status_and_a_message(c, contact, tmp_path):
     assert message() == "velocity is 70 m/s: the table of friction covers 0 to 50 m/s"
     assert step(0.0) == 1
     assert message().startswith("velocity is 0: at rest friction has no direction")
-    assert step(5.0, out=None) == 1
-    assert message() == "force is null"
+    assert step(5.0, out=None) == 0
     assert step(5.0) == 0
     assert c.mtb_contact_pressure(handle, 4, ctypes.addressof(field)) == 1
     assert message() == "pressure has room for 4 numbers, there are 128"
@@ -363,6 +362,49 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     assert c.mtb_wheels_free(handle) == 0
     assert solve() == 1
     assert message() == f"handle {handle.value} is no wheels, or one that was freed"
+
+
+def test_what_the_grid_cuts_off_is_refused(c, tmp_path):
+    """As in Python, in the same words; heat, peak and the motions are Python's as well."""
+    x = (np.arange(9) - 4.0) * 0.2e-3
+    scene = mtb.Scene(
+        upper=mtb.steel,
+        lower=mtb.steel,
+        gap=x[:, None] ** 2 + x**2,
+        spacing=0.2e-3,
+        friction=0.2,
+        force=10.0,
+        moments=(0.0, 0.0),
+    )
+    contact = scene.prepare()
+    contact.save(tmp_path / "ball.mtbc")
+    handle, number = ctypes.c_uint64(), ctypes.c_uint64
+    assert c.mtb_contact_load(str(tmp_path / "ball.mtbc").encode(), ctypes.byref(handle)) == 0
+    velocity, force = (ctypes.c_double * 2)(2.0, 0.0), (ctypes.c_double * 3)(1.0, 2.0, 3.0)
+    deep = (ctypes.c_double * 6)(0.0, 0.0, -1e-5, 0.0, 0.0, 0.0)
+    assert c.mtb_contact_step(handle, deep, velocity, float("nan"), force, None, None) == 1
+    assert list(force) == [1.0, 2.0, 3.0]
+    with pytest.raises(ValueError, match="reaches the edge of the grid of 9 x 9 points") as refused:
+        contact.step(list(deep), (2.0, 0.0))
+    assert c.mtb_last_error_message().decode() == str(refused.value)
+
+    own = contact.step(velocity=(2.0, 0.0))
+    assert c.mtb_contact_step(handle, None, velocity, float("nan"), None, None, None) == 0
+    power, peak, m = ctypes.c_double(), ctypes.c_double(), ctypes.c_uint64()
+    assert c.mtb_contact_summary(handle, ctypes.byref(power), ctypes.byref(peak)) == 0
+    assert power.value == pytest.approx(own.friction_power, rel=1e-12)
+    assert peak.value == pytest.approx(own.pressure.max(), rel=1e-12)
+    assert c.mtb_contact_size(handle, None, ctypes.byref(m)) == 0
+    amplitudes = (ctypes.c_double * m.value)()
+    assert c.mtb_contact_amplitudes(handle, m, amplitudes) == 0
+    np.testing.assert_allclose(list(amplitudes), own.state.motion, rtol=1e-9, atol=1e-15)
+    names = []
+    for k in range(m.value):
+        name = ctypes.create_string_buffer(80)
+        assert c.mtb_contact_motion(handle, number(k), number(80), name, None) == 0
+        names.append(name.value.decode())
+    assert names == contact.motions
+    assert c.mtb_contact_free(handle) == 0
 
 
 def test_wedging_is_a_status(c, tmp_path):

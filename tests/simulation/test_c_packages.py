@@ -96,6 +96,35 @@ def test_pkg_config_knows_it_and_programs_find_it(installed: Path, shoe: Path, t
     ride = tmp_path / "ride"
     posix = "-D_POSIX_C_SOURCE=200809L"
     run(program("gcc"), posix, CAPI / "examples" / "ride.c", *flags, "-lm", "-o", ride)
+    major, minor, _ = mtb.__version__.split(".")
+    name = f"libmtb_capi.so.{major}" if major != "0" else f"libmtb_capi.so.0.{minor}"
     needed = re.findall(r"\[(libmtb_capi[^\]]*)\]", run(program("readelf"), "-d", ride))
-    assert needed == ["libmtb_capi.so"]
-    assert run(ride, shoe, LD_LIBRARY_PATH=str(installed / "lib"))
+    assert needed == [name]
+    chain = [installed / "lib" / f"libmtb_capi.so{end}" for end in ("", name[14:], f".{mtb.__version__}")]
+    assert [link.is_symlink() for link in chain] == [True, True, False]
+    assert len({link.resolve() for link in chain}) == 1
+    rides = [run(ride, shoe, LD_LIBRARY_PATH=str(installed / "lib"))]
+    # what cargo built serves the same program
+    built = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
+    rides.append(run(ride, shoe, LD_LIBRARY_PATH=str(built)))
+
+    flags = run(program("pkg-config"), "--cflags", "--libs", "mtb-static", **where).split()
+    run(program("gcc"), posix, CAPI / "examples" / "ride.c", *flags, "-o", ride)
+    assert "libmtb_capi" not in run(program("readelf"), "-d", ride)
+    rides.append(run(ride, shoe))
+    assert len(rides[0].splitlines()) > 20
+    assert rides == 3 * rides[:1]
+
+
+def test_what_a_program_in_fortran_needs_is_installed(installed: Path, shoe: Path, tmp_path: Path) -> None:
+    """By the standard of 2008 alone, from the installed files alone."""
+    where = {"PKG_CONFIG_PATH": str(installed / "lib" / "pkgconfig")}
+    flags = run(program("pkg-config"), "--libs", "mtb-static", **where).split()
+    share, documents = installed / "share" / "mtb", installed / "share" / "doc" / "mtb"
+    standard = ["-std=f2008", "-Wall", "-pedantic", f"-J{tmp_path}"]
+    for name in ("ride", "wheelset"):
+        sources = [share / "mtb.f90", share / "examples" / f"{name}.f90"]
+        run(program("gfortran"), *standard, *sources, *flags, "-o", tmp_path / name)
+        assert (share / "examples" / f"{name}.c").exists()
+    assert len(run(tmp_path / "ride", shoe).splitlines()) > 20
+    assert {path.name for path in documents.iterdir()} >= {"LICENSE-MIT", "LICENSE-APACHE", "README.md"}

@@ -174,6 +174,27 @@ def test_memory_and_state_change_nothing_but_time(tmp_path):
         loaded.step(velocity=20.0, magnetic_pressure=[1e6, 2e6])
 
 
+def test_a_contact_at_the_edge_of_its_grid_is_refused_from_any_file(tmp_path):
+    """Half-spaces go on beyond their grid, a punch ends with it: the file says which."""
+    x = np.linspace(-1.0, 1.0, 9) * 0.9e-3
+    ball = mtb.Scene(
+        upper=mtb.steel, lower=mtb.steel, gap=x[:, None] ** 2 + x**2, spacing=0.2e-3, friction=0.2, force=10.0
+    )
+    block = mtb.scenes.block_on_plane(width=0.04, height=0.02, spacing=1e-2, friction=0.2)
+    for scene, model, is_refused in ((ball, "half-space", True), (block, "elastic-upper", False)):
+        contact = scene.prepare(model)
+        contact.save(tmp_path / "contact.mtbc")
+        read = mtb.PreparedContact.load(tmp_path / "contact.mtbc")
+        for own in (contact, contact.copy(), read, read.copy(), pickle.loads(pickle.dumps(contact))):
+            fine = own.step(velocity=1.0)
+            if is_refused:
+                with pytest.raises(ValueError, match=r"reaches the edge of the grid of 9 x 9 points at x = "):
+                    own.step([0.0, 0.0, -1e-5, 0.0, 0.0, 0.0], 1.0)
+            else:
+                own.step([0.0, 0.0, -1e-5, 0.0, 0.0, 0.0], 1.0)
+            np.testing.assert_allclose(own.step(velocity=1.0).force, fine.force, rtol=1e-12, atol=1e-9)
+
+
 def test_results_pickle():
     scene, model = SCENES["elastic"]
     step = scene.prepare(model).step(velocity=20.0)

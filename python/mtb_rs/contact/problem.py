@@ -75,6 +75,8 @@ class ContactProblem:
         For unknowns that are coefficients of hats; None where they are pressures of cells.
     kept : Kept or None
         Where not all points of the grids are contact points.
+    windows : tuple of Patch
+        The grids beyond which the bodies go on, so that no pressure may reach their edge.
     moments : (mx, my) [N m]
         That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
@@ -97,6 +99,7 @@ class ContactProblem:
     time_s: dict[str, float] = field(default_factory=dict)
     kept: Kept | None = None
     memory: Memory = field(default_factory=Memory)
+    windows: tuple[Patch, ...] = ()
     moments: tuple[float, float] = (0.0, 0.0)
 
     @property
@@ -108,7 +111,7 @@ class ContactProblem:
     def geometry(self) -> _mtb_rs.ContactGeometry:
         """The contact points as the core has them: tangents of sliding, means and resultants are its own."""
 
-        return core_geometry(self.memory, self.points, self.area, self.averages)
+        return core_geometry(self.memory, self.points, self.area, self.averages, self.windows)
 
     @property
     def core(self) -> _mtb_rs.Problem:
@@ -226,7 +229,11 @@ def to_global(components: Array, points: ContactPoints) -> Array:
 
 
 def core_geometry(
-    memory: Memory, points: ContactPoints, area: Array, averages: Averages | None
+    memory: Memory,
+    points: ContactPoints,
+    area: Array,
+    averages: Averages | None,
+    windows: tuple[Patch, ...],
 ) -> _mtb_rs.ContactGeometry:
     """Contact points as the core has them, made once for all loads on them."""
 
@@ -242,10 +249,11 @@ def core_geometry(
             np.ascontiguousarray(area),
             [np.ascontiguousarray(field) for field in (*unit, *mean)],
             means,
+            [(grid.start, grid.nx, grid.ny) for grid in windows],
         )
 
     # objects of the contact, the same ones for every load: they are compared by what they are, not read
-    return memory.recall("geometry", [points, area, averages], build)
+    return memory.recall("geometry", [points, area, averages, windows], build)
 
 
 def sliding_direction(

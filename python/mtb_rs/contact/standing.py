@@ -155,6 +155,8 @@ class Contact:
         The body of which this share of the contact face has nothing opposite.
     memory : Memory
         What is made of the bodies for one load and serves the next.
+    windows : tuple of Patch
+        The grids beyond which the bodies go on.
     """
 
     points: ContactPoints
@@ -168,6 +170,7 @@ class Contact:
     doubts: tuple[str, ...] = ()
     beyond: tuple[str, float] | None = None
     memory: Memory = field(default_factory=Memory)
+    windows: tuple[Patch, ...] = ()
 
     @property
     def nbytes(self) -> float:
@@ -187,7 +190,7 @@ class Contact:
     @property
     def geometry(self) -> _mtb_rs.ContactGeometry:
         """The contact points as the core has them."""
-        return core_geometry(self.memory, self.points, self.area, self.averages)
+        return core_geometry(self.memory, self.points, self.area, self.averages, self.windows)
 
     def load_of(self, pull: Array) -> Array:
         """Load (3, n) [N] on the upper body by a magnetic pressure (n,) [Pa]."""

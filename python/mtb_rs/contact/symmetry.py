@@ -124,6 +124,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         lower=halves[1],
         averages=None,
         patches=(),
+        windows=(),
         shape=(kept.size,),
         kept=None,
         memory=problem.memory.recall("half", [image], Memory),

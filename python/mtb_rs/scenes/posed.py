@@ -380,6 +380,8 @@ class PosedScene(Told):
 
     def _under_load(self, contact: Contact, model: Model, time_s: dict[str, float]) -> ContactProblem:
         """The bodies of a contact under the loads of the scene."""
+        if not self.geometry.is_body_edge:
+            contact = replace(contact, windows=contact.patches)
         points, patches, kept, n = contact.points, contact.patches, contact.kept, contact.area.size
         pull = np.zeros(n)
         if self.magnetic_pressure is not None:
@@ -416,6 +418,7 @@ class PosedScene(Told):
             time_s=time_s,
             kept=kept,
             memory=contact.memory,
+            windows=contact.windows,
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:

@@ -273,7 +273,7 @@ class PreparedContact:
         ------
         ValueError
             If something cannot be as given, or the contact reaches the edge of a grid beyond which the
-            bodies go on; a contact from a file does not know where they end.
+            bodies go on.
         ResultantError
             If no pressure carries the load.
         ConvergenceError
@@ -327,7 +327,6 @@ class PreparedContact:
         if out.status != "solved":
             raise _failure(out, result)
         if self._source is not None:
-            self._source.scene.check_edge(self._source.problem.patches, out.pressure)
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
             speed = float(np.hypot(*sliding))

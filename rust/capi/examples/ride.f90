@@ -7,14 +7,21 @@ program ride
   use mtb
   implicit none
   character(len=1000) :: path
-  integer(c_int64_t) :: contact, n, m
+  character(len=:), allocatable :: name
+  integer(c_int64_t) :: contact, n, m, index
+  integer(c_int32_t) :: component
   integer :: k
-  real(c_double) :: free, speed, pitch, force(3), moment(3), again(3)
-  real(c_double), allocatable :: pressure(:), state(:)
+  real(c_double) :: free, speed, pitch, force(3), moment(3), again(3), power, peak
+  real(c_double), allocatable :: pressure(:), state(:), amplitudes(:)
 
   call get_command_argument(1, path)
   call check(mtb_contact_load(path, contact))
   call check(mtb_contact_size(contact, n, m))
+  do index = 0, m - 1
+    call check(mtb_contact_motion(contact, index, name, component))
+    ! each motion has a name and is one of six components of the pose, or none
+    if (len(name) == 0 .or. component < -1 .or. component > 5) stop 72
+  end do
   free = ieee_value(free, ieee_quiet_nan)
   do k = 0, 19
     speed = -1.0_c_double
@@ -24,8 +31,11 @@ program ride
     write (*, "(8(es24.16e3, 1x))") speed, pitch, force, moment
   end do
 
-  allocate (pressure(n), state(n))
+  allocate (pressure(n), state(n), amplitudes(m))
   call check(mtb_contact_pressure(contact, n, pressure))
+  call check(mtb_contact_summary(contact, power, peak))
+  if (abs(maxval(pressure) - peak) > 0.0_c_double .or. power < 0.0_c_double) stop 73
+  call check(mtb_contact_amplitudes(contact, m, amplitudes))
   write (*, "(es24.16e3)") pressure
   call check(mtb_contact_state(contact, n, state))
   call check(mtb_contact_resume(contact, n, state))
@@ -48,6 +58,8 @@ contains
     integer(c_int), intent(in) :: status
     if (status == mtb_status_ok) return
     write (error_unit, "(a)") mtb_last_error_message()
-    call exit(status)
+    ! codes of stop are constants in Fortran 2008
+    if (status == mtb_status_bad_file) stop mtb_status_bad_file
+    stop 1
   end subroutine
 end program

@@ -62,6 +62,8 @@ contains
     integer(c_int), intent(in) :: code
     if (code == mtb_status_ok) return
     write (error_unit, "(a)") mtb_last_error_message()
-    call exit(code)
+    ! codes of stop are constants in Fortran 2008
+    if (code == mtb_status_bad_file) stop mtb_status_bad_file
+    stop 1
   end subroutine
 end program

@@ -48,6 +48,15 @@ module mtb
       integer(c_int64_t), intent(out) :: points, motions
     end function
 
+    !> index counts from 0; name is ended by a zero, component is -1 or 0 to 5
+    integer(c_int) function mtb_contact_motion_c(contact, index, length, name, component) &
+        bind(c, name="mtb_contact_motion")
+      import :: c_int, c_char, c_int32_t, c_int64_t
+      integer(c_int64_t), value :: contact, index, length
+      character(kind=c_char), intent(out) :: name(length)
+      integer(c_int32_t), intent(out) :: component
+    end function
+
     integer(c_int) function mtb_contact_points(contact, n, points, normals, areas) bind(c)
       import :: c_int, c_int64_t, c_double
       integer(c_int64_t), value :: contact, n
@@ -74,6 +83,18 @@ module mtb
       import :: c_int, c_int64_t, c_double
       integer(c_int64_t), value :: contact, n
       real(c_double), intent(out) :: pressure(n)
+    end function
+
+    integer(c_int) function mtb_contact_summary(contact, friction_power, peak_pressure) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact
+      real(c_double), intent(out) :: friction_power, peak_pressure
+    end function
+
+    integer(c_int) function mtb_contact_amplitudes(contact, m, amplitudes) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, m
+      real(c_double), intent(out) :: amplitudes(m)
     end function
 
     integer(c_int) function mtb_contact_gap(contact, n, gap) bind(c)
@@ -174,6 +195,17 @@ contains
     character(len=*), intent(in) :: path
     integer(c_int64_t), intent(out) :: contact
     status = mtb_contact_load_c(trim(path)//c_null_char, contact)
+  end function
+
+  !> Name of a motion found from balance, `index` from 0, and what it is of the pose: 0 to 5, or -1 for none.
+  integer(c_int) function mtb_contact_motion(contact, index, name, component) result(status)
+    integer(c_int64_t), intent(in) :: contact, index
+    character(len=:), allocatable, intent(out) :: name
+    integer(c_int32_t), intent(out) :: component
+    character(kind=c_char), target :: letters(4096)
+    status = mtb_contact_motion_c(contact, index, size(letters, kind=c_int64_t), letters, component)
+    name = ""
+    if (status == mtb_status_ok) name = text_at(c_loc(letters))
   end function
 
   !> Reads wheels; `path` is trimmed.

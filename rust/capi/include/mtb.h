@@ -1,6 +1,19 @@
 /* SPDX-License-Identifier: MIT OR Apache-2.0 */
 /* Prepared sliding contacts and wheels on rails for multibody programs. SI units; forces act on the
-   lower body, the rail. Generated from rust/capi/src: do not edit. */
+   lower body, the rail. Generated from rust/capi/src: do not edit.
+
+   - A function returns a status. If it is not MTB_STATUS_OK, nothing is written through its pointers, and
+     mtb_last_error_message says why.
+   - A null pointer leaves out an output of a function that has several ones. The only output of a function,
+     and inputs where nothing else is said, must not be null.
+   - Handles are numbers, for any thread. Calls with one handle wait for each other; copies share the matrices
+     and run side by side, one for each thread. The message of a failure is that of the calling thread.
+   - The memory of the last step decides how long a step takes, not what comes out.
+   - The first call starts worker threads, as many as there are processors; the environment variable
+     RAYON_NUM_THREADS, read then, asks for fewer. Each thread that multiplies matrices, the callers' as well,
+     keeps address space of twice the outermost cache of the machine (VmSize, not resident memory).
+   - The library can be forked: the child works in the calling thread alone. */
+
 
 #ifndef MTB_H
 #define MTB_H
@@ -216,17 +229,34 @@ enum mtb_status mtb_contact_copy(uint64_t contact, uint64_t *copy);
 enum mtb_status mtb_contact_free(uint64_t contact);
 
 /*
- Numbers of contact points and of motions found from balance.
+ Numbers of contact points and of motions found from balance. A null pointer leaves one out.
 
  # Safety
- `points` and `motions` must point to numbers.
+ `points` and `motions` must point to numbers or be null.
  */
 enum mtb_status mtb_contact_size(uint64_t contact, uint64_t *points, uint64_t *motions);
 
 /*
+ Name of a motion found from balance, counted from 0, for example "left z", and what it is of the pose.
+
+ `name`: room for `length` bytes, the zero at its end included; a name takes at most 64 as a rule, and a room
+ that is too small is refused with the length needed. `component`: 0 to 5, the component of the pose (x, y, z,
+ roll, pitch, yaw) that takes its place when it is prescribed, or -1 where none does. A null pointer leaves one
+ out.
+
+ # Safety
+ `name` must have this room or be null, `component` must point to a number or be null.
+ */
+enum mtb_status mtb_contact_motion(uint64_t contact,
+                                   uint64_t index,
+                                   uint64_t length,
+                                   char *name,
+                                   int32_t *component);
+
+/*
  Contact points and normals of the lower body (3 n each: all x, all y, all z) [m], areas (n) [m2].
 
- `n`: the number of points, as `mtb_contact_size` tells.
+ `n`: the number of points, as `mtb_contact_size` tells. A null pointer leaves a field out.
 
  # Safety
  The arrays must be of these lengths.
@@ -238,24 +268,31 @@ enum mtb_status mtb_contact_points(uint64_t contact,
                                    double *areas);
 
 /*
- The point that moments and rotations are about [m].
+ The point that moments and rotations are about [m]. It was chosen when the contact was prepared and stays
+ where it is, whatever the pose; that of wheels moves with them.
 
  # Safety
  `point` must have room for 3 numbers.
  */
-enum mtb_status mtb_contact_reference_point(uint64_t contact, double *point);
+enum mtb_status mtb_contact_reference_point(uint64_t contact,
+                                            double *point);
 
 /*
  Solves the contact at one instant, from the memory of the last step.
 
- `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad];
- NaN, or a null pointer for all: found from balance where free, else zero. `velocity` (2): of the upper
- body over the lower one, x and y [m/s]. `magnetic_pressure` [Pa]: uniform, in place of the scene's;
- NaN: the scene's. Out: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
- reference point, and, unless null, `effort`.
+ `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad]: turned about
+ the fixed x, then y, then z axis through the reference point, then shifted. NaN, or a null pointer for all: found
+ from balance where free, else zero. The contact points stay on the lower body and the gap over them changes by
+ the displacement along their normals: x changes nothing where no normal leans along x, as on a straight rail, and
+ a displacement must stay small against the radii of the surfaces. `velocity` (2): of the upper body over the lower
+ one, x and y [m/s]; only its direction counts unless friction or pull are tables over the speed.
+ `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's. No number may be larger than 1e30.
+ Out, each left out by a null pointer: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
+ reference point, `effort`. A contact that the edge of its grid would cut off, while the bodies go on, is a bad
+ argument.
 
  # Safety
- The arrays must be of these lengths.
+ The arrays must be of these lengths or null.
  */
 enum mtb_status mtb_contact_step(uint64_t contact,
                                  const double *pose,
@@ -272,6 +309,30 @@ enum mtb_status mtb_contact_step(uint64_t contact,
  `pressure` must have room for `n` numbers.
  */
 enum mtb_status mtb_contact_pressure(uint64_t contact, uint64_t n, double *pressure);
+
+/*
+ Heat of sliding [W] and the largest mean pressure over a point [Pa] in the last step that was solved. A null
+ pointer leaves one out.
+
+ `friction_power`: friction times the velocity, without the power of the pressures.
+
+ # Safety
+ `friction_power` and `peak_pressure` must point to numbers or be null.
+ */
+enum mtb_status mtb_contact_summary(uint64_t contact,
+                                    double *friction_power,
+                                    double *peak_pressure);
+
+/*
+ What the motions found from balance did in the last step that was solved, [m] or [rad], in the order of
+ `mtb_contact_motion`; NaN for one in whose place a component of the pose was prescribed.
+
+ # Safety
+ `amplitudes` must have room for `m` numbers, as many as `mtb_contact_size` tells.
+ */
+enum mtb_status mtb_contact_amplitudes(uint64_t contact,
+                                       uint64_t m,
+                                       double *amplitudes);
 
 /*
  Gap at each of the `n` points [m] in the last step that was solved.
@@ -324,19 +385,24 @@ enum mtb_status mtb_wheels_copy(uint64_t wheels, uint64_t *copy);
 enum mtb_status mtb_wheels_free(uint64_t wheels);
 
 /*
- The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
+ The point of the wheelset that poses, velocities and moments are about, at the zero pose [m]. It moves with the
+ wheelset: `mtb_wheel_step` tells where a step has put it.
 
  # Safety
  `point` must have room for 3 numbers.
  */
-enum mtb_status mtb_wheels_reference_point(uint64_t wheels, double *point);
+enum mtb_status mtb_wheels_reference_point(uint64_t wheels,
+                                           double *point);
 
 /*
  Solves the contacts of the wheels at one instant, from the memory of the last step.
 
- `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]; z
- NaN: found so that the wheels carry their vertical force; z and roll NaN, both wheels: so that each carries
- it. A null pointer: z NaN, all else zero. `velocity` (6): of the reference point along x, y, z [m/s], then
+ `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
+ about the fixed x, then y, then z axis through the reference point, then shifted; z NaN: found so that the wheels
+ carry their vertical force; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
+ zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
+ changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
+ arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
  rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
  left, z up. Out: `step`.
 

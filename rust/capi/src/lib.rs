@@ -121,6 +121,40 @@ fn check_room<T>(name: &str, count: usize, to: *const T, length: usize) -> Resul
     Ok(())
 }
 
+/// [`check_room`] for an array that a null pointer leaves out.
+fn check_room_if_wanted<T>(
+    name: &str,
+    count: usize,
+    to: *const T,
+    length: usize,
+) -> Result<(), Failure> {
+    if to.is_null() {
+        return Ok(());
+    }
+    check_room(name, count, to, length)
+}
+
+/// [`copy_out`] to an array that a null pointer leaves out.
+fn copy_out_if_wanted<T: Copy>(
+    name: &str,
+    values: &[T],
+    to: *mut T,
+    length: usize,
+) -> Result<(), Failure> {
+    if to.is_null() {
+        return Ok(());
+    }
+    copy_out(name, values, to, length)
+}
+
+/// [`put`] through a pointer that leaves the number out where it is null.
+fn put_if_wanted<T>(value: T, to: *mut T) {
+    if !to.is_null() {
+        // SAFETY: not null, and the caller vouches that it points to such a number
+        unsafe { to.write(value) };
+    }
+}
+
 /// Copies `values` to the caller's array of `length` numbers.
 fn copy_out<T: Copy>(name: &str, values: &[T], to: *mut T, length: usize) -> Result<(), Failure> {
     check_room(name, values.len(), to, length)?;
@@ -239,10 +273,10 @@ pub extern "C" fn mtb_contact_free(contact: u64) -> MtbStatus {
     call(|| CONTACTS.remove(contact))
 }
 
-/// Numbers of contact points and of motions found from balance.
+/// Numbers of contact points and of motions found from balance. A null pointer leaves one out.
 ///
 /// # Safety
-/// `points` and `motions` must point to numbers.
+/// `points` and `motions` must point to numbers or be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_size(
     contact: u64,
@@ -251,14 +285,63 @@ pub unsafe extern "C" fn mtb_contact_size(
 ) -> MtbStatus {
     call(|| {
         let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
-        put("points", prepared.geometry.points() as u64, points)?;
-        put("motions", prepared.motions.len() as u64, motions)
+        put_if_wanted(prepared.geometry.points() as u64, points);
+        put_if_wanted(prepared.motions.len() as u64, motions);
+        Ok(())
+    })
+}
+
+/// Name of a motion found from balance, counted from 0, for example "left z", and what it is of the pose.
+///
+/// `name`: room for `length` bytes, the zero at its end included; a name takes at most 64 as a rule, and a room
+/// that is too small is refused with the length needed. `component`: 0 to 5, the component of the pose (x, y, z,
+/// roll, pitch, yaw) that takes its place when it is prescribed, or -1 where none does. A null pointer leaves one
+/// out.
+///
+/// # Safety
+/// `name` must have this room or be null, `component` must point to a number or be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_motion(
+    contact: u64,
+    index: u64,
+    length: u64,
+    name: *mut c_char,
+    component: *mut i32,
+) -> MtbStatus {
+    call(|| {
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
+        let count = prepared.motions.len();
+        let motion = usize::try_from(index)
+            .ok()
+            .and_then(|k| prepared.motions.get(k))
+            .ok_or_else(|| {
+                Failure::argument(format!(
+                    "there is no motion {index}: the contact has {count}"
+                ))
+            })?;
+        if !name.is_null() {
+            // a text of C ends at its first zero
+            let text = CString::new(motion.name.replace('\0', " ")).unwrap_or_default();
+            let bytes = text.as_bytes_with_nul();
+            if length < bytes.len() as u64 {
+                return Err(Failure::argument(format!(
+                    "name has room for {length} bytes, {:?} needs {}",
+                    motion.name,
+                    bytes.len()
+                )));
+            }
+            // SAFETY: not null, and the caller vouches for `length` writable bytes, of which these are the first
+            unsafe { std::slice::from_raw_parts_mut(name.cast::<u8>(), bytes.len()) }
+                .copy_from_slice(bytes);
+        }
+        put_if_wanted(motion.component.map_or(-1, |c| c as i32), component);
+        Ok(())
     })
 }
 
 /// Contact points and normals of the lower body (3 n each: all x, all y, all z) [m], areas (n) [m2].
 ///
-/// `n`: the number of points, as `mtb_contact_size` tells.
+/// `n`: the number of points, as `mtb_contact_size` tells. A null pointer leaves a field out.
 ///
 /// # Safety
 /// The arrays must be of these lengths.
@@ -273,16 +356,18 @@ pub unsafe extern "C" fn mtb_contact_points(
     call(|| {
         let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
         let (g, n) = (&prepared.geometry, n as usize);
-        check_room("areas", g.area.len(), areas, n)?;
-        check_room("points", g.points.len(), points, 3 * n)?;
-        check_room("normals", g.normal.len(), normals, 3 * n)?;
-        copy_out("areas", &g.area, areas, n)?;
-        copy_out("points", &g.points, points, 3 * n)?;
-        copy_out("normals", &g.normal, normals, 3 * n)
+        let triple = n.saturating_mul(3);
+        check_room_if_wanted("areas", g.area.len(), areas, n)?;
+        check_room_if_wanted("points", g.points.len(), points, triple)?;
+        check_room_if_wanted("normals", g.normal.len(), normals, triple)?;
+        copy_out_if_wanted("areas", &g.area, areas, n)?;
+        copy_out_if_wanted("points", &g.points, points, triple)?;
+        copy_out_if_wanted("normals", &g.normal, normals, triple)
     })
 }
 
-/// The point that moments and rotations are about [m].
+/// The point that moments and rotations are about [m]. It was chosen when the contact was prepared and stays
+/// where it is, whatever the pose; that of wheels moves with them.
 ///
 /// # Safety
 /// `point` must have room for 3 numbers.
@@ -296,14 +381,19 @@ pub unsafe extern "C" fn mtb_contact_reference_point(contact: u64, point: *mut f
 
 /// Solves the contact at one instant, from the memory of the last step.
 ///
-/// `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad];
-/// NaN, or a null pointer for all: found from balance where free, else zero. `velocity` (2): of the upper
-/// body over the lower one, x and y [m/s]. `magnetic_pressure` [Pa]: uniform, in place of the scene's;
-/// NaN: the scene's. Out: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
-/// reference point, and, unless null, `effort`.
+/// `pose` (6): displacement of the upper body from its reference, x, y, z [m], roll, pitch, yaw [rad]: turned about
+/// the fixed x, then y, then z axis through the reference point, then shifted. NaN, or a null pointer for all: found
+/// from balance where free, else zero. The contact points stay on the lower body and the gap over them changes by
+/// the displacement along their normals: x changes nothing where no normal leans along x, as on a straight rail, and
+/// a displacement must stay small against the radii of the surfaces. `velocity` (2): of the upper body over the lower
+/// one, x and y [m/s]; only its direction counts unless friction or pull are tables over the speed.
+/// `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's. No number may be larger than 1e30.
+/// Out, each left out by a null pointer: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
+/// reference point, `effort`. A contact that the edge of its grid would cut off, while the bodies go on, is a bad
+/// argument.
 ///
 /// # Safety
-/// The arrays must be of these lengths.
+/// The arrays must be of these lengths or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_contact_step(
     contact: u64,
@@ -329,20 +419,9 @@ pub unsafe extern "C" fn mtb_contact_step(
                 Pull::Uniform(magnetic_pressure)
             },
         };
-        check_room("force", 3, force, 3)?;
-        check_room("moment", 3, moment, 3)?;
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);
         let out = kept.contact.step(&step, &unmonitored)?;
-        if !effort.is_null() {
-            let taken = MtbEffort {
-                sets: out.effort.sets as u64,
-                factorisations: out.effort.factorisations as u64,
-                products: out.effort.products as u64,
-                residual: out.solution.residual,
-            };
-            put("effort", taken, effort)?;
-        }
         if let Some(why) = out.unsolved() {
             let status = match out.solution.status {
                 Status::NoSolution => MtbStatus::NoSolution,
@@ -350,11 +429,28 @@ pub unsafe extern "C" fn mtb_contact_step(
             };
             return Err(Failure(status, why));
         }
-        copy_out("force", &out.force, force, 3)?;
-        copy_out("moment", &out.moment, moment, 3)?;
+        copy_out_if_wanted("force", &out.force, force, 3)?;
+        copy_out_if_wanted("moment", &out.moment, moment, 3)?;
+        let taken = MtbEffort {
+            sets: out.effort.sets as u64,
+            factorisations: out.effort.factorisations as u64,
+            products: out.effort.products as u64,
+            residual: out.solution.residual,
+        };
+        put_if_wanted(taken, effort);
+        // of the motions that were free in this step
+        let mut found = out.solution.motion.iter().copied();
+        let amplitudes = (kept.prepared().motions.iter())
+            .map(|free| match free.component {
+                Some(c) if !place[c].is_nan() => f64::NAN,
+                _ => found.next().unwrap_or(f64::NAN),
+            })
+            .collect();
         kept.last = Some(Last {
             pressure: out.solution.pressure,
             gap: out.solution.gap,
+            amplitudes,
+            friction_power: out.friction_power,
         });
         Ok(())
     })
@@ -378,6 +474,53 @@ pub unsafe extern "C" fn mtb_contact_pressure(
             .geometry
             .mean_tractions(&kept.last()?.pressure);
         copy_out("pressure", &mean, pressure, n as usize)
+    })
+}
+
+/// Heat of sliding [W] and the largest mean pressure over a point [Pa] in the last step that was solved. A null
+/// pointer leaves one out.
+///
+/// `friction_power`: friction times the velocity, without the power of the pressures.
+///
+/// # Safety
+/// `friction_power` and `peak_pressure` must point to numbers or be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_summary(
+    contact: u64,
+    friction_power: *mut f64,
+    peak_pressure: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        let last = kept.last()?;
+        let mean = kept.prepared().geometry.mean_tractions(&last.pressure);
+        put_if_wanted(last.friction_power, friction_power);
+        put_if_wanted(mean.iter().copied().fold(0.0, f64::max), peak_pressure);
+        Ok(())
+    })
+}
+
+/// What the motions found from balance did in the last step that was solved, [m] or [rad], in the order of
+/// `mtb_contact_motion`; NaN for one in whose place a component of the pose was prescribed.
+///
+/// # Safety
+/// `amplitudes` must have room for `m` numbers, as many as `mtb_contact_size` tells.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_amplitudes(
+    contact: u64,
+    m: u64,
+    amplitudes: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        copy_out(
+            "amplitudes",
+            &kept.last()?.amplitudes,
+            amplitudes,
+            m as usize,
+        )
     })
 }
 

@@ -85,6 +85,8 @@ pub(crate) struct Contact {
 pub(crate) struct Last {
     pub(crate) pressure: Vec<f64>,
     pub(crate) gap: Vec<f64>,
+    pub(crate) amplitudes: Vec<f64>,
+    pub(crate) friction_power: f64,
 }
 
 impl Contact {

@@ -42,6 +42,7 @@ fn springs() -> Prepared {
             area: vec![1.0; N],
             mean_frame: [unit(0), unit(1), unit(2)],
             means: None,
+            windows: Vec::new(),
         },
         motions: vec![NamedMotion {
             name: "z".to_owned(),
@@ -140,7 +141,7 @@ fn call_of_any_kind() -> impl Strategy<Value = Call> {
         1 => prop::sample::select(vec![u64::MAX, u64::MAX / 3 + 2, 1 << 61, 1 << 32])
     ];
     (
-        (0..11_usize, handle, null, length),
+        (0..14_usize, handle, null, length),
         prop::option::of(prop::array::uniform6(number())),
         [number(), number()],
         number(),
@@ -236,15 +237,19 @@ impl Caller {
                     let points = if is_null(0) { null_mut() } else { &raw mut n };
                     let motions = if is_null(1) { null_mut() } else { &raw mut m };
                     let status = mtb_contact_size(handle, points, motions);
-                    assert!(status != MtbStatus::Ok || (n, m) == (N as u64, 1));
+                    let told = |is_null, count| if is_null { 0 } else { count };
+                    let wanted = (told(is_null(0), N as u64), told(is_null(1), 1));
+                    let done = status == MtbStatus::Ok;
+                    assert_eq!((n, m), if done { wanted } else { (0, 0) });
                     status
                 }
                 4 => {
                     let out = [a.at(is_null(0)), b.at(is_null(1)), c.at(is_null(2))];
                     let status = mtb_contact_points(handle, call.length, out[0], out[1], out[2]);
-                    a.check(status, 3 * N);
-                    b.check(status, 3 * N);
-                    c.check(status, N);
+                    let written = |k, count| if is_null(k) { 0 } else { count };
+                    a.check(status, written(0, 3 * N));
+                    b.check(status, written(1, 3 * N));
+                    c.check(status, written(2, N));
                     status
                 }
                 5 => {
@@ -278,18 +283,73 @@ impl Caller {
                             &raw mut effort
                         },
                     );
-                    a.check(status, 3);
-                    b.check(status, 3);
-                    assert!(
-                        status != MtbStatus::Ok || is_null(3) || effort.residual.is_finite(),
-                        "{effort:?}"
-                    );
+                    a.check(status, if is_null(1) { 0 } else { 3 });
+                    b.check(status, if is_null(2) { 0 } else { 3 });
+                    let is_told = status == MtbStatus::Ok && !is_null(3);
+                    assert!(effort.residual.is_finite());
+                    assert_eq!(effort.residual != UNTOUCHED, is_told, "{effort:?}");
                     status
                 }
                 7..=9 => {
                     let fields = [mtb_contact_pressure, mtb_contact_gap, mtb_contact_state];
                     let status = fields[call.what - 7](handle, call.length, a.at(is_null(0)));
                     a.check(status, N);
+                    status
+                }
+                10 => {
+                    let (mut power, mut peak) = (UNTOUCHED, UNTOUCHED);
+                    let powers = if is_null(0) {
+                        null_mut()
+                    } else {
+                        &raw mut power
+                    };
+                    let peaks = if is_null(1) {
+                        null_mut()
+                    } else {
+                        &raw mut peak
+                    };
+                    let status = mtb_contact_summary(handle, powers, peaks);
+                    let is_told = |k| status == MtbStatus::Ok && !is_null(k);
+                    assert_eq!(power >= 0.0, is_told(0), "{power}");
+                    assert_eq!(peak >= 0.0, is_told(1), "{peak}");
+                    status
+                }
+                11 => {
+                    let mut amplitude = [UNTOUCHED; 2];
+                    let to = if is_null(0) {
+                        null_mut()
+                    } else {
+                        amplitude.as_mut_ptr()
+                    };
+                    let status = mtb_contact_amplitudes(handle, call.length, to);
+                    assert_eq!(amplitude[0] != UNTOUCHED, status == MtbStatus::Ok);
+                    assert_eq!(amplitude[1], UNTOUCHED);
+                    status
+                }
+                12 => {
+                    let (mut name, mut component) = ([7_u8; 4], -7);
+                    let room = call.length.min(name.len() as u64);
+                    let to = if is_null(0) {
+                        null_mut()
+                    } else {
+                        name.as_mut_ptr().cast()
+                    };
+                    let number = if is_null(1) {
+                        null_mut()
+                    } else {
+                        &raw mut component
+                    };
+                    let index = u64::from(call.null >> 4);
+                    let status = mtb_contact_motion(handle, index, room, to, number);
+                    let done = status == MtbStatus::Ok;
+                    assert!(!done || index == 0);
+                    let wanted = if done && !is_null(0) {
+                        *b"z\0\x07\x07"
+                    } else {
+                        [7; 4]
+                    };
+                    assert_eq!(name, wanted);
+                    assert_eq!(component, if done && !is_null(1) { 2 } else { -7 });
                     status
                 }
                 _ => {
@@ -352,6 +412,61 @@ proptest! {
             prop_assert_eq!(handle, 0);
         }
     }
+}
+
+#[test]
+fn a_step_tells_heat_peak_and_what_its_motions_did() {
+    let handle = loaded();
+    let velocity = [-5.0, 0.0];
+    let (mut power, mut peak, mut amplitude) = (UNTOUCHED, UNTOUCHED, UNTOUCHED);
+    for (z, wanted) in [(f64::NAN, 1.0), (-0.5, 0.5)] {
+        let pose = [f64::NAN, f64::NAN, z, f64::NAN, f64::NAN, f64::NAN];
+        // SAFETY: arrays of the lengths meant, or none
+        unsafe {
+            let step = |force| {
+                let (pose, velocity) = (pose.as_ptr(), velocity.as_ptr());
+                mtb_contact_step(
+                    handle,
+                    pose,
+                    velocity,
+                    f64::NAN,
+                    force,
+                    null_mut(),
+                    null_mut(),
+                )
+            };
+            assert_eq!(step(null_mut()), MtbStatus::Ok);
+            assert_eq!(
+                mtb_contact_summary(handle, &raw mut power, &raw mut peak),
+                MtbStatus::Ok
+            );
+            assert_eq!(
+                mtb_contact_amplitudes(handle, 1, &raw mut amplitude),
+                MtbStatus::Ok
+            );
+        }
+        // springs of stiffness 1 under a coefficient of 0.3 at 5 m/s
+        assert!((peak - wanted).abs() < 1e-12, "{peak}");
+        assert!((power - 3.0 * wanted * 0.3 * 5.0).abs() < 1e-12, "{power}");
+        let is_expected = if z.is_nan() {
+            (amplitude + 1.0).abs() < 1e-12
+        } else {
+            amplitude.is_nan()
+        };
+        assert!(is_expected, "{amplitude}");
+    }
+    assert_eq!(mtb_contact_free(handle), MtbStatus::Ok);
+}
+
+#[test]
+fn a_name_that_finds_no_room_is_told_its_length() {
+    let handle = loaded();
+    let mut name = [7_u8];
+    // SAFETY: a byte, and no number
+    let status = unsafe { mtb_contact_motion(handle, 0, 1, name.as_mut_ptr().cast(), null_mut()) };
+    assert_eq!((status, name), (MtbStatus::BadArgument, [7]));
+    assert_eq!(message(), "name has room for 1 bytes, \"z\" needs 2");
+    assert_eq!(mtb_contact_free(handle), MtbStatus::Ok);
 }
 
 #[test]

@@ -143,7 +143,8 @@ pub extern "C" fn mtb_wheels_free(wheels: u64) -> MtbStatus {
     call(|| WHEELS.remove(wheels))
 }
 
-/// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
+/// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m]. It moves with the
+/// wheelset: `mtb_wheel_step` tells where a step has put it.
 ///
 /// # Safety
 /// `point` must have room for 3 numbers.
@@ -158,9 +159,12 @@ pub unsafe extern "C" fn mtb_wheels_reference_point(wheels: u64, point: *mut f64
 
 /// Solves the contacts of the wheels at one instant, from the memory of the last step.
 ///
-/// `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]; z
-/// NaN: found so that the wheels carry their vertical force; z and roll NaN, both wheels: so that each carries
-/// it. A null pointer: z NaN, all else zero. `velocity` (6): of the reference point along x, y, z [m/s], then
+/// `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
+/// about the fixed x, then y, then z axis through the reference point, then shifted; z NaN: found so that the wheels
+/// carry their vertical force; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
+/// zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
+/// changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
+/// arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
 /// rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
 /// left, z up. Out: `step`.
 ///

@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         area: vec![spacing * spacing; n],
         mean_frame: [x, y, z].map(constant),
         means: None,
+        windows: Vec::new(),
     };
     let steel = Material::new(shear_modulus, poisson_ratio)?;
     let body: Arc<dyn Compliance> = Arc::new(HalfSpace::new(

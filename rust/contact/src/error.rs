@@ -137,6 +137,19 @@ pub enum Error {
         /// The approach [m].
         approach: f64,
     },
+    /// A contact that the edge of its grid cuts off.
+    #[error(
+        "the contact reaches the edge of the grid of {nx} x {ny} points at x = {} m, y = {} m, but the bodies go on beyond it: about {} x {} points at this spacing would do, or a smaller load",
+        Short(.place[0]), Short(.place[1]), 2 * .nx, 2 * .ny
+    )]
+    Edge {
+        /// Points of the grid in a row.
+        nx: usize,
+        /// Rows of the grid.
+        ny: usize,
+        /// Where the contact reaches its edge, x and y [m].
+        place: [f64; 2],
+    },
     /// A uniform magnetic pressure is given where none acts.
     #[error("magnetic_pressure is given, but the scene was prepared without one")]
     NotMagnetic,

@@ -76,13 +76,26 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// Bytes with another mark or version, cut short, or changed.
     pub fn open(bytes: &'a [u8], mark: [u8; 4], version: u32) -> Result<Self, Damaged> {
+        Self::open_any(bytes, mark, &[version]).map(|(_, body)| body)
+    }
+
+    /// The same for a record of any of some versions, and the version that it is of.
+    ///
+    /// # Errors
+    /// As [`Reader::open`].
+    pub fn open_any(
+        bytes: &'a [u8],
+        mark: [u8; 4],
+        versions: &[u32],
+    ) -> Result<(u32, Self), Damaged> {
         if bytes.len() < HEADER || bytes[..4] != mark {
             return Err(Damaged("it does not begin as one"));
         }
         let mut header = Reader(&bytes[4..HEADER]);
-        if header.take(4)? != version.to_le_bytes() {
+        let found = header.take(4)?;
+        let Some(&version) = versions.iter().find(|v| found == v.to_le_bytes()) else {
             return Err(Damaged("it is of another version"));
-        }
+        };
         let (length, sum) = (header.word()?, header.word()?);
         let body = &bytes[HEADER..];
         if body.len() as u64 != length {
@@ -91,7 +104,7 @@ impl<'a> Reader<'a> {
         if checksum(body) != sum {
             return Err(Damaged("its checksum is wrong"));
         }
-        Ok(Self(body))
+        Ok((version, Self(body)))
     }
 
     /// Checks that nothing is left.

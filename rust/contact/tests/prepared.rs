@@ -7,7 +7,7 @@ use mtb_complementarity::linear::Status;
 use mtb_contact::prepared::{
     Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
 };
-use mtb_contact::problem::{self, Attracted, Body, Friction, Geometry, Means, Problem};
+use mtb_contact::problem::{self, Attracted, Body, Friction, Geometry, Means, Problem, Window};
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
 use mtb_elasticity::Material;
@@ -42,6 +42,7 @@ fn springs() -> Prepared {
                 column: vec![0, 1, 1, 2, 2],
                 share: vec![0.75, 0.25, 0.5, 0.5, 1.0],
             }),
+            windows: Vec::new(),
         },
         motions: vec![NamedMotion {
             name: "z".to_owned(),
@@ -115,6 +116,7 @@ fn steps_are_what_the_problem_solves() {
         area: vec![1e-6; M],
         mean_frame: frame,
         means: None,
+        windows: Vec::new(),
     });
     let grid = Grid::new(SIDE, SIDE, 1e-3, 1e-3).unwrap();
     let soft = HalfSpace::new(Material::new(80e9, 0.1).unwrap(), grid).unwrap();
@@ -308,10 +310,87 @@ fn bytes_come_back_and_changes_are_found() {
     }
     // the signs of two numbers: a sum that only carries upwards takes them for the same
     let mut changed = bytes.clone();
-    for at in [bytes.len() - 9, bytes.len() - 17] {
+    // behind the reference point come whether there is a standstill speed, and how many grids
+    for at in [bytes.len() - 17, bytes.len() - 25] {
         changed[at] ^= 0x80;
     }
     assert!(Prepared::from_bytes(&changed).is_err());
+}
+
+#[test]
+fn what_a_grid_cuts_off_is_refused_wherever_the_bytes_have_been() {
+    let inside = Window {
+        start: 1,
+        nx: 1,
+        ny: 1,
+    };
+    let all = Window {
+        start: 0,
+        nx: 3,
+        ny: 1,
+    };
+    for windows in [vec![inside], vec![all], vec![]] {
+        let mut prepared = springs();
+        prepared.geometry.windows = windows;
+        let read = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+        assert_eq!(read, prepared);
+        for prepared in [prepared, read] {
+            let is_free = prepared.geometry.windows.is_empty();
+            let grid = prepared.geometry.windows.first().copied();
+            let mut contact = PreparedContact::new(Arc::new(prepared));
+            let mut ask = |z: f64| {
+                contact.step(
+                    &step([f64::NAN, 0.0, z, 0.0, 0.0, 0.0], [1.0, 0.0], Pull::Scene),
+                    &unmonitored,
+                )
+            };
+            // lifted off nothing reaches the edge, before and after a refusal
+            assert!(ask(1.0).is_ok());
+            assert_eq!(ask(-0.5).is_ok(), is_free);
+            if let Some(grid) = grid {
+                let message = ask(-0.5).unwrap_err().to_string();
+                let wanted = format!(
+                    "the contact reaches the edge of the grid of {} x {} points",
+                    grid.nx, grid.ny
+                );
+                assert!(message.starts_with(&wanted), "{message}");
+            }
+            assert!(ask(1.0).is_ok());
+        }
+    }
+    let mut partial = springs();
+    partial.geometry.windows = vec![Window {
+        start: 1,
+        nx: 3,
+        ny: 1,
+    }];
+    assert!(partial.check().is_err());
+    partial.geometry.windows = vec![Window {
+        start: 1,
+        nx: usize::MAX,
+        ny: 3,
+    }];
+    assert!(partial.check().is_err());
+    assert!(Prepared::from_bytes(&partial.to_bytes()).is_err());
+}
+
+#[test]
+fn files_of_the_version_before_are_read() {
+    let prepared = springs();
+    let bytes = prepared.to_bytes();
+    // without the count of grids, of which there are none
+    let body = &bytes[24..bytes.len() - 8];
+    let mut old = Vec::from(b"MTBC".as_slice());
+    old.extend(2_u32.to_le_bytes());
+    old.extend((body.len() as u64).to_le_bytes());
+    old.extend(u64::from(crc32fast::hash(body)).to_le_bytes());
+    old.extend(body);
+    assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
+    for unknown in [1_u8, 4] {
+        old[4] = unknown;
+        let message = Prepared::from_bytes(&old).unwrap_err().to_string();
+        assert!(message.ends_with("it is of another version"), "{message}");
+    }
 }
 
 proptest! {

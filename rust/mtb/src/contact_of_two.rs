@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use mtb_contact::problem::{Body, FreeMotion, Friction, Geometry, Load, Loading, Outcome, Problem};
+use mtb_contact::problem::{
+    Body, FreeMotion, Friction, Geometry, Load, Loading, Outcome, Problem, Window,
+};
 use mtb_contact::sliding::RigidMotion;
 use mtb_operator::{Grid, Monitor, Relative};
 use mtb_words::Short;
@@ -19,8 +21,6 @@ pub struct Contact {
     pub gap: Vec<f64>,
     /// What a force and moments do on each elastic body above.
     pub(crate) spread: Vec<Spread>,
-    /// The grid beyond whose edge the bodies go on.
-    pub(crate) window: Option<Grid>,
 }
 
 /// A state of contact.
@@ -116,6 +116,17 @@ impl Contact {
         gap: impl Fn(f64, f64) -> f64,
         motions: Vec<FreeMotion>,
     ) -> Result<Self, Error> {
+        Self::on_cells(pair, grid, gap, motions, Vec::new())
+    }
+
+    /// [`Contact::on_plane`] with grids beyond which the bodies go on.
+    pub(crate) fn on_cells(
+        pair: Relative,
+        grid: Grid,
+        gap: impl Fn(f64, f64) -> f64,
+        motions: Vec<FreeMotion>,
+        windows: Vec<Window>,
+    ) -> Result<Self, Error> {
         let n = grid.points();
         let places = places(grid);
         let mut points: Vec<f64> = places.iter().map(|p| p[0]).collect();
@@ -135,12 +146,12 @@ impl Contact {
             tangent_x,
             tangent_y,
             means: None,
+            windows,
         };
         Ok(Self {
             problem: Problem::new(pair, Arc::new(geometry), motions)?,
             gap: places.iter().map(|p| gap(p[0], p[1])).collect(),
             spread: Vec::new(),
-            window: None,
         })
     }
 
@@ -156,8 +167,8 @@ impl Contact {
     ///
     /// # Errors
     /// Those of [`Problem::load`] and [`Problem::press`], an approach to which a body gives way among them;
-    /// [`Error::Apart`] where the bodies do not touch; [`Error::Edge`] where half-spaces touch at the edge of their
-    /// grid; [`Error::Unsolved`] where nothing holds the bodies.
+    /// [`Error::Apart`] where the bodies do not touch;
+    /// [`Edge`](mtb_contact::Error::Edge) where half-spaces touch at the edge of their grid; [`Error::Unsolved`] where nothing holds the bodies.
     pub fn press(&self, loads: &[Load<'_>], monitor: Monitor<'_>) -> Result<State, Error> {
         let outcome = self.problem.press(&self.loading(loads)?, monitor)?;
         self.state(outcome, loads)
@@ -226,23 +237,13 @@ impl Contact {
         if let Some(reason) = outcome.unsolved() {
             return Err(Error::Unsolved(reason));
         }
-        let in_contact = outcome.in_contact();
-        if !in_contact.contains(&true) {
+        if !outcome.in_contact().contains(&true) {
             return Err(Error::Apart {
                 loads: told(loads),
                 gap: (outcome.solution.gap.iter().copied()).fold(f64::INFINITY, f64::min),
             });
         }
-        if let Some(grid) = self.window {
-            let is_edge = |k: usize| {
-                let (i, j) = (k % grid.nx, k / grid.nx);
-                i == 0 || j == 0 || i + 1 == grid.nx || j + 1 == grid.ny
-            };
-            if let Some(k) = (0..grid.points()).find(|k| in_contact[*k] && is_edge(*k)) {
-                let place = places(grid)[k];
-                return Err(Error::Edge { grid, place });
-            }
-        }
+        (self.problem.geometry()).check_edge(&outcome.solution.pressure)?;
         let mut traction = outcome.mean_tractions(self.problem.geometry());
         let pressure = traction.split_off(2 * self.points());
         Ok(State {

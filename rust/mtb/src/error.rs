@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::Grid;
 use mtb_words::Short;
 
 /// What can be wrong with a contact, or keep it from being solved.
@@ -38,17 +37,6 @@ pub enum Error {
         loads: String,
         /// Least gap between the bodies [m].
         gap: f64,
-    },
-    /// A contact that the edge of its grid cuts off.
-    #[error(
-        "the contact reaches the edge of the grid of {} x {} points at x = {} m, y = {} m, but the half-spaces go on beyond it: about {} x {} points at this spacing would do, or a smaller load; bodies that end at the edge are made by Contact::on_plane",
-        .grid.nx, .grid.ny, Short(.place[0]), Short(.place[1]), 2 * .grid.nx, 2 * .grid.ny
-    )]
-    Edge {
-        /// The grid.
-        grid: Grid,
-        /// Where the contact reaches its edge [m].
-        place: [f64; 2],
     },
     /// A velocity of sliding without a direction.
     #[error(

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use mtb_contact::problem::{Body, FreeMotion, Problem};
+use mtb_contact::problem::{Body, FreeMotion, Problem, Window};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{HalfSpace, HatHalfSpace, Neighbours, Patch};
 use mtb_elasticity::tetra::{Hold, Support};
@@ -22,7 +22,8 @@ pub const STEEL: Material = Material {
 
 /// Two half-spaces on the cells of a grid in a plane; `None` is a rigid body. See [`Contact::on_plane`].
 ///
-/// They go on beyond the grid, so a contact that reaches its edge is refused.
+/// They go on beyond the grid, so a contact that reaches its edge is refused, by what is prepared from it as well.
+/// Bodies that end at the edge are made by [`Contact::on_plane`].
 ///
 /// # Errors
 /// Materials that no body has, two rigid bodies, numbers that are not finite.
@@ -40,11 +41,12 @@ pub fn half_spaces(
         Ok(Some(Arc::new(HalfSpace::new(material, grid)?)))
     };
     let pair = Relative::new(body(lower)?, body(upper)?)?;
-    let contact = Contact::on_plane(pair, grid, gap, motions)?;
-    Ok(Contact {
-        window: Some(grid),
-        ..contact
-    })
+    let window = Window {
+        start: 0,
+        nx: grid.nx,
+        ny: grid.ny,
+    };
+    Contact::on_cells(pair, grid, gap, motions, vec![window])
 }
 
 /// The body that a rail is taken for.
@@ -381,6 +383,5 @@ fn contact(
         problem: Problem::new(pair, Arc::new(above.geometry), above.motions)?,
         gap: nodes.gap.clone(),
         spread: above.spread,
-        window: None,
     })
 }

@@ -271,6 +271,7 @@ pub(crate) fn beside(bodies: &[Standing], nodes: &ContactPoints) -> Beside {
         area,
         mean_frame,
         means: Some(means),
+        windows: Vec::new(),
     };
     Beside {
         compliance: Arc::new(Separate(parts)),

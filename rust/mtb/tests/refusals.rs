@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What makes no sense is refused in words that name the value and what would be accepted.
 
+use mtb::contact::prepared::{Prepared, PreparedContact, Pull, Sliding, Step, Table};
 use mtb::{
     BlockOnPlane, BodyOnPlane, Contact, Error, FreeMotion, Friction, Grid, Held, Load,
     PoleShoeOnRail, Relative, STEEL, descent, half_spaces, tilts, unmonitored,
@@ -85,6 +86,41 @@ fn contacts_that_run_over_the_edge() {
         &[Load::Force(5.0), Load::Moments([0.0, 4.7e-3])],
         "at x = 0.00095 m",
     );
+    // and so does what is prepared from it, before and after it was a file
+    let (loose, n) = (ball(free()), grid().points());
+    let sliding = Sliding {
+        friction: Table::constant(vec![0.3; n]),
+        direction: [1.0, 0.0],
+        standstill_speed: None,
+    };
+    let loading = loose.loading(&[Load::Force(1.0)]).unwrap();
+    let named = vec![("z".to_owned(), Some(2))];
+    let made = Prepared::new(
+        &loose.problem,
+        &loading,
+        None,
+        named,
+        sliding,
+        [0.0; 3],
+        &unmonitored,
+    );
+    let made = made.unwrap();
+    let read = Prepared::from_bytes(&made.to_bytes()).unwrap();
+    for prepared in [made, read] {
+        let mut contact = PreparedContact::new(std::sync::Arc::new(prepared));
+        let mut ask = |z: f64| {
+            let pose = [0.0, 0.0, z, 0.0, 0.0, 0.0];
+            let step = Step {
+                pose,
+                velocity: [1.0, 0.0],
+                pull: Pull::Scene,
+            };
+            contact.step(&step, &unmonitored)
+        };
+        assert!(ask(f64::NAN).is_ok());
+        let message = ask(-1.0).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
     // what ends there is stated so
     let below = mtb::elasticity::half_space::HalfSpace::new(STEEL, grid()).unwrap();
     let pair = Relative::new(Some(std::sync::Arc::new(below)), None).unwrap();

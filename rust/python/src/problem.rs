@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mtb_contact::Error;
 use mtb_contact::coupled::{Held, PointState};
 use mtb_contact::problem::{
-    Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem,
+    Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem, Window,
 };
 use mtb_operator::Relative;
 use numpy::{
@@ -31,14 +31,15 @@ type MeansRows<'py> = (Vec<usize>, Vec<usize>, PyReadonlyArray1<'py, f64>);
 impl PyContactGeometry {
     /// `points` (3, n) [m] at which the loads act; `frame`: (tangent x, tangent y, normal, and the means of the
     /// three), each (3, n), or `None` for a level surface; `means`: rows (n + 1), columns and shares of basis
-    /// functions.
+    /// functions; `windows`: first point, points in a row and rows of grids beyond which the bodies go on.
     #[new]
-    #[pyo3(signature = (points, area, frame=None, means=None))]
+    #[pyo3(signature = (points, area, frame=None, means=None, windows=None))]
     fn new(
         points: PyReadonlyArray2<'_, f64>,
         area: PyReadonlyArray1<'_, f64>,
         frame: Option<[PyReadonlyArray2<'_, f64>; 6]>,
         means: Option<MeansRows<'_>>,
+        windows: Option<Vec<(usize, usize, usize)>>,
     ) -> PyResult<Self> {
         let area = flat(&area, "area")?.to_vec();
         let n = area.len();
@@ -66,6 +67,11 @@ impl PyContactGeometry {
                     share: flat(&share, "share")?.to_vec(),
                 }),
             },
+            windows: windows
+                .unwrap_or_default()
+                .into_iter()
+                .map(|(start, nx, ny)| Window { start, nx, ny })
+                .collect(),
         };
         geometry.check().map_err(|e| bad_input(&e))?;
         Ok(Self(Arc::new(geometry)))

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use super::{NamedMotion, Prepared, Table};
 use crate::error::Error;
-use crate::problem::{Geometry, Means};
+use crate::problem::{Geometry, Means, Window};
 use crate::record::{Damaged, Reader, Writer};
 use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
+/// The version before, which did not hold where the bodies go on beyond their points.
+const WITHOUT_WINDOWS: u32 = 2;
 
 impl Prepared {
     /// The contact as bytes, for a file.
@@ -54,17 +56,24 @@ impl Prepared {
         out.array(&self.sliding_direction);
         out.array(&self.reference_point);
         out.option(self.standstill_speed, |out, speed| out.array(&[speed]));
+        out.count(g.windows.len());
+        for window in &g.windows {
+            out.counts(&[window.start, window.nx, window.ny]);
+        }
         out.finish(MARK, VERSION)
     }
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
+    /// One of the version before does not know whether its bodies go on beyond their points, and takes it that they
+    /// end there.
+    ///
     /// # Errors
     /// Bytes that are none, of another version, cut short, changed, or that do not fit together.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let mut body = Reader::open(bytes, MARK, VERSION)?;
+        let (version, mut body) = Reader::open_any(bytes, MARK, &[VERSION, WITHOUT_WINDOWS])?;
         let area = body.array()?;
-        let geometry = Geometry {
+        let mut geometry = Geometry {
             points: body.array()?,
             normal: body.array()?,
             tangent_x: body.array()?,
@@ -77,6 +86,7 @@ impl Prepared {
                     share: body.array()?,
                 })
             })?,
+            windows: Vec::new(),
             area,
         };
         let normal = body.array()?;
@@ -85,18 +95,30 @@ impl Prepared {
         let count = body.count()?;
         let motions: Result<Vec<NamedMotion>, Error> =
             (0..count).map(|_| motion(&mut body)).collect();
+        let friction = table(&mut body)?;
+        let loads = table(&mut body)?;
+        let magnetic = body.option(|body| Ok::<_, Damaged>([body.array()?, body.array()?]))?;
+        let sliding_direction = body.numbers()?;
+        let reference_point = body.numbers()?;
+        let standstill_speed = body.option(Reader::array)?.and_then(|v| v.first().copied());
+        if version != WITHOUT_WINDOWS {
+            let count = body.count()?;
+            let windows: Result<Vec<Window>, Damaged> =
+                (0..count).map(|_| window(&mut body)).collect();
+            geometry.windows = windows?;
+        }
+        body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
             geometry,
             motions: motions?,
-            friction: table(&mut body)?,
-            loads: table(&mut body)?,
-            magnetic: body.option(|body| Ok::<_, Damaged>([body.array()?, body.array()?]))?,
-            sliding_direction: body.numbers()?,
-            reference_point: body.numbers()?,
-            standstill_speed: body.option(Reader::array)?.and_then(|v| v.first().copied()),
+            friction,
+            loads,
+            magnetic,
+            sliding_direction,
+            reference_point,
+            standstill_speed,
         };
-        body.close()?;
         prepared.check()?;
         Ok(prepared)
     }
@@ -106,6 +128,13 @@ fn table(body: &mut Reader<'_>) -> Result<Table, Error> {
     let speed = body.array()?;
     let rows: Result<Vec<Vec<f64>>, Damaged> = speed.iter().map(|_| body.array()).collect();
     Table::new(speed, rows?)
+}
+
+fn window(body: &mut Reader<'_>) -> Result<Window, Damaged> {
+    match body.counts()?[..] {
+        [start, nx, ny] => Ok(Window { start, nx, ny }),
+        _ => Err(Damaged("a grid is not three counts")),
+    }
 }
 
 fn motion(body: &mut Reader<'_>) -> Result<NamedMotion, Error> {

@@ -6,6 +6,7 @@ mod table;
 
 use std::sync::Arc;
 
+use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
@@ -258,7 +259,7 @@ impl PreparedContact {
     ///
     /// # Errors
     /// Numbers that are not finite, or too large for a finite result; a speed outside the tables; friction at rest without a standstill speed;
-    /// an interruption. That no sliding state exists (wedging) is a status of the solution.
+    /// pressure at the edge of a grid beyond which the bodies go on; an interruption. That no sliding state exists (wedging) is a status of the solution.
     pub fn step(&mut self, step: &Step<'_>, monitor: Monitor<'_>) -> Result<Outcome, Error> {
         let prepared = self.prepared.clone();
         let (n, m) = (prepared.influence.points(), prepared.motions.len());
@@ -317,6 +318,9 @@ impl PreparedContact {
             // what is not finite must not start the next step
             self.stepper = SlidingStepper::new(prepared.influence.clone());
             return Err(error);
+        }
+        if outcome.solution.status == Status::Solved {
+            (prepared.geometry).check_edge(&outcome.solution.pressure)?;
         }
         Ok(outcome)
     }

@@ -22,6 +22,19 @@ pub struct Geometry {
     pub mean_frame: [Vec<f64>; 3],
     /// What turns the unknowns into mean tractions, where they are not these themselves.
     pub means: Option<Means>,
+    /// Grids of points that end where the bodies do not. None where all bodies end with their points.
+    pub windows: Vec<Window>,
+}
+
+/// A regular grid of points beyond which the bodies go on, so that no pressure may reach its edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Its first point; the others follow, those of a row one after the other.
+    pub start: usize,
+    /// Points in a row.
+    pub nx: usize,
+    /// Rows.
+    pub ny: usize,
 }
 
 /// Shares of basis functions in the area of each point, row by row; the rows add up to one.
@@ -59,7 +72,28 @@ impl Geometry {
         ] {
             check(name, field, 3 * n)?;
         }
+        if self.windows.iter().any(|window| !window.is_within(n)) {
+            return Err(Error::Stored("a grid has more points than there are"));
+        }
         self.means.as_ref().map_or(Ok(()), |means| means.check(n))
+    }
+
+    /// Refuses pressures (n) that the edge of a grid cuts off.
+    ///
+    /// # Errors
+    /// [`Error::Edge`].
+    pub fn check_edge(&self, pressure: &[f64]) -> Result<(), Error> {
+        for window in &self.windows {
+            if let Some(point) = window.edge().find(|&point| pressure[point] > 0.0) {
+                let [x, y, _] = Self::vector(&self.points, point);
+                return Err(Error::Edge {
+                    nx: window.nx,
+                    ny: window.ny,
+                    place: [x, y],
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Vector of a point in a field (3n).
@@ -166,6 +200,24 @@ impl Geometry {
             }
         }
         (force, moment)
+    }
+}
+
+impl Window {
+    fn is_within(&self, points: usize) -> bool {
+        let end = (self.nx.checked_mul(self.ny)).and_then(|size| size.checked_add(self.start));
+        end.is_some_and(|end| end <= points)
+    }
+
+    /// Its points at the edge.
+    fn edge(&self) -> impl Iterator<Item = usize> + '_ {
+        let Self { start, nx, ny } = *self;
+        (0..nx * ny)
+            .filter(move |k| {
+                let (i, j) = (k % nx, k / nx);
+                i == 0 || j == 0 || i + 1 == nx || j + 1 == ny
+            })
+            .map(move |k| start + k)
     }
 }
 

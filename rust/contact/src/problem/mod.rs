@@ -22,7 +22,7 @@ use mtb_operator::{Compliance, Monitor, Relative};
 use crate::coupled::{Coupled, CoupledContact, PATH_TOLERANCE};
 use crate::error::{Error, check};
 use crate::sliding::{SlidingContact, SlidingMatrix};
-pub use geometry::{Geometry, Means};
+pub use geometry::{Geometry, Means, Window};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
 pub use outcome::Outcome;
 

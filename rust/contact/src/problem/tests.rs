@@ -36,6 +36,7 @@ fn geometry(turn: f64) -> Geometry {
         area: vec![CELL * CELL; N],
         mean_frame: [x, y, z],
         means: None,
+        windows: Vec::new(),
     }
 }
 
