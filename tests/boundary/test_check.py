@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mtb_rs as mtb
@@ -58,6 +60,17 @@ def test_every_kind_of_case_is_counted_and_not_solved(
     [
         ('scene = "pole_shoe"\n', ["'pole_shoe'"]),
         ("scene = \n", ["is not TOML"]),
+        # a rail that the default sole does not suit, and what is wrong besides
+        (
+            'scene = "pole_shoe_on_rail"\nouter_edge = 20e-3\nconforming_to = 15e-3\nfriction = -0.5\n'
+            'rail = "narrow.txt"\n',
+            ["friction is -0.5"],
+        ),
+        (
+            'scene = "pole_shoe_on_rail"\nouter_edge = 20e-3\nconforming_to = 15e-3\nfriction = -0.5\n'
+            'length = -1.0\nrail = {file = "narrow.txt", z_axis = "up"}\n',
+            ["friction is -0.5", "length is -1"],
+        ),
         (
             'scene = "pole_shoe_on_rail"\nheigth = 0.03\nlength = "long"\nfriction = -0.1\n'
             '[solve]\nmodel = "elastic"\nquantity = "heat"\n',
@@ -76,6 +89,8 @@ def test_all_that_is_wrong_is_said_at_once(
     text: str, told: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = written(text, tmp_path)
+    across = np.linspace(-25.0, 25.0, 51)
+    np.savetxt(tmp_path / "narrow.txt", np.c_[across, -(across**2) / 4000.0])
     assert main(["check", str(path)]) == BAD_INPUT
     printed = capsys.readouterr()
     lines = printed.err.splitlines()
@@ -87,3 +102,22 @@ def test_all_that_is_wrong_is_said_at_once(
     # and nothing of it is left to the solve
     assert main(["run", str(path), "-o", str(tmp_path / "out")]) == BAD_INPUT
     assert not (tmp_path / "out").exists()
+
+
+def test_commands_to_paste_are_quoted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "my shoe's case.toml"
+    assert main(["init", "shoe", "-o", str(path)]) == 0
+    words = shlex.split(capsys.readouterr().out.partition("next: ")[2].replace(", then", " then"))
+    assert words == ["mtb-rs", "check", str(path), "then", "mtb-rs", "run", str(path)]
+
+
+def test_doubts_are_told_once_and_are_not_called_faultless(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = 'scene = "pole_shoe_on_rail"\nspacing = 9e-3\nfriction = 5.0\n[solve]\nmodel = "half-space"\n'
+    path = written(text, tmp_path)
+    assert main(["check", str(path)]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.count("friction reaches 5") == 1
+    assert "No fault is found" not in printed.out
+    assert "Nothing is refused, but the warnings above are doubts" in printed.out

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.base.questions import ask
 from mtb_rs.commands import main
 from mtb_rs.commands.exits import BAD_INPUT, NO_SOLUTION
 
@@ -802,3 +803,41 @@ def test_cases_of_a_list_are_solved_one_by_one(tmp_path):
 def test_lists_that_make_no_cases_are_refused(cases, said):
     with pytest.raises(ValueError, match=said):
         mtb.sweep(paraboloid(), cases)
+
+
+def asking(result: mtb.Result) -> dict[str, float]:
+    """Warns as cases do, with other numbers in each."""
+    ask([f"the force is {result.normal_force:.3g} N", "always the same"])
+    return {}
+
+
+@pytest.mark.parametrize("executor", [None, 1])
+def test_what_cases_are_asked_is_told_once(executor: int | None, tmp_path: Path) -> None:
+    scene, forces = paraboloid(), [1.0, 2.0, 3.0]
+    for _ in range(2):  # from the checkpoint, too
+        with pytest.warns(UserWarning, match="always|force") as told:
+            mtb.sweep(
+                scene,
+                {"force": forces},
+                executor=executor,
+                measure=asking,
+                checkpoint=tmp_path / "c.jsonl",
+                tolerance=0.9,
+            )
+        texts = sorted(str(w.message) for w in told)
+        assert len(texts) == 2
+        assert texts[0] == "always the same"
+        assert texts[1].startswith("the force is 1 N (3 of 3 cases, with other numbers in each")
+
+
+def test_a_sweep_tells_the_range_of_every_column() -> None:
+    table = mtb.sweep(paraboloid(), {"force": [1.0, 2.0, -1.0]}, tolerance=0.9)
+    told = table.told()
+    rows = dict(told)
+    assert rows["force"] == "3 values, -1 to 2 N"
+    assert rows["normal force"] == "1 to 2 N"
+    assert rows["contact area"].endswith(" m^2")
+    assert rows["solved"] == "2 of 3 cases"
+    assert rows["not solved"].startswith("force = -1.0: ValueError: force is -1")
+    labels = mtb.sweep(paraboloid(), {"friction": {"dry": 0.1, "wet": 0.05}}, tolerance=0.9).told()
+    assert dict(labels)["friction"] == "2 values: dry, wet"

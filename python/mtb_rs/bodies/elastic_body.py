@@ -23,15 +23,12 @@ from ..base.words import Unit
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
 from .material import Material
-from .mesh import UNMOVED, UNTURNED, TetraMesh, check_unknowns, placed, quadratic
+from .mesh import SUSPICIOUS_SIZE, UNMOVED, UNTURNED, TetraMesh, check_unknowns, placed, quadratic
 from .sole import underside
 from .supports import Support, Where, is_box, place_in_words, select
 
 if TYPE_CHECKING:
     from .mesh_files import MeshSource
-
-#: Bodies larger than this are suspected to be in millimetres [m].
-SUSPICIOUS_SIZE = 10.0
 
 
 def of_body(name: str, size: float) -> list[str]:

@@ -34,6 +34,8 @@ ORTHONORMAL = 1e-6
 UNTURNED = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UNMOVED = (0.0, 0.0, 0.0)
 
+#: Bodies larger than this are suspected to be in millimetres [m].
+SUSPICIOUS_SIZE = 10.0
 #: Ends of the edges that carry the mid-side nodes 4 to 9.
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 

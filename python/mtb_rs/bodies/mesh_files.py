@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import io
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from ..base.check import path_of, positive, shortened
 from ..base.files import check_readable, check_surface_file, check_triangles
 from ..base.words import Unit
-from ..geometry.profiles import metres
-from .mesh import EDGES, TetraMesh, check_unknowns, quadratic
+from ..geometry.profiles import UNITS, metres
+from .mesh import EDGES, SUSPICIOUS_SIZE, TetraMesh, check_unknowns, quadratic
 from .mesh_objects import MeshCells, cells_of
 from .mesher import gmsh_beside
 
@@ -103,7 +104,7 @@ def read_mesh(
             raise ValueError(f"{path} is empty: a mesh is needed")
         is_solid = path.suffix.lower() in SOLID_FILES
         if is_solid and scale != 1.0:
-            raise ValueError(f'unit is {unit!r}: {path.suffix} files tell their own, "m" is needed')
+            _check_stated(path, unit)
         if is_solid or path.suffix.lower() in SURFACE_FILES:
             if is_solid:
                 return solid(path, size, near)
@@ -124,6 +125,25 @@ def read_mesh(
     if outer is not None:
         return filled(np.asarray(outer.vertices) * scale, np.asarray(outer.faces), size, near)
     return _from_cells(given, scale)
+
+
+#: Metres per unit of length that STEP files state, by prefix or name.
+_STEP_UNITS = {b"$": 1.0, b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b"INCH": 0.0254}
+
+
+def _check_stated(path: Path, unit: Unit) -> None:
+    """ValueError where a file of a solid states another unit than the one given, or none read here."""
+    content = path.read_bytes()
+    metric = re.findall(rb"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.", content)
+    # other units of length are defined by a metric one
+    others = re.findall(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH)'", content, re.I)
+    stated = {_STEP_UNITS.get(word.upper()) for word in others or metric}
+    if stated != {metres(unit)}:
+        names = [name for name, size in UNITS.items() if size in stated]
+        told = f", {', '.join(names)}" if names else ""
+        raise ValueError(
+            f'unit is {unit!r}: {path.suffix} files tell their own, "m" is needed, or what {path} tells{told}'
+        )
 
 
 @dataclass(frozen=True)
@@ -523,7 +543,9 @@ def _check_count(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None,
     try:
         check_unknowns(_expected(surface, is_contact, size))
     except ValueError as error:
-        raise ValueError(f"size is {size:g} m: {error}") from None
+        extent = float(np.ptp(surface.vertices, axis=0).max())
+        doubt = f'. The body is {extent:g} m large: if that is millimetres, say unit="mm"'
+        raise ValueError(f"size is {size:g} m: {error}{doubt if extent > SUSPICIOUS_SIZE else ''}") from None
 
 
 def _expected(surface: trimesh.Trimesh, is_contact: NDArray[np.bool_] | None, size: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from pathlib import Path
 
 from ..base import memory
@@ -29,10 +30,18 @@ def _check(options: argparse.Namespace) -> int:
     from ..case import load_case
 
     console = console_on(sys.stdout)
-    case = load_case(options.case)
-    with console.status("counting ..."):
-        cost = case.expected_cost()
-    rows = case.scene().told()
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always")
+        try:
+            case = load_case(options.case)
+            with console.status("counting ..."):
+                cost = case.expected_cost()
+            rows = case.scene().told()
+        finally:
+            texts = dict.fromkeys(str(doubt.message) for doubt in doubts)
+            told = console_on(sys.stderr)
+            for text in texts:
+                told.print(f"mtb-rs: {' '.join(text.split())}", style="yellow", markup=False, soft_wrap=True)
     if case.motion is not None:
         rows.append(stated({"then": repr(case.motion)})[0])
     console.print("What would be solved:", style="bold")
@@ -49,5 +58,6 @@ def _check(options: argparse.Namespace) -> int:
             markup=False,
             soft_wrap=True,
         )
-    console.print(f"\nNo fault is found in {options.case}.", markup=False, soft_wrap=True)
+    found = "No fault is found" if not texts else "Nothing is refused, but the warnings above are doubts"
+    console.print(f"\n{found} in {options.case}.", markup=False, soft_wrap=True)
     return 0

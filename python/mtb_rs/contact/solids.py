@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import cache
-from ..base.check import warn
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
+from ..base.questions import ask
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.faces import Hats, hats, joined, owners, parts, profile_parts, thinned
 from ..bodies.outline import area, corrected, outline, strip
@@ -527,18 +527,22 @@ def check_faces(bodies: Iterable[ElasticBody], problem: ContactProblem, result: 
         near = _beside(middles, problem, problem.kept, touching, 2.0)
         slope = _slope(body, faces[near])
         if slope > STEEP:
-            warn(
-                f"the contact face of {body.name} has a slope of {slope:.2g} where it touches: pressure and "
-                "gap are taken along z, friction along x and y, which is right for small slopes only"
+            ask(
+                [
+                    f"the contact face of {body.name} has a slope of {slope:.2g} where it touches: pressure "
+                    "and gap are taken along z, friction along x and y, which is right for small slopes only"
+                ]
             )
         sag = _sagitta(body, faces[near])
         if closed > 0.0 and sag > max(
             FACETS * closed, ROUNDING * float(np.ptp(body.mesh.nodes, axis=0).max())
         ):
-            warn(
-                f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
-                f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
-                "smaller facets, elements of second order with their nodes on the surface, or gap"
+            ask(
+                [
+                    f"the contact face of {body.name} is made of flat facets, about {sag:.2g} m off the "
+                    f"smooth surface they may stand for; the contact closes a gap of {closed:.2g} m. Give "
+                    "smaller facets, elements of second order with their nodes on the surface, or gap"
+                ]
             )
 
 
@@ -558,11 +562,13 @@ def _check_edges(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_
     if is_abrupt:
         x, y = places[:2, worst]
         dx, dy = problem.patches[0].spacing
-        warn(
-            f"the gap opens by {kept.rise[worst]:.2g} m within the cells at the edge of the contact, near "
-            f"x = {x:.4g}, y = {y:.4g} m, where the bodies close by {closed:.2g} m: the edge is known to a "
-            f"cell of {dx:.3g} x {dy:.3g} m only. Give a narrower spacing, or end the "
-            "contact face where it turns away"
+        ask(
+            [
+                f"the gap opens by {kept.rise[worst]:.2g} m within the cells at the edge of the contact, "
+                f"near x = {x:.4g}, y = {y:.4g} m, where the bodies close by {closed:.2g} m: the edge is "
+                f"known to a cell of {dx:.3g} x {dy:.3g} m only. Give a narrower spacing, or end the "
+                "contact face where it turns away"
+            ]
         )
     return is_abrupt
 
@@ -575,10 +581,12 @@ def _check_width(problem: ContactProblem, kept: Kept, touching: NDArray[np.bool_
     for k, name in enumerate("xy"):
         lines, bodies = (closed, on_face) if k == 0 else (closed.T, on_face.T)
         if width(lines, bodies) <= NARROW:
-            warn(
-                f"the contact is at most {NARROW} points wide along {name}, at a spacing of "
-                f"{patch.spacing[k]:.3g} m: its width and its pressure are not resolved; "
-                "a narrower spacing is needed"
+            ask(
+                [
+                    f"the contact is at most {NARROW} points wide along {name}, at a spacing of "
+                    f"{patch.spacing[k]:.3g} m: its width and its pressure are not resolved; "
+                    "a narrower spacing is needed"
+                ]
             )
             return
 

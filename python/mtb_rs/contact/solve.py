@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..base.check import warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.owning import check_finite
 from ..base.questions import ask
@@ -202,7 +201,7 @@ def finish(
     if grown is not None:
         jam = f"body has jammed: {_jam_in_words(problem, solution, grown, pull)}"
         words = f"{words}, but the {jam}"
-        warn(f"The {jam}.")
+        ask([f"The {jam}."])
     report = Report(
         converged=converged,
         status=words,

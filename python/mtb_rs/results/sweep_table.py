@@ -18,7 +18,7 @@ from ..base.files import DATA, read_text, write_bytes
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
-from ..base.told import Row, table_of
+from ..base.told import Row, in_words, table_of
 from ..base.units import unit_of_argument
 from .doors import pictures
 from .study import Study
@@ -26,6 +26,10 @@ from .study import Study
 if TYPE_CHECKING:
     from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
     from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
+
+
+#: Most failures and labels that a report lists.
+MOST_FAILURES = 10
 
 
 def argument_units(grid: Mapping[str, Mapping[Any, Any]]) -> dict[str, str]:
@@ -146,8 +150,30 @@ class SweepTable(Study):
 
     def told(self) -> list[Row]:
         """Its parameters and columns in words."""
-        rows = [(name, f"{len(values)} values") for name, values in self.parameters.items()]
-        return [*rows, ("solved", f"{len(self) - len(self.failures)} of {len(self)} cases")]
+        rows = [(name, self._ranged(name, values)) for name, values in self.parameters.items()]
+        rows += [(name, self._ranged(name, values.ravel())) for name, values in self.columns.items()]
+        rows = [(name.replace("_", " "), words) for name, words in rows]
+        rows.append(("solved", f"{len(self) - len(self.failures)} of {len(self)} cases"))
+        for case, reason in self.failures[:MOST_FAILURES]:
+            where = ", ".join(f"{name} = {value}" for name, value in case.items())
+            rows.append(("not solved", f"{where}: {reason}"))
+        if len(self.failures) > MOST_FAILURES:
+            rows.append(("", f"and {len(self.failures) - MOST_FAILURES} more"))
+        return rows
+
+    def _ranged(self, name: str, values: Any) -> str:
+        """Numbers by their range, with their unit; labels one by one."""
+        count = f"{len(values)} values" if name in self.parameters else ""
+        if not all(isinstance(v, (int, float, np.number)) and not isinstance(v, bool) for v in values):
+            labels = ", ".join(map(str, values[:MOST_FAILURES]))
+            return f"{count}: {labels}{', ...' if len(values) > MOST_FAILURES else ''}"
+        finite = [float(v) for v in values if np.isfinite(v)]
+        if not finite:
+            return count or "none"
+        low, high = min(finite), max(finite)
+        ends = in_words(low) if low == high else f"{in_words(low)} to {in_words(high)}"
+        told = f"{ends} {self.units.get(name, '')}".removesuffix(" 1").rstrip()
+        return f"{count}, {told}" if count else told
 
     def _repr_html_(self) -> str:
         """Its rows, for notebooks."""

@@ -65,8 +65,11 @@ class Scene(PosedScene):
         face. Pressure then acts along z, so faces may be curved, but must not be steep where they touch.
     spacing : float or (dx, dy) [m], or None
         Size of the cells. None is for ready scenes: :meth:`solve` then chooses it by the tolerance.
-    friction : float, (ny, nx), callable or table [-]
-        Friction coefficient; see :mod:`mtb_rs.friction.fields`.
+    friction : float, array, function or table [-]
+        Friction coefficient: a number; an array (n,) or (ny, nx) over the contact grid, x fastest; a function
+        ``f(x, y)`` of arrays (n,) [m] that returns an array (n,) or a number; a :class:`mtb_rs.FieldTable`
+        over x and y or a :class:`mtb_rs.VelocityTable` over the velocity, both also `from_file`; a
+        :class:`mtb_rs.PressureDependentFriction`; of two poles also a list ``[left, right]`` of these.
     sliding_direction : (x, y) or None
         Motion of the upper body over the lower one. None: nothing slides, and there is no friction.
     force : float [N]
@@ -80,13 +83,16 @@ class Scene(PosedScene):
         rigid bodies they are the moments of the load; the tilts are then free, and otherwise they are locked.
         For elastic upper bodies they act in addition to the load and are distributed over the body like
         inertia forces; the tilts that the supports do not hold are free.
-    magnetic_pressure : float [Pa], (ny, nx), callable, table
-        Attraction of the upper body by the lower one along the local normal, as force over nominal area. It
+    magnetic_pressure : float, array, function or table [Pa]
+        Attraction of the upper body by the lower one along the local normal, as force over nominal area: in
+        the forms of `friction`, or a :class:`mtb_rs.GaussianPressure`. Functions, hills and tables are
+        evaluated at the contact points, so narrow cells integrate a field that varies better. It
         is no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
     attraction : "upper" or "both"
         Which bodies the magnetic pressure acts on.
     velocity : float [m/s]
-        Sliding velocity, the argument of quantities that are tabulated over the velocity.
+        Sliding speed, the argument of quantities that are tabulated over the velocity. The direction is that
+        of `sliding_direction`; only steps of a prepared contact take a negative velocity, for backwards.
     layer : InterfaceLayer
         A third body that shears between the two. It changes nothing in gross sliding, and it softens the
         start of sliding; see :meth:`start_of_sliding`.

@@ -93,6 +93,8 @@ class Checkpoint:
             and isinstance(content.get("status"), str)
             and isinstance(content.get("model", ""), str)
             and isinstance(content.get("missed", ""), str)
+            and isinstance(content.get("asked", []), list)
+            and all(isinstance(question, str) for question in content.get("asked", []))
             and isinstance(numbers, dict)
             and all(type(v) is float or (type(v) is int and abs(v) < 2**63) for v in numbers.values())
         )

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import time
 from collections import deque
@@ -22,6 +23,7 @@ from .._mtb_rs import __version__
 from ..base.check import meant, shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
+from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
 from ..half_space.tangential import Motion, Rolling, Shift, TangentialResult
@@ -40,6 +42,9 @@ from .sweep_checkpoint import Checkpoint, Record
 Array = NDArray[np.float64]
 Values = Mapping[str, Any]
 Measure = Callable[[Any], Mapping[str, float]]
+
+#: Numbers in a message.
+_NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 
 #: Cases given to an executor whose number of workers is unknown, before the first one must come back.
 IN_FLIGHT = 32
@@ -146,6 +151,7 @@ def sweep(
     if missed:
         some = f"{len(missed)} of {len(cases)} cases miss the tolerance"
         warn(f"{some}. The first of them: {missed[0]}", ToleranceWarning)
+    _ask_once([records[k].get("asked", []) for k in sorted(records)])
     models = {r["model"] for r in records.values() if "model" in r}
     return _table(cases, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
@@ -173,7 +179,8 @@ class _Work:
         if self.motion is not None:  # its bodies are half-spaces, which need no preparation
             return
         try:
-            scene = self.scene.with_(**case)
+            with gathered():  # the case itself asks again
+                scene = self.scene.with_(**case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
                 model = choose(scene, TOLERANCE if tolerance is None else tolerance, quantity).model
                 self.model = model
@@ -192,6 +199,7 @@ class _Work:
         """The scene of a case, and its motion after it."""
         if self.motion is None:
             scene = self.scene.with_(**case)
+            scene.ask_of_places()
             return methods.solve(scene, **self.options | self._chosen(scene)), None
         start = f"{self.motion.word}."
         changes = {k.removeprefix(start): v for k, v in case.items() if k.startswith(start)}
@@ -199,6 +207,11 @@ class _Work:
         return Moving(scene, replace(self.motion, **changes)).solve(**self.options)
 
     def __call__(self, case: Values) -> Record:
+        with gathered() as asked:
+            record = self._record(case)
+        return record | ({"asked": list(dict.fromkeys(asked))} if asked else {})
+
+    def _record(self, case: Values) -> Record:
         clock = time.perf_counter()
         try:
             result, moved = self._solved(case)
@@ -216,6 +229,17 @@ class _Work:
             return {"status": f"no solution: {error}"}
         except Exception as error:  # one case must not stop the others
             return {"status": f"{type(error).__name__}: {error}"}
+
+
+def _ask_once(asked: Sequence[Sequence[str]]) -> None:
+    """Warns of what cases were asked, once of those that differ in their numbers only."""
+    kinds: dict[str, list[str]] = {}
+    for questions in asked:
+        for kind, question in {_NUMBER.sub("0", q): q for q in questions}.items():
+            kinds.setdefault(kind, []).append(question)
+    for alike in kinds.values():
+        more = f" ({len(alike)} of {len(asked)} cases, with other numbers in each; these are the first's)"
+        ask([alike[0] + (more if len(set(alike)) > 1 else "")])
 
 
 def measured(result: Result) -> dict[str, float]:
