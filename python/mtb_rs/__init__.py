@@ -105,13 +105,19 @@ units.take_quantities(entry for entry in list(globals().values()) if isinstance(
 _LATER = {"Case": "case", "animate": "pictures.moving", "load_case": "case", "write_html": "pictures.space"}
 
 
+#: Rooms that do, likewise.
+_ROOMS_LATER = ("case", "pictures")
+
+
 def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    if name in _ROOMS_LATER:
+        return import_module(f".{name}", __name__)
     if name not in _LATER:
         if name in moved.PLACES:
             return sys.modules[f"{__name__}.{name}"]
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
     return getattr(import_module(f".{_LATER[name]}", __name__), name)
 
 

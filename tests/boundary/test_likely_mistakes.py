@@ -201,3 +201,59 @@ def test_an_array_for_each_pole_says_that_a_list_is_needed() -> None:
     shoe = mtb.scenes.pole_shoe_on_rail(magnetic_pressure=pull, velocity=3.0)
     with pytest.raises(ValueError, match="or a list with 2 entries, one for each pole, is needed"):
         shoe.solve("half-space")
+
+
+def _heights(cells: int = 40) -> np.ndarray:
+    x = (np.arange(cells) - 0.5 * (cells - 1)) * 2e-4
+    return (x[None, :] ** 2 + x[:, None] ** 2) / 0.8
+
+
+def _long() -> np.ndarray:
+    x = (np.arange(40) - 19.5) * 2e-4
+    return np.stack([np.tile(x, 40), np.repeat(x, 40), _heights().ravel()], axis=1)
+
+
+def _with_coordinates() -> np.ndarray:
+    x = (np.arange(40) - 19.5) * 2e-4
+    return np.concatenate([x[:, None], _heights()], axis=1)
+
+
+#: Gaps that are none, and the question about them.
+NO_GAPS = {
+    "points one a row": (_long(), r"gap has the shape \(1600, 3\). If these are columns"),
+    "an index among the columns": (
+        _with_coordinates(),
+        "first column of gap goes evenly from -0.0039 to 0.0039 m",
+    ),
+    "upside down": (-_heights(), "If it is upside down, give its negative"),
+    "too small a grid": (_heights()[15:25, 15:25], "would do"),
+    "a slope that is too small": (_heights()[15:25, 15:25] + 1e-6 * np.arange(10.0), "would do"),
+}
+
+
+@pytest.mark.parametrize("kind", NO_GAPS)
+@pytest.mark.filterwarnings("ignore:the .* body deforms", "ignore:the peak pressure is")
+def test_contact_at_the_edge_asks_what_the_gap_is(kind: str) -> None:
+    gap, question = NO_GAPS[kind]
+    with pytest.raises(ValueError, match=question):
+        mtb.solve_normal(gap, 2e-4, lower=steel, upper=steel, force=1e3)
+    with pytest.raises(ValueError, match=question):
+        mtb.Scene(steel, steel, gap=gap, spacing=2e-4, force=1e3).solve("half-space")
+
+
+def test_force_and_approach_are_told_apart() -> None:
+    def solve(**given: Any) -> object:
+        return mtb.solve_normal(_heights(), 2e-4, lower=steel, upper=steel, **given)
+
+    with pytest.raises(ValueError, match=r"force is 1000.0 \[N\], and approach is 1e-06 \[m\]: either"):
+        solve(force=1e3, approach=1e-6)
+    with pytest.raises(ValueError, match="both are None: either force or approach is needed"):
+        solve()
+
+
+def test_cut_outside_of_the_contact_is_refused() -> None:
+    result = mtb.solve_normal(_heights(), 2e-4, lower=steel, upper=steel, force=1e3)
+    for cut in ("x", "y"):
+        with pytest.raises(ValueError, match=f"{cut} is 3 m: .* between {cut} = -0.004 and 0.004 m"):
+            result.plot("pressure", **{cut: 3.0})
+        assert result.plot("pressure", **{cut: [-4e-3, 4e-3]}).axes

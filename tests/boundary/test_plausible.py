@@ -229,3 +229,80 @@ def test_a_pressure_that_no_rail_bears() -> None:
     assert "hardened bearing steel" in harder
     soft = mtb.Material(young_modulus=205e9, poisson_ratio=0.3), mtb.Material(70e9, 0.3)
     assert asked(lambda: mtb.scenes.wheel_on_rail(upper=soft[0], lower=soft[1], **given).solve()) == []  # type: ignore[arg-type]
+
+
+def _ball(cells: int, spacing: float, radius: float = 0.4) -> np.ndarray:
+    x = (np.arange(cells) - 0.5 * (cells - 1)) * spacing
+    return (x[None, :] ** 2 + x[:, None] ** 2) / (2.0 * radius)
+
+
+#: Gap, spacing and force of what looks like a slip, and the words of the questions.
+MISTAKEN = {
+    "gap in mm": (
+        (1e3 * _ball(40, 2e-4), 2e-4, 5e3),
+        ["31.3 GPa, beyond what steel bears", "deforms"],
+    ),
+    "spacing in mm": ((_ball(40, 2e-4), 0.2, 5e3), []),
+    "force in kN": ((_ball(40, 2e-4), 2e-4, 5.0), []),
+    "small radius": ((_ball(80, 5e-5, 0.003), 5e-5, 2e4), ["GPa, beyond what steel bears", "deforms"]),
+    "nothing": ((_ball(40, 2e-4), 2e-4, 5e3), []),
+}
+
+
+@pytest.mark.parametrize("slip", MISTAKEN)
+@pytest.mark.coarse
+def test_half_spaces_are_asked_about_as_scenes_are(slip: str) -> None:
+    (gap, spacing, force), words = MISTAKEN[slip]
+    steel: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel}
+    found: list[mtb.NormalResult] = []
+    by_door = asked(lambda: found.append(mtb.solve_normal(gap, spacing, force=force, **steel)))
+    by_scene = asked(lambda: mtb.Scene(**steel, gap=gap, spacing=spacing, force=force).solve())
+    # once each, though the same contact may be solved many times inside
+    assert len(by_door) == len(by_scene) == len({*by_door}) == len({*by_scene})
+    for word in words:
+        assert any(word in said for said in by_door), word
+        assert any(word in said for said in by_scene), word
+    assert bool(by_door) == bool(words)
+    # what was asked about the pressure is not asked again, unless it is all that is given
+    roll, law = mtb.Rolling(creepage=(1e-4, 0.0, 0.0)), mtb.Coulomb(0.3)
+    assert asked(lambda: mtb.solve_tangential(found[0], roll, law)) == []
+    field = mtb.PressureField(found[0].pressure, found[0].spacing, mtb.steel, mtb.steel)
+    of_field = [said for said in by_door if "deforms" not in said]
+    assert asked(lambda: mtb.solve_tangential(field, roll, law)) == of_field
+    assert asked(lambda: mtb.creep_curve(field, [[1e-4, 0.0, 0.0]], law)) == of_field
+
+
+def test_a_contact_of_two_points_tells_no_pressure() -> None:
+    steel: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel}
+    for gap, spacing, force in ((_ball(40, 2e-4), 0.2, 5e3), (_ball(40, 2e-4), 2e-4, 5.0)):
+        with pytest.warns(mtb.ToleranceWarning, match="only 2 points wide along x"):
+            mtb.solve_normal(gap, spacing, force=force, **steel)
+        with pytest.warns(mtb.ToleranceWarning, match="at most 2 points wide along x"):
+            mtb.Scene(**steel, gap=gap, spacing=spacing, force=force).solve()
+
+
+def test_rough_surfaces_touch_in_few_cells_without_a_question() -> None:
+    heights = 1e-6 * np.cos(np.arange(16.0))[:, None] * np.cos(np.arange(16.0)) + 1e-6
+    mtb.area_load_curve(heights, 1e-6, [1e-4, 1e-3], lower=mtb.steel, upper=mtb.Rigid())
+    soft = mtb.Material(208e3, 0.3)
+    with pytest.warns(UserWarning, match="only foam is so soft") as caught:
+        mtb.area_load_curve(heights, 1e-6, [1e-9, 1e-8], lower=soft, upper=mtb.Rigid())
+    assert len(caught) == 1
+
+
+@pytest.mark.coarse
+def test_sweep_names_the_case_of_a_question() -> None:
+    x = (np.arange(16) - 7.5) * 2e-4
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.008
+    scene = mtb.Scene(mtb.steel, mtb.steel, gap=gap, spacing=2e-4, force=100.0)
+    with pytest.warns(UserWarning, match="raise a question") as caught:
+        mtb.sweep(scene, {"friction": [0.0, 0.1], "force": [200.0, 6e3]}, tolerance=0.9)
+    said = str(caught[-1].message)
+    assert said.startswith(
+        "2 of 4 cases raise a question. The first of them, friction = 0, force = 6000: the"
+    )
+
+
+def test_closed_form_beyond_the_strength_of_steel_is_asked_about() -> None:
+    with pytest.warns(UserWarning, match="beyond what steel bears"):
+        mtb.hertz(2e5, 0.02)

@@ -655,3 +655,25 @@ def test_pint_reads_every_unit_of_results() -> None:
     force = table["force_x"] * UNITS(table.units["force_x"])
     assert force.to("kN").magnitude == pytest.approx(table["force_x"] / 1e3)
     assert table["contact_area"][0] * UNITS(table.units["contact_area"]) > 0.0 * UNITS.m**2
+
+
+def test_limits_of_a_picture_are_in_the_unit_of_what_is_drawn() -> None:
+    pint = pytest.importorskip("pint")
+    ureg = pint.UnitRegistry()
+    found = mtb.hertz(1e3, 0.1).on_grid((12, 12), 2e-4)
+    megapascals = (0.0 * ureg.MPa, 600.0 * ureg.MPa)
+    drawn = found.plot("pressure", limits=megapascals).axes[0].collections[-1]
+    plain = found.plot("pressure", limits=(0.0, 600e6)).axes[0].collections[-1]
+    assert drawn.get_clim() == plain.get_clim()
+    assert found.plot("gap", "line", limits=(0.0 * ureg.um, 5.0 * ureg.um)).axes[0].get_ylim()[1] == 5.0
+    with pytest.raises(ValueError, match=r"limits\[0\] is 0.0 megapascal: a quantity in m"):
+        found.plot("gap", limits=megapascals)
+
+
+def test_an_array_of_a_wrong_dimension_is_refused_by_its_unit() -> None:
+    pint = pytest.importorskip("pint")
+    ureg = pint.UnitRegistry()
+    with pytest.raises(
+        ValueError, match=r"gap is an array of shape \(40, 40\) in megapascal: a quantity in m"
+    ):
+        mtb.solve_normal(np.ones((40, 40)) * ureg.MPa, 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0)

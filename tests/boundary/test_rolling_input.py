@@ -257,6 +257,7 @@ def test_full_coupling_refuses_free_tilts_and_takes_punches():
     assert roll.report.converged
 
 
+@pytest.mark.coarse
 def test_a_distance_common_to_all_points_costs_no_digits():
     x = (np.arange(16) - 7.5) * 1e-4
     bowl = (x[None] ** 2 + x[:, None] ** 2) / 0.6
@@ -303,3 +304,18 @@ def test_an_array_for_one_number_is_shown_in_one_line(name: str) -> None:
     ) as caught:
         mtb.Coulomb(np.full((30, 4), -1.0))
     assert "\n" not in str(caught.value)
+
+
+def test_progress_is_a_function_or_a_bar(capsys: pytest.CaptureFixture[str]) -> None:
+    patch, law, rows = mtb.hertz(5e3, 0.4).on_grid((10, 10), 5e-4), mtb.Coulomb(0.3), [[1e-4, 0.0, 0.0]] * 2
+    shares: list[float] = []
+    mtb.creep_curve(patch, rows, law, progress=shares.append)
+    assert shares == [0.5, 1.0]
+    pytest.importorskip("tqdm")
+    mtb.creep_curve(patch, rows, law, progress=True)
+    assert "rolling: 100%" in capsys.readouterr().err
+    mtb.CreepForceTable.build((1.0,), nodes=4, cells=4, progress=True)
+    assert "tabulating: 100%" in capsys.readouterr().err
+    for wrong in ("yes", False, 1):
+        with pytest.raises(ValueError, match=f"progress is {wrong!r}: a function, True .* or None"):
+            mtb.creep_curve(patch, rows, law, progress=wrong)

@@ -201,6 +201,40 @@ def test_every_kind_is_pickled_and_shown(kind: str, folder: Callable[[str], tupl
 
 
 @pytest.mark.coarse
+@pytest.mark.parametrize("kind", MADE)
+def test_every_field_of_every_kind_goes_to_other_libraries(
+    kind: str, folder: Callable[[str], tuple[Any, Path]]
+) -> None:
+    result, _ = folder(kind)
+    if result.blank:
+        for door in (result.to_xarray, result.to_pyvista):
+            with pytest.raises(ValueError, match=re.escape(result.blank)):
+                door()
+        return
+    labelled, meshes = result.to_xarray(), result.to_pyvista()
+    contact = meshes["contact"]
+    fields = {name: field for name, field in result.fields().items() if name != "points"}
+    assert set(labelled.data_vars) == set(fields)
+    for name, field in fields.items():
+        there = labelled[name]
+        assert there.attrs == {"long_name": field.label} | ({"units": field.unit} if field.unit else {})
+        if field.is_vector:
+            for axis, values in zip("xyz", field.values, strict=False):
+                np.testing.assert_array_equal(there.sel(component=axis).values.ravel(), values.ravel())
+            rest = there.values[len(field.values) :]
+        else:
+            np.testing.assert_array_equal(there.values.ravel(), field.values.ravel())
+            rest = np.zeros(0)
+        assert not rest.any()
+        # points have more than two numbers where pyvista keeps them as vectors
+        block = contact[name].T if field.is_vector else contact[name]
+        np.testing.assert_array_equal(
+            block[: len(field.values)].ravel() if field.is_vector else block, field.values.ravel()
+        )
+    assert set(labelled.attrs) == set(result.totals())
+
+
+@pytest.mark.coarse
 @pytest.mark.parametrize("kind", STUDIES)
 def test_a_study_comes_back_as_it_was(
     kind: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
@@ -226,6 +260,7 @@ def test_a_study_comes_back_as_it_was(
         loaded.save(place)
 
 
+@pytest.mark.coarse
 def test_several_things_in_a_directory_are_told_apart(
     folder: Callable[[str], tuple[Any, Path]], tmp_path: Path
 ) -> None:

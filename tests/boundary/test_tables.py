@@ -197,3 +197,21 @@ def test_quantities_within_arrays_and_tables_keep_their_unit() -> None:
 def test_places_that_are_no_numbers_are_refused() -> None:
     with pytest.raises(ValueError, match="gap has x = nan: finite coordinates in m are needed"):
         scene(gap=xarray.DataArray(GAP, {"x": np.where(X == 0.0, np.nan, X), "y": Y}, ("y", "x")))
+
+
+def test_columns_of_creepages_count_by_their_names() -> None:
+    patch, law = mtb.hertz(5e3, 0.4).on_grid((14, 14), 4e-4), mtb.Coulomb(0.3)
+    rows = np.array([[1e-4, 2e-4, 0.2], [3e-4, 0.0, -0.1]])
+    named = pandas.DataFrame(rows, columns=["xi", "eta", "phi"])
+    expected = mtb.creep_curve(patch, rows, law)
+    for given in (named, named[["phi", "xi", "eta"]], pandas.DataFrame(rows)):
+        np.testing.assert_array_equal(mtb.creep_curve(patch, given, law), expected)
+        np.testing.assert_array_equal(
+            mtb.fastsim_curve(patch, given, law), mtb.fastsim_curve(patch, rows, law)
+        )
+    assert mtb.Rolling(creepage=named[["phi", "xi", "eta"]].iloc[0]).creepage == tuple(rows[0])
+    for wrong in (named.rename(columns={"phi": "spin"}), named[["xi", "eta"]], named.assign(case=1)):
+        with pytest.raises(
+            ValueError, match=r"creepages has the columns .*: xi, eta, phi are needed, in any order"
+        ):
+            mtb.creep_curve(patch, wrong, law)

@@ -12,14 +12,14 @@ from .check import warn
 _gathering: ContextVar[list[str] | None] = ContextVar("gathering", default=None)
 
 
-def ask(questions: Iterable[str], known: Iterable[str] = ()) -> None:
+def ask(questions: Iterable[str], known: Iterable[str] = (), kind: type[Warning] = UserWarning) -> None:
     """Warns of each question that is not `known`."""
     gathering = _gathering.get()
     for question in dict.fromkeys(questions):
         if gathering is not None:
             gathering.append(question)
         elif question not in known:
-            warn(question)
+            warn(question, kind)
 
 
 def unusual(lengths: Mapping[str, float], limits: Mapping[str, tuple[float, float]]) -> list[str]:

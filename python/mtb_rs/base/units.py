@@ -53,6 +53,10 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
     "value": "1 or Pa",
 }
+#: Arguments in the unit of what another one names, which are converted where that is known.
+LATER = ("limits",)
+#: Columns that a table of pandas has, in any order, where it stands for one of these arguments.
+COLUMNS = dict.fromkeys(("creepage", "creepages"), ("xi", "eta", "phi"))
 #: Where an argument of this name has another unit.
 EXCEPTIONS: dict[str, dict[str, Unit]] = {
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
@@ -156,7 +160,7 @@ def _of_table(place: str, value: Any, unit: Unit) -> Any:
     held = getattr(value, "data", None)
     if _is_quantity(held):
         return _converted(place, held, unit)
-    array = value.to_numpy()
+    array = _in_order(place, value).to_numpy()
     if array.dtype.kind == "O":
         array = _of_objects(place, array, unit)
     return array.item() if array.ndim == 0 else array
@@ -201,9 +205,27 @@ def _decimals(names: Any) -> Any:
         return None
 
 
+def _in_order(place: str, value: Any) -> Any:
+    """A table, or a row of one, with the entries that are needed by their names, in our order."""
+    wanted, names = COLUMNS.get(place), getattr(value, "columns" if value.ndim == 2 else "index", None)
+    # numbered columns have no names: their places count
+    if wanted is None or names is None or not any(isinstance(name, str) for name in names):
+        return value
+    if sorted(names, key=str) != sorted(wanted):
+        raise ValueError(
+            f"{place} has the columns {', '.join(map(str, names))}: {', '.join(wanted)} are needed, in any "
+            "order"
+        )
+    return value[list(wanted)]
+
+
 def _converted(place: str, value: Any, unit: Unit | None) -> Any:
     """A quantity as a number or an array in `unit`."""
-    shown = f"{place} is {shortened(_Shown(' '.join(str(value).split())))}"
+    shape = np.shape(getattr(value, "magnitude", value))
+    given = getattr(value, "units", None) or getattr(value, "unit", "")
+    # of many numbers the unit counts
+    words = f"an array of shape {shape} in {given}" if shape else " ".join(str(value).split())
+    shown = f"{place} is {shortened(_Shown(words))}"
     if unit is None:
         raise ValueError(f"{shown}: this argument has no unit, and takes no quantity with a unit")
     if isinstance(unit, tuple):
@@ -235,8 +257,14 @@ def taking_quantities(function: Function) -> Function:
 
     @wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
-        taken = [in_si(name, value, units.get(name)) for name, value in zip(names, args, strict=False)]
-        given = {name: in_si(name, value, units.get(name)) for name, value in kwargs.items()}
+        taken = [
+            value if name in LATER else in_si(name, value, units.get(name))
+            for name, value in zip(names, args, strict=False)
+        ]
+        given = {
+            name: value if name in LATER else in_si(name, value, units.get(name))
+            for name, value in kwargs.items()
+        }
         said = {k: _places(v) for k, v in (*zip(names, args, strict=False), *kwargs.items()) if _may_say(v)}
         if any(said.values()):
             here = dict(zip(names, taken, strict=False))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ..base.plain import plain
@@ -17,9 +18,8 @@ Index = NDArray[np.intp]
 
 #: Order at which pressures converge in the spacing, away from sharp edges.
 ORDER = 1.0
-
-#: Points over the width of a contact up to which its pressure is not resolved.
-NARROW = 2
+#: Order at which those of waves inside a contact do.
+SMOOTH_ORDER = 2.0
 
 
 def coarsened(
@@ -81,29 +81,45 @@ def difference(fine: GridField, rough: GridField, *, skip_border: bool) -> float
     return float(np.sqrt(apart / size)) if size > 0.0 else None
 
 
-def extrapolated(difference: float, fine: tuple[float, float], rough: tuple[float, float]) -> float:
+def waves(fine: GridField, rough: GridField) -> float:
+    """Relative L2 size of the waves of a fine field on cells that are too short for the cells of a rough one.
+
+    Averages over rough cells cannot tell them, and the rough solution has none of them. They are what
+    straight lines between the averages leave of the field, inside the contact: at its border the field is
+    steep, not wavy. Fields of hats have none.
+    """
+    if fine.hats is not None or rough.hats is not None:
+        return 0.0
+    short = size = 0.0
+    for (patch, x, y), (_, x_coarse, y_coarse) in zip(fine.axes, rough.axes, strict=True):
+        values = patch.view(fine.means)
+        rows, columns = _averaging(y_coarse, y, (True, True)), _averaging(x_coarse, x, (True, True))
+        mean = rows @ values @ columns.T
+        size += float((mean**2).sum())
+        if min(mean.shape) < 3:
+            continue
+        lines = _between(y, y_coarse) @ mean @ _between(x, x_coarse).T
+        closed = np.pad(rows @ (values > 0.0) @ columns.T > 1.0 - 1e-9, 1)
+        inside = sliding_window_view(closed, (3, 3)).all(axis=(2, 3))
+        short += float((rows @ (values - lines) ** 2 @ columns.T)[inside].sum())
+    return float(np.sqrt(short / size)) if size > 0.0 else 0.0
+
+
+def _between(points: Array, onto: Array) -> Array:
+    """Weights (points, onto) of straight lines between evenly spaced places `onto`, continued beyond them."""
+    place = (points - onto[0]) / (onto[-1] - onto[0]) * (onto.size - 1)
+    first = np.clip(np.floor(place).astype(np.intp), 0, onto.size - 2)
+    weights, row = np.zeros((points.size, onto.size)), np.arange(points.size)
+    weights[row, first], weights[row, first + 1] = 1.0 - (place - first), place - first
+    return weights
+
+
+def extrapolated(
+    difference: float, fine: tuple[float, float], rough: tuple[float, float], order: float = ORDER
+) -> float:
     """Error of the fine solution from its difference to the coarse one (Richardson)."""
     ratio = np.sqrt(rough[0] * rough[1] / (fine[0] * fine[1]))
-    return float(difference / (ratio**ORDER - 1.0))
-
-
-def width(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
-    """Width [points] along x of a contact (ny, nx), the median of its points; infinite where a face ends it.
-
-    A contact as narrow as a point or two is a force and no pressure: its neighbours tell nothing of it.
-    """
-    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
-    change = np.diff(padded.astype(np.int8), axis=1)
-    row, first = np.nonzero(change == 1)
-    _, last = np.nonzero(change == -1)
-    if not row.size:
-        return float("inf")
-    length = (last - first).astype(float)
-    # the columns before and behind each run, in the padded field
-    wide = np.where(face[row, first] & face[row, last + 1], length, np.inf)
-    order = np.argsort(wide)
-    above_half = 2.0 * length[order].cumsum() > length.sum()
-    return float(wide[order][int(above_half.argmax())])
+    return float(difference / (ratio**order - 1.0))
 
 
 def hat_means(points: Array, onto: Array) -> Array:

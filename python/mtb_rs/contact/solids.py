@@ -26,8 +26,9 @@ from ..geometry.contact_points import ContactGrid, ContactPoints
 from ..geometry.geometries import Geometry, cells_over, check_room, flat_grid, flat_points
 from ..geometry.profiles import Profile
 from ..geometry.triangles import Surface, height_surface
+from ..results.plausible import NARROW, width
 from ..results.result import Result
-from .estimate import NARROW, hat_means, width
+from .estimate import hat_means
 from .problem import ContactProblem, Kept
 from .standing import Contact, ElasticBodies, Foundation, Standing, averages, condensed_part
 

@@ -24,9 +24,9 @@ from ..bodies.sides import Side
 from ..friction.fields import field as load_field
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
+from ..results.plausible import of_result
 from ..results.report import Report
 from ..results.result import Displacement, Result
-from .plausible import of_result
 from .problem import ContactProblem, Kept, Solution, mean_tractions, to_global
 from .symmetry import MirrorSymmetry, mirror_symmetry
 from .wedging import tipping_margin
@@ -261,7 +261,7 @@ def finish(
     )
     if not converged:
         raise failure(problem, solution, result)
-    ask(of_result(result, deformation))
+    ask(of_result(result, deformation, result.parts))
     return result
 
 

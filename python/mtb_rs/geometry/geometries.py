@@ -102,6 +102,11 @@ class Geometry(ABC):
         """The undeformed bodies, for pictures."""
 
     @property
+    def looks_like(self) -> str:
+        """What a given field looks like that is no gap, or one upside down; "" where it looks right."""
+        return ""
+
+    @property
     def on_flange(self) -> str | None:
         """What is to be said where a wheel runs on its flange."""
         return None
@@ -161,6 +166,53 @@ def flat_points(x: Array, y: Array, gap: Array) -> ContactPoints:
         arc_length=grid_y.copy(),
         gap=np.ascontiguousarray(gap, dtype=float).ravel(),
     )
+
+
+#: Columns and rows of what is rather a table of points than a height field.
+_FEW_COLUMNS, _MANY_ROWS = 4, 100
+
+
+def slip_of_gap(gap: Array) -> str:
+    """What a gap looks like that is no height field, or one upside down; "" where it looks right."""
+    ny, nx = gap.shape
+    if nx <= _FEW_COLUMNS < _MANY_ROWS <= ny:
+        return (
+            f"gap has the shape ({ny}, {nx}). If these are columns, such as x, y and gap of one point a row, "
+            "put them on the grid first (of pandas, frame.pivot(index='y', columns='x', values='gap'))"
+        )
+    steps = np.diff(gap[:, 0])
+    if min(ny, nx) > 2 and steps.mean() != 0.0 and np.ptp(steps) <= 1e-6 * abs(steps.mean()):
+        rest = np.diff(gap[:, 1:], axis=0)
+        if np.ptp(rest) > 1e-3 * abs(steps.mean()) or not np.allclose(rest.mean(), steps.mean()):
+            return (
+                f"the first column of gap goes evenly from {gap[0, 0]:.4g} to {gap[-1, 0]:.4g} m. If these "
+                "are coordinates, leave them out (of pandas, read_csv(..., index_col=0))"
+            )
+    if min(ny, nx) > 2:
+        inner, rim = gap[1:-1, 1:-1], np.concatenate([gap[0], gap[-1], gap[:, 0], gap[:, -1]])
+        if inner.max() > rim.max() and inner.min() > rim.min():
+            return (
+                f"the gap is largest inside ({inner.max():.4g} m) and smallest at the edge ({rim.min():.4g} "
+                "m). If it is upside down, give its negative: a gap is > 0 where the bodies are apart"
+            )
+    return ""
+
+
+def _averaged(field: Array, count: int) -> Array:
+    """Means (count, k) of a field (n, k) of cell means over `count` <= n equal cells in place of the n.
+
+    Within a cell the field is a line through its mean with the slope of its neighbours, so that cells that
+    are not a whole number of times wider show no pattern of their own.
+    """
+    n = len(field)
+    if count == n:
+        return field
+    borders = np.linspace(0.0, n, count + 1)
+    cell = np.minimum(borders.astype(np.intp), n - 1)
+    share = (borders - cell)[:, None]
+    before = np.concatenate([np.zeros((1, field.shape[1])), field.cumsum(axis=0)])
+    bend = 0.5 * share * (share - 1.0) * np.gradient(field, axis=0)[cell]
+    return np.asarray(np.diff(before[cell] + share * field[cell] + bend, axis=0) * (count / n))
 
 
 def centred(n: int, step: float) -> Array:
@@ -229,17 +281,20 @@ class GapField(Geometry):
     is_grid: bool = True
     start: None = None
 
+    @property
+    def looks_like(self) -> str:
+        """What the field looks like that is no gap, or one upside down; "" where it looks right."""
+        return slip_of_gap(self.gap)
+
     def grid(self, spacing: Spacing) -> ContactGrid:
-        """The field's own grid, or that grid thinned by the whole number nearest to `spacing`."""
-        thin = [max(1, round(s / d)) for s, d in zip(spacing, self.step, strict=True)]
-        ny, nx = self.gap.shape
-        if min(nx // thin[0], ny // thin[1]) < 1:
+        """The field's own grid, or wider cells over the same rectangle, as near to `spacing` as they fit."""
+        counts = self.gap.shape[::-1]
+        nx, ny = (min(n, round(n * d / s)) for n, d, s in zip(counts, self.step, spacing, strict=True))
+        if min(nx, ny) < 1:
             raise ValueError(f"spacing is {spacing} m: wider than the whole field")
-        nx, ny = nx // thin[0], ny // thin[1]
         check_room([(nx, ny)], spacing)
-        # the middle of each group of cells, by the mean of its cells
-        gap = self.gap[: ny * thin[1], : nx * thin[0]].reshape(ny, thin[1], nx, thin[0]).mean(axis=(1, 3))
-        dx, dy = self.step[0] * thin[0], self.step[1] * thin[1]
+        gap = _averaged(_averaged(self.gap, ny).T, nx).T
+        dx, dy = (d * n / own for d, n, own in zip(self.step, counts, (nx, ny), strict=True))
         cells = flat_points(centred(nx, dx), centred(ny, dy), gap)
         corner = np.pad(gap, 1, mode="edge")
         corner = 0.25 * (corner[1:, 1:] + corner[:-1, 1:] + corner[1:, :-1] + corner[:-1, :-1])

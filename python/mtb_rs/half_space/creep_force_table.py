@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from ..base.errors import MissingFileError
 from ..base.files import TEXT, read_arrays, read_bytes, write_bytes
 from ..base.owning import check_finite, owning
 from ..base.plain import plain
+from ..base.progress import shares_shown
 from ..bodies.material import Material
 from ..friction.laws import Coulomb
 from .pressure_field import creepage_rows
@@ -85,7 +86,7 @@ class CreepForceTable:
         poisson_ratio: float = 0.28,
         nodes: int = 15,
         cells: int = 24,
-        progress: Callable[[float], Any] | None = None,
+        progress: Callable[[float], Any] | Literal[True] | None = None,
     ) -> CreepForceTable:
         """Solves for all entries: a few seconds to a minute for each ratio.
 
@@ -99,8 +100,8 @@ class CreepForceTable:
             Per axis, at least 4.
         cells : int
             Over each axis of the ellipse; the error falls in proportion to their size.
-        progress : callable or None
-            Called with the share done.
+        progress : callable or True
+            Called with the share done; True shows a bar (extra ``notebook``).
         """
         rising = _rising(ratios)
         whole("cells", cells)
@@ -111,20 +112,20 @@ class CreepForceTable:
         modulus, friction, force = 80e9, 0.3, 1e4
         body = Material.from_shear_modulus(modulus, poisson_ratio)
         forces = np.zeros((rising.size, nodes, 2 * nodes - 1, nodes, 3))
-        for k, ratio in enumerate(rising):
-            a, b = 4e-3 * np.sqrt(ratio), 4e-3 / np.sqrt(ratio)
-            patch = elliptic_pressure(force, (a, b), (cells, cells), body, body)
-            unit = friction * force / (a * b * modulus)
-            for i, xi in enumerate(_creepage(scale)):
-                rows = [
-                    (unit * xi, unit * eta, unit * phi / np.sqrt(a * b))
-                    for eta, phi in product(_creepage(signed), _creepage(scale))
-                ]
-                found = creep_curve(patch, rows, Coulomb(friction), tolerance=1e-5)
-                found /= friction * force * np.array([1.0, 1.0, np.sqrt(a * b)])
-                forces[k, i] = found.reshape(2 * nodes - 1, nodes, 3)
-                if progress is not None:
-                    progress((k + (i + 1) / nodes) / rising.size)
+        with shares_shown(progress, "tabulating") as told:
+            for k, ratio in enumerate(rising):
+                a, b = 4e-3 * np.sqrt(ratio), 4e-3 / np.sqrt(ratio)
+                patch = elliptic_pressure(force, (a, b), (cells, cells), body, body)
+                unit = friction * force / (a * b * modulus)
+                for i, xi in enumerate(_creepage(scale)):
+                    rows = [
+                        (unit * xi, unit * eta, unit * phi / np.sqrt(a * b))
+                        for eta, phi in product(_creepage(signed), _creepage(scale))
+                    ]
+                    found = creep_curve(patch, rows, Coulomb(friction), tolerance=1e-5)
+                    found /= friction * force * np.array([1.0, 1.0, np.sqrt(a * b)])
+                    forces[k, i] = found.reshape(2 * nodes - 1, nodes, 3)
+                    told((k + (i + 1) / nodes) / rising.size)
         return cls(poisson_ratio, rising, scale, forces, cells)
 
     def interpolate(

@@ -19,6 +19,7 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..bodies.material import Material, of_material, steel
 from ..bodies.simple import Simple, as_body
+from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Drawn
 from .normal import NormalResult, centres
@@ -253,10 +254,11 @@ def hertz(
         axes = (slim * long, long) if radius[0] < radius[1] else (long, slim * long)
     long = max(axes)
     peak = 1.5 * force / (math.pi * axes[0] * axes[1])
+    materials = [body.material for body in bodies]
     load = 3.0 * force / (math.pi * stiffness * long**3)
     along, across = (load * k for k in _curvatures(slim))
     approach = 0.5 * load * long**2 * elliptic_integrals(slim)[0]
-    ask(_questions(bodies, 1.0 / max(across, along), min(axes), approach))
+    ask([*_questions(bodies, 1.0 / max(across, along), min(axes), approach), *of_dent(peak, materials)])
     return Hertz(
         force=force,
         semi_axes=axes,

@@ -13,19 +13,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..base.check import choice, number, positive, reals, warn
-from ..base.errors import ConvergenceError
+from ..base.check import choice, number, positive, reals, shortened, warn
+from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.questions import ask
 from ..base.stored import stored
+from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
 from ..geometry.contact_points import spacing_pair
+from ..geometry.geometries import slip_of_gap
+from ..results.plausible import of_result, of_width
 from ..results.report import Report
-from ..results.result import Pictured
+from ..results.result import Judged, Pictured
 
 Array = NDArray[np.float64]
 
@@ -52,7 +55,7 @@ _FAILURES = {
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class NormalResult(Pictured):
+class NormalResult(Judged, Pictured):
     """The solved frictionless contact; arrays (ny, nx), SI units.
 
     Attributes
@@ -79,7 +82,9 @@ class NormalResult(Pictured):
     periodic : bool
     error_estimate : float or None
         Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
-        estimated from coarser grids; None if there is no estimate.
+        estimated from coarser grids; None if there is no estimate. It leaves out the border of the
+        contact, where the error is largest, so that it can be several times smaller than that of a scene,
+        which has the border.
     report : Report
     """
 
@@ -105,6 +110,17 @@ class NormalResult(Pictured):
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""
         return {"error_estimate": self.error_estimate, "report": self.report.as_dict()}
+
+    def told(self) -> list[Row]:
+        """What presses, how far in, how well it is solved: what notebooks and the command line show."""
+        rows = [
+            self._told_outcome(),
+            ("normal force", in_words(self.normal_force, "N")),
+            ("approach", length(self.approach)),
+        ]
+        if any(self.tilts):
+            rows.append(("tilts", ", ".join(in_words(1e3 * tilt, "mrad") for tilt in self.tilts)))
+        return rows + self._told_of_solve()
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
@@ -180,6 +196,11 @@ def solve_normal(
 
     Warns
     -----
+    UserWarning
+        For a result that linear elasticity does not carry, which may be a slip of the unit: deformations that
+        are not small against the contact, a pressure beyond the strength of steel. A scene asks the same.
+    ToleranceWarning
+        For a contact of fewer than three cells across.
     DeprecationWarning
         If `moments` is given; the warning names the new spelling.
 
@@ -216,7 +237,12 @@ def solve_normal(
     if not elastic:
         raise ValueError("both bodies are rigid: one of them must be elastic")
     if (force is None) == (approach is None):
-        raise ValueError("either force or approach is needed")
+        given = (
+            "both are None"
+            if force is None
+            else f"force is {shortened(force)} [N], and approach is {shortened(approach)} [m]"
+        )
+        raise ValueError(f"{given}: either force or approach is needed, as one follows from the other")
     force = None if force is None else positive("force", force, "N")
     approach = None if approach is None else number("approach", approach, "m")
     if tolerance is not None and not 1e-14 <= positive("tolerance", tolerance) < 1.0:
@@ -250,7 +276,20 @@ def solve_normal(
     result = _result(solution, heights, problem, bodies, time.perf_counter() - started)
     if not result.report.converged:
         raise ConvergenceError(result.report.status, result)
+    ask(of_result(result, _deformation(result)))
+    ask(of_width(result.status > 0), kind=ToleranceWarning)
     return result
+
+
+def _deformation(result: NormalResult) -> dict[str, Array]:
+    """Displacement (3, n) [m] of each body at the points, normal to them."""
+    compliance = {side: getattr(result, side).normal_compliance for side in ("upper", "lower")}
+    x, y, _ = result.points
+    along, across = result.tilts
+    apart = result.gap - result.initial_gap + result.approach + along * x + across * y
+    moved = np.zeros((3, apart.size))
+    moved[2] = apart.ravel()
+    return {side: moved * (own / sum(compliance.values())) for side, own in compliance.items()}
 
 
 @dataclass(frozen=True)
@@ -452,8 +491,8 @@ def _edge_message(gap: Array, spacing: tuple[float, float], shape: tuple[int, in
             "continues it by parabolas"
         )
     return (
-        f"the contact reaches the edge of the grid of {size}, but the bodies go on beyond it: {advice}; "
-        'edge="sharp" states that a body ends there'
+        f"the contact reaches the edge of the grid of {size}, but the bodies go on beyond it: "
+        f"""{slip_of_gap(gap) or advice}; edge="sharp" states that a body ends there"""
     )
 
 
@@ -491,7 +530,9 @@ def _result(
         balance |= {
             "prescribed": problem.force,
             "relative_sum": abs(normal_force - problem.force) / problem.force,
+            "relative_error": abs(normal_force - problem.force) / problem.force,
         }
+    error = solution.discretisation_error
     report = Report(
         converged=converged,
         status=_outcome(loaded, gap, approach) if converged else _FAILURES[outcome].format(solution),
@@ -505,6 +546,7 @@ def _result(
         convolutions=solution.products,
         preconditionings=solution.preconditionings,
         force_balance=balance,
+        error_estimates={} if error is None else {"pressure": error},
         omitted={
             "friction": "the pressure does not depend on it where the bodies are of like materials",
             "curvature": "both bodies are half-spaces: the contact must be small against their radii",
@@ -527,6 +569,6 @@ def _result(
         lower=bodies[0],
         upper=bodies[1],
         periodic=problem.periodic,
-        error_estimate=solution.discretisation_error,
+        error_estimate=error,
         report=report,
     )

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,15 +20,19 @@ from ..base.check import choice, number, numbers, pair, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.owning import check_finite, owning, solved
 from ..base.plain import plain
+from ..base.progress import shares_shown
+from ..base.questions import ask, gathered
 from ..base.renamed import renamed
 from ..base.stored import stored
+from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Coupling
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, as_law
 from ..geometry.contact_points import window
+from ..results.plausible import of_dent
 from ..results.report import Report
-from ..results.result import TangentialFields
+from ..results.result import Judged, TangentialFields
 from .pressure_field import PressureField, creepage_rows, pressure_field
 
 Array = NDArray[np.float64]
@@ -346,7 +350,7 @@ class TangentialState:
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(TangentialFields):
+class TangentialResult(Judged, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -415,6 +419,33 @@ class TangentialResult(TangentialFields):
 
     def _units(self) -> dict[str, str]:
         return {"slip": self.slip_unit, "dissipation": self.dissipation_unit}
+
+    def left_out(self) -> list[str]:
+        """What the model leaves out, with its size."""
+        change = self.report.omitted.get("gap_change_by_traction_m")
+        if change is None:
+            return []
+        return [
+            f"the normal displacement by the traction (it changes the gap by up to {length(change)}; "
+            "coupling='full' takes it into account)"
+        ]
+
+    def told(self) -> list[Row]:
+        """What acts, how the bodies move, how well it is solved: what notebooks and the command line show."""
+        return [self._told_outcome(), *super().told(), *self._motion_told(), *self._told_of_solve()]
+
+    def _motion_told(self) -> list[Row]:
+        x, y, about_z = self.creepage
+        found = "" if not self.motion.is_driven else " (found for the force)"
+        if self.motion.slip_unit == "m":
+            return [
+                (f"shift{found}", f"x {length(x)}, y {length(y)}"),
+                (f"rotation{found}", in_words(1e3 * about_z, "mrad")),
+            ]
+        return [
+            (f"creepage{found}", f"x {1e3 * x:.6g}, y {1e3 * y:.6g} per mille"),
+            ("spin", in_words(about_z, "1/m")),
+        ]
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the motion asked for, the report."""
@@ -537,9 +568,12 @@ def solve_tangential(
     as_law(friction)
     number("tolerance", tolerance)
     if coupling == "full":
-        return _alternate(normal, motion, friction, layer, state, tolerance)
+        # what presses has been asked about where it was solved
+        with gathered():
+            return _alternate(normal, motion, friction, layer, state, tolerance)
     started = time.perf_counter()
     field = pressure_field(normal)
+    _ask_about(normal)
     if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
     shape = field.pressure.shape
@@ -575,6 +609,12 @@ def solve_tangential(
             result,
         )
     return result
+
+
+def _ask_about(normal: Any) -> None:
+    """Questions about a pressure that was given; those about a result came where it was solved."""
+    if isinstance(normal, PressureField):
+        ask(of_dent(float(normal.pressure.max()), [normal.lower, normal.upper]))
 
 
 def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
@@ -656,6 +696,13 @@ def _alternate(
     return replace(result, report=report)
 
 
+def _balance(motion: Rolling | Shift, force: Array) -> dict[str, float]:
+    """The part of prescribed forces that is missing, over the normal force; nothing where none is."""
+    pairs = zip(force, motion.force or (), strict=False)
+    missing = [abs(own - given) for own, given in pairs if given is not None]
+    return {"relative_error": float(max(missing) / abs(force[2]))} if missing else {}
+
+
 def _gap_change(field: PressureField, traction: Array) -> Array:
     """Change (ny, nx) [m] of the gap by the traction (3, ny, nx) on the lower body."""
     ny, nx = field.pressure.shape
@@ -725,6 +772,7 @@ def _result(
             "tangential": float(np.hypot(force[0], force[1])),
             "normal": field.normal_force,
             "stick_area": float(np.count_nonzero(status == 1) * area),
+            **_balance(motion, force),
         },
         omitted=_left_out(field, traction, status),
         time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
@@ -758,7 +806,7 @@ def creep_curve(
     layer: InterfaceLayer | None = None,
     velocity: float = 10.0,
     tolerance: float = 1e-6,
-    progress: Callable[[float], Any] | None = None,
+    progress: Callable[[float], Any] | Literal[True] | None = None,
 ) -> Array:
     """Forces of steady rolling over a list of creepages.
 
@@ -768,14 +816,15 @@ def creep_curve(
     ----------
     normal : NormalResult, Result or PressureField
     creepages : (n, 3)
-        (xi, eta, phi) [-, -, 1/m] each.
+        (xi, eta, phi) [-, -, 1/m] each. Columns of a table of pandas are taken by their names "xi", "eta" and
+        "phi", in whatever order.
     friction, layer
         As in :func:`solve_tangential`.
     velocity : float [m/s]
         Of rolling.
     tolerance : float [-]
-    progress : callable or None
-        Called with the share done after each creepage.
+    progress : callable or True
+        Called with the share done after each creepage; True shows a bar (extra ``notebook``).
 
     Returns
     -------
@@ -791,6 +840,7 @@ def creep_curve(
     rows = creepage_rows(creepages)
     number("tolerance", tolerance)
     field = pressure_field(normal)
+    _ask_about(normal)
     _check_problem(Rolling(velocity=velocity), layer, None)
     operators, cut, origin = _prepare(field, Rolling(velocity=velocity), layer, None)
     law = as_law(friction).native(field.pressure.shape, cut)
@@ -802,16 +852,16 @@ def creep_curve(
     size = math.sqrt(np.count_nonzero(pressure) * field.spacing[0] * field.spacing[1])
     places = rows * np.array([1.0, 1.0, size])
     last: list[Array] = []
-    for k, (xi, eta, phi) in enumerate(rows.tolist()):
-        drive = [(xi, False), (eta, False)]
-        start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
-        found = operators.solve(
-            pressure, origin, drive, phi, float(velocity), law, None, float(tolerance), start
-        )
-        forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
-        last = [*last[-1:], found.traction] if converged[k] else []
-        if progress is not None:
-            progress((k + 1) / len(rows))
+    with shares_shown(progress, "rolling") as told:
+        for k, (xi, eta, phi) in enumerate(rows.tolist()):
+            drive = [(xi, False), (eta, False)]
+            start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
+            found = operators.solve(
+                pressure, origin, drive, phi, float(velocity), law, None, float(tolerance), start
+            )
+            forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
+            last = [*last[-1:], found.traction] if converged[k] else []
+            told((k + 1) / len(rows))
     failed = np.flatnonzero(~converged)
     if failed.size:
         forces[failed] = np.nan

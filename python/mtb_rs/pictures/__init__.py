@@ -7,7 +7,7 @@ from .figures import own_figures
 from .files import save
 from .labelled import dataset_of
 from .moving import animate
-from .plane import plot, plot_side_by_side
+from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
 from .sweep_plot import draw_area_load, draw_start, draw_sweep
@@ -24,6 +24,7 @@ __all__ = [
     "own_figures",
     "page_of_chart",
     "plot",
+    "plot_beside",
     "plot_side_by_side",
     "save",
     "view",

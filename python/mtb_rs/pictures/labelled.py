@@ -28,12 +28,18 @@ def dataset_of(result: Pictured) -> Any:
         row = flat(result, values)
         return grids[0].view(row) if is_grid else row
 
+    fields = result.fields()
+    vectors = [len(field.values) for name, field in fields.items() if field.is_vector and name != "points"]
+    most = max(vectors, default=0)
+
     def variable(values: NDArray[Any], **attributes: str) -> Any:
         own = shaped(values)
         lead = ("component",) if own.ndim > len(dims) else ()
+        if lead and len(own) < most:
+            # slip lies in the plane of contact, beside tractions in space: nothing slips along z
+            own = np.concatenate([own, np.zeros((most - len(own), *own.shape[1:]))])
         return xarray.Variable((*lead, *dims), own, {k: v for k, v in attributes.items() if v})
 
-    fields = result.fields()
     data = {
         name: variable(field.values, units=field.unit, long_name=field.label)
         for name, field in fields.items()
@@ -46,9 +52,8 @@ def dataset_of(result: Pictured) -> Any:
         # a coordinate that is no axis cannot have the name of one
         name = axis if along in ((axis,), ("point",)) or axis not in dims else f"{axis}_place"
         coordinates[name] = xarray.Variable(along, own, {"units": "m"})
-    if any("component" in entry.dims for entry in data.values()):
-        count = max(entry.sizes.get("component", 0) for entry in data.values())
-        coordinates["component"] = list(_COMPONENTS[:count])
+    if most:
+        coordinates["component"] = list(_COMPONENTS[:most])
     if grids and not is_grid:
         coordinates["patch"] = ("point", np.concatenate([[p.name] * (p.nx * p.ny) for p in grids]))
     totals = {name: np.asarray(total.values).tolist() for name, total in result.totals().items()}

@@ -117,9 +117,17 @@ def _nearest(
     wanted = np.atleast_1d(np.asarray(at, dtype=float))
     if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
         raise ValueError(f"{cut} is {at!r}: finite numbers [m] are needed")
+    reach = np.array([line.patch.spacing[0 if cut == "x" else 1] for line in lines]) / MILLIMETRE
+    # rounding puts no cut beyond the outermost cells
+    low, high = (places - 0.5 * reach).min() - 1e-6, (places + 0.5 * reach).max() + 1e-6
+    outside = wanted[(wanted < MILLIMETRE * low) | (wanted > MILLIMETRE * high)]
+    if outside.size:
+        raise ValueError(
+            f"{cut} is {outside[0]:g} m: the contact points lie between {cut} = {MILLIMETRE * low:.4g} and "
+            f"{MILLIMETRE * high:.4g} m"
+        )
     # rounding must not decide between two lines equally far: the first wins
     distance = np.round(np.abs(places - wanted[:, None] / MILLIMETRE), 6)
-    reach = np.array([line.patch.spacing[0 if cut == "x" else 1] for line in lines]) / MILLIMETRE
     starts = np.array([line.patch.start for line in lines])
     found: dict[int, list[_Line]] = {}
     for away in distance:

@@ -100,17 +100,30 @@ def draw_map(
     ax.set_xlabel("x [mm]")
     ax.set_ylabel("y [mm]")
     style_axes(ax)
+    is_wide = _width(figure, ax) >= _WIDE
     if panel:
         pass
     elif quantity == "status":
         handles = status_swatches(code for code in (0, 1, 2) if np.any(values == code))
         ax.legend(
-            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, fontsize=9
+            handles=handles,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=3,
+            frameon=False,
+            fontsize=9 if is_wide else 8,
+            **({} if is_wide else {"handlelength": 1.2, "columnspacing": 1.0, "borderaxespad": 0.1}),
         )
     elif drawn is not None:
         colour_bar(figure, drawn, ax, f"{asked.label} [{unit}]", extend)
+    # above the key to the colours, where both do not stand beside each other
+    raised = {} if is_wide or panel or quantity != "status" else {"pad": 20.0}
     ax.set_title(
-        _title(label_of(asked, body), values[shown] / factor, unit), loc="left", fontsize=10.5, color=INK
+        _title(label_of(asked, body), values[shown] / factor, unit),
+        loc="left",
+        fontsize=10.5,
+        color=INK,
+        **raised,
     )
     fields = result.fields()
     if "traction" in fields:
@@ -292,6 +305,16 @@ def _arrows(ax: Axes, result: Pictured, field: Array) -> None:
     )
 
 
+#: Width [in] of axes from which a title and a key, or a label and a remark, stand beside each other.
+_WIDE = 4.5
+
+
+def _width(figure: Figure, ax: Axes) -> float:
+    """Width [in] of the map in axes of equal scales, about: a layout may still take some of it for labels."""
+    width, height = ax.get_position(original=True).size * figure.get_size_inches()
+    return float(min(width, height * np.ptp(ax.get_xlim()) / np.ptp(ax.get_ylim())))
+
+
 def _friction_arrow(figure: Figure, ax: Axes, result: Pictured, traction: Array) -> None:
     """The direction in which friction drags the lower body, as an arrow below the picture."""
     area = flat(result, result.area)
@@ -299,12 +322,17 @@ def _friction_arrow(figure: Figure, ax: Axes, result: Pictured, traction: Array)
     size = float(np.hypot(*pull))
     if size <= 1e-3 * float(flat(result, result.pressure) @ area):
         return
-    if np.ptp(ax.get_xlim()) < np.ptp(ax.get_ylim()):
-        # both would not stand side by side below the middle of a narrow map
+    below = -27.0
+    if _width(figure, ax) < _WIDE:
+        # both do not stand side by side
+        ax.set_xlabel(f"{ax.get_xlabel()}\n")
+        below = -41.0
+    elif np.ptp(ax.get_xlim()) < np.ptp(ax.get_ylim()):
+        # nor do they below the middle of a narrow map
         ax.set_xlabel(ax.get_xlabel(), loc="left")
     # in points from the lower right corner of the axes, on the line of the x label
     place: Any = Affine2D().scale(1 / 72) + figure.dpi_scale_trans + ScaledTranslation(1.0, 0.0, ax.transAxes)  # type: ignore[arg-type]
-    middle, half = np.array([-9.0, -27.0]), 9.0 * pull / size
+    middle, half = np.array([-9.0, below]), 9.0 * pull / size
     ax.annotate(
         "",
         xy=tuple(middle + half),
@@ -315,7 +343,7 @@ def _friction_arrow(figure: Figure, ax: Axes, result: Pictured, traction: Array)
     )
     ax.text(
         -23.0,
-        -27.0,
+        below,
         "friction on the lower body",
         transform=place,
         ha="right",

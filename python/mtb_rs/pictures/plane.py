@@ -16,6 +16,7 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
 from ..base.check import choice, pair
+from ..base.units import in_si
 from ..base.words import Body, Flat, FlatOptions, Limits, Space, SpaceOptions, Stress, StressOptions
 from ..base.words import Field as Word
 from ..results.grids import flat
@@ -115,6 +116,8 @@ def plot_within(
 ) -> Any:
     """What :func:`plot` draws; a map of what lies in `window`, where there is one."""
     choice("body", body, Body)
+    asked = None if quantity in get_args(Stress) else quantity_of(result, quantity, body)
+    limits = in_si("limits", limits, "Pa" if asked is None else asked.unit or None)
     if limits is not None and not (np.all(np.isfinite(limits)) and limits[0] < limits[1]):
         raise ValueError(f"limits is {limits!r}: two finite numbers that rise are needed")
     if kind not in (None, *get_args(Flat), *get_args(Space)):
@@ -127,7 +130,6 @@ def plot_within(
             raise ValueError("quantity is 'von_mises': it is drawn by kind='3d' only, without x, y and ax")
         _check_known(options, view_von_mises, 'quantity="von_mises"')
         return view_von_mises(result, limits=limits, **options)
-    quantity_of(result, quantity, body)
     if x is not None and y is not None:
         raise ValueError(
             "x and y are both given: one of them is needed, x for a line along y, y for a line along x"
@@ -180,6 +182,14 @@ def recolour(drawn: Axes, cmap: str | Colormap) -> None:
     for shown in (*drawn.collections, *drawn.images):
         if shown.get_array() is not None:
             shown.set_cmap(cmap)
+
+
+def plot_beside(result: Pictured, quantities: Sequence[Word]) -> Figure:
+    """Maps of several quantities of one result, beside each other."""
+    figure = new_figure((5.4 * len(quantities), 4.4))
+    for axes, quantity in zip(figure.subplots(1, len(quantities)), quantities, strict=True):
+        plot(result, quantity, ax=axes)
+    return figure
 
 
 def plot_side_by_side(

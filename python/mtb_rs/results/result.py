@@ -129,7 +129,9 @@ class Drawn(Savable):
 
         Fields on one regular grid have the dimensions (y, x), those on several patches, or on scattered
         points, have the dimension "point", and the coordinate "patch" names the patch of each. Places are the
-        coordinates x, y, z [m]; vectors have the dimension "component" in front. Totals are the attributes.
+        coordinates x, y, z [m]; vectors have the dimension "component" in front. Slip, which
+        lies in the plane of contact, has a third component of zero where tractions have three. Totals are the
+        attributes.
 
         Raises
         ------
@@ -261,6 +263,49 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
+class Judged:
+    """What has a report on its solve: how good it is, in words."""
+
+    status: NDArray[np.int8]
+    report: Report
+
+    def left_out(self) -> list[str]:
+        """What the model leaves out, each with its estimated size."""
+        quantity = self.report.aim[0] if self.report.aim is not None else "pressure"
+        return [
+            f"{effect} ({f'about {percent(size)} of the {quantity}' if isinstance(size, float) else size})"
+            for effect, size in self.report.omitted.items()
+        ]
+
+    def errors_in_words(self) -> str:
+        """Estimated errors, that of the quantity aimed at first; "not estimated" where there are none."""
+        aim, tolerance = self.report.aim or ("pressure", None)
+        errors = self.report.error_estimates
+        words = []
+        for name in sorted(errors, key=lambda name: name != aim):
+            aimed = f" ({percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
+            words.append(f"{percent(errors[name])} of the {name}{aimed}")
+        return ", ".join(words) or "not estimated"
+
+    def _told_outcome(self) -> Row:
+        report = self.report
+        return "outcome", "converged" if report.converged else f"NOT converged: {report.status}"
+
+    def _told_of_solve(self) -> list[Row]:
+        report, closed = self.report, int(np.count_nonzero(self.status))
+        rows = [
+            ("contact area", f"{report.contact_area * 1e6:.6g} mm2, {closed} of {self.status.size} points"),
+            ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
+            ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
+        ]
+        rows += [("left out", words) for words in self.left_out()]
+        if report.error_estimates:
+            rows.append(("estimated error", self.errors_in_words()))
+        if report.missed:
+            rows.append(("tolerance", report.missed))
+        return rows
+
+
 class TangentialFields(Pictured):
     """Stick and slip on a grid (ny, nx), by any theory; vectors act on the lower body.
 
@@ -279,6 +324,24 @@ class TangentialFields(Pictured):
         """Sum of pressure times area [N]."""
         return -float(self.force[2])
 
+    def told(self) -> list[Row]:
+        """What acts and how much of the contact sticks: what a notebook and the command line show."""
+        closed = float(self.area[self.status > 0].sum())
+        stick = float(self.area[self.status == 1].sum()) / closed if closed > 0.0 else 0.0
+        # what is rounding beside the forces on the width of the contact is zero
+        is_rounding = abs(self.spin_moment) < 1e-12 * float(np.linalg.norm(self.force)) * np.sqrt(closed)
+        return [
+            ("normal force", in_words(self.normal_force, "N")),
+            ("force on the lower body", along(self.force, "N")),
+            ("moment of friction", in_words(0.0 if is_rounding else self.spin_moment, "N m")),
+            ("sticks", f"{100.0 * stick:.4g} % of the contact area"),
+        ]
+
+    def _repr_png_(self) -> bytes | None:
+        """Maps of the traction, and of where the surfaces stick and slip, for notebooks."""
+        with pictures().own_figures():
+            return png(pictures().plot_beside(self, ("traction", "status")))
+
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
         stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
@@ -292,7 +355,7 @@ class TangentialFields(Pictured):
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class Result(Pictured):
+class Result(Judged, Pictured):
     """The solved contact.
 
     Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, and (n,) where the
@@ -452,25 +515,6 @@ class Result(Pictured):
             )
         return "\n".join(lines)
 
-    def left_out(self) -> list[str]:
-        """What the model leaves out, each with its estimated size."""
-        quantity = self.report.aim[0] if self.report.aim is not None else "pressure"
-        return [
-            f"{effect} ({f'about {percent(size)} of the {quantity}' if isinstance(size, float) else size})"
-            for effect, size in self.report.omitted.items()
-        ]
-
-    def errors_in_words(self) -> str:
-        """Estimated errors, that of the quantity aimed at first."""
-        aim, tolerance = self.report.aim or ("pressure", None)
-        errors = dict(self.report.error_estimates)
-        # that of the quantity aimed at first
-        words = []
-        for name in sorted(errors, key=lambda name: name != aim):
-            aimed = f" ({percent(tolerance)} aimed at)" if name == aim and tolerance is not None else ""
-            words.append(f"{percent(errors[name])} of the {name}{aimed}")
-        return ", ".join(words)
-
     @property
     def heading(self) -> str:
         """Nothing that :meth:`told` does not say."""
@@ -479,10 +523,9 @@ class Result(Pictured):
     def told(self) -> list[Row]:
         """What was solved, what carries what, how well: what a notebook and the command line show."""
         report = self.report
-        closed = int(np.count_nonzero(self.status))
         rows = [
             ("model", f"{report.model}, {report.method} ({report.solver})"),
-            ("outcome", "converged" if report.converged else f"NOT converged: {report.status}"),
+            self._told_outcome(),
             ("normal force", in_words(self.normal_force, "N")),
             ("force on the lower body", along(self.force, "N")),
         ]
@@ -495,18 +538,8 @@ class Result(Pictured):
                 # a component that is rounding beside the whole is zero
                 cleaned = np.where(np.abs(value) < 1e-12 * size, 0.0, value)
                 rows.append((name, along(cleaned, "N")))
-        rows += [
-            ("approach", ", ".join(length(value) for value in np.atleast_1d(self.approach))),
-            ("contact area", f"{report.contact_area * 1e6:.6g} mm2, {closed} of {self.status.size} points"),
-            ("peak pressure", f"{report.peak_pressure / 1e6:.5g} MPa"),
-            ("iterations", f"{report.iterations}, residual {report.residual:.1e}"),
-        ]
-        rows += [("left out", words) for words in self.left_out()]
-        if report.error_estimates:
-            rows.append(("estimated error", self.errors_in_words()))
-        if report.missed:
-            rows.append(("tolerance", report.missed))
-        return rows
+        rows.append(("approach", ", ".join(length(value) for value in np.atleast_1d(self.approach))))
+        return rows + self._told_of_solve()
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.status))

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import memory
-from ..base.questions import ask
+from ..base.questions import ask, gathered
 from ..base.words import Model
 from ..bodies.recovery import left_out
-from ..contact.estimate import NARROW, coarsened
-from ..contact.plausible import of_peak
+from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Geometry
 from ..half_space.normal import solve_normal
+from ..results.plausible import NARROW, of_peak
 from ..results.result import Result, percent
 from .auto import (
     AIM,
@@ -88,9 +88,11 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
             # to end the choice of a spacing at once takes two of them
             while len(wider) < (2 if free else 1):
                 last = wider[-1] if wider else level
-                # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones
                 by = level.solution.convolutions > 0.0
-                width = coarsened(last.spacing, geometry.grid(last.spacing).patches, 3 if by else 2)
+                # what is cheap on fine grids, by convolutions, is not much cheaper on half as fine ones; but
+                # the waves of a given field vanish in means over three of its cells
+                times = 3 if by and geometry.can_be_refined else 2
+                width = coarsened(last.spacing, geometry.grid(last.spacing).patches, times)
                 if width is None:
                     break
                 copy = with_wider_elements(fixed, spacing, width)
@@ -471,17 +473,19 @@ def _by_convolution(
         and abs(about_x or 0.0) < 0.5 * force * float(np.ptp(y))
     ):
         return _unreachable(problem)
-    normal = solve_normal(
-        gap.reshape(grid.ny, grid.nx),
-        (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
-        lower=lower,
-        upper=upper,
-        force=force,
-        approach=scene.approach,
-        moments_about_axes=(about_x, about_y),
-        tolerance=tolerance,
-        edge="sharp" if scene.geometry.is_body_edge else "error",
-    )
+    # the scene asks its own questions
+    with gathered():
+        normal = solve_normal(
+            gap.reshape(grid.ny, grid.nx),
+            (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
+            lower=lower,
+            upper=upper,
+            force=force,
+            approach=scene.approach,
+            moments_about_axes=(about_x, about_y),
+            tolerance=tolerance,
+            edge="sharp" if scene.geometry.is_body_edge else "error",
+        )
     problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
     pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
     products = normal.report.convolutions + normal.report.preconditionings

@@ -27,7 +27,6 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
-from ..contact.plausible import of_scene
 from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction
 from ..contact.solids import Bodies, OwnBodies, body_contact, check_faces
 from ..contact.solve import finish, magnetic_field
@@ -45,6 +44,7 @@ from ..friction.laws import InterfaceLayer, of_friction
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
+from ..results.plausible import of_scene
 from ..results.result import Result, percent, png
 
 Array = NDArray[np.float64]
@@ -536,11 +536,11 @@ class PosedScene(Told):
             return
         for patch in patches:
             p = patch.view(pressure) > 0.0
+            more = f"about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
             if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
                 raise ValueError(
                     f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, but the "
-                    f"bodies go on beyond it: about {2 * patch.nx} x {2 * patch.ny} points at this spacing "
-                    "would do"
+                    f"bodies go on beyond it: {self.geometry.looks_like or more}"
                 )
 
     def told(self) -> list[Row]:

@@ -305,8 +305,8 @@ class Scene(PosedScene):
         ConvergenceError
             If the fullest model has no solution, so that there is no reference for the other ones.
         """
+        from ..base.progress import shown
         from ..studies.chart_scene import chart
-        from ..studies.progress import shown
 
         choice("quantity", quantity, Quantity)
         with shown(progress, "charting") as told:

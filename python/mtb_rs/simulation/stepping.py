@@ -22,11 +22,11 @@ from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import Side
-from ..contact.plausible import of_deformation, width_of
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
+from ..results.plausible import of_deformation, width_of
 from ..results.result import Pictured
 from ..scenes.posed import PosedScene
 from . import fmu

@@ -17,6 +17,7 @@ from ..base import cache
 from ..base.check import positive
 from ..base.errors import ConvergenceError
 from ..base.plain import plain
+from ..base.questions import gathered
 from ..base.words import Model, Quantity
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace, as_body
@@ -494,16 +495,17 @@ def _by_convolution(scene: PosedScene) -> Solve:
         force = scene.force
         if scene.magnetic_pressure is not None:
             force = float(scene.magnetic_pressure) * float(grid.area.sum())
-        result = solve_normal(
-            np.ascontiguousarray(patch.view(grid.cells.gap)),
-            grid.spacing,
-            lower=as_body("lower", scene.lower),
-            upper=as_body("upper", scene.upper),
-            force=force,
-            approach=scene.approach,
-            edge="sharp" if geometry.is_body_edge else "error",
-            method="fft",
-        )
+        with gathered():
+            result = solve_normal(
+                np.ascontiguousarray(patch.view(grid.cells.gap)),
+                grid.spacing,
+                lower=as_body("lower", scene.lower),
+                upper=as_body("upper", scene.upper),
+                force=force,
+                approach=scene.approach,
+                edge="sharp" if geometry.is_body_edge else "error",
+                method="fft",
+            )
         scene.check_touching(result.normal_force > 0.0, grid.cells, {})
         fields = Fields(
             [(patch, *patch.axes())],

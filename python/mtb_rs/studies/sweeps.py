@@ -23,6 +23,7 @@ from .._mtb_rs import __version__
 from ..base.check import meant, shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.fingerprint import fingerprint
+from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
@@ -35,7 +36,6 @@ from ..scenes.direct import choose
 from ..scenes.methods import check_options
 from ..scenes.moving import Moving
 from ..scenes.scene import Scene
-from .progress import shown
 from .sweep_cases import Cases, cases_of
 from .sweep_checkpoint import Checkpoint, Record
 

@@ -12,6 +12,28 @@ Told = Callable[..., None]
 
 
 @contextmanager
+def shares_shown(
+    progress: Callable[[float], Any] | Literal[True] | None, words: str
+) -> Iterator[Callable[[float], Any]]:
+    """What a calculation calls with the share that is done; True is a bar as of :func:`shown`.
+
+    Raises
+    ------
+    ValueError
+        If `progress` is something else.
+    ImportError
+        As of :func:`shown`.
+    """
+    if progress is not None and progress is not True and not callable(progress):
+        raise ValueError(f"progress is {progress!r}: a function, True (a bar) or None is needed")
+    if progress is not True:
+        yield progress or (lambda _: None)
+        return
+    with shown(True, words) as told:
+        yield lambda share: told(share, words)
+
+
+@contextmanager
 def shown(progress: Told | Literal[True] | None, words: str) -> Iterator[Told]:
     """What a study calls to tell how far it is: with numbers (done, all), or with (share, words).
 

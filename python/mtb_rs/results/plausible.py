@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..bodies.material import NORMALISED, of_material
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
-from ..results.grids import flat, patches
-from ..results.result import Result
+from .grids import flat, patches
+from .result import Pictured, Result
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,8 @@ SMALL = 0.05
 #: Young's moduli [Pa] of steels, and the peak pressure [Pa] at which balls and rings of hardened bearing
 #: steel keep a dent of 1e-4 of their diameter: the static rating of ISO 76.
 STEELS, DENT = (180e9, 230e9), 4.2e9
+#: Points over the width of a contact up to which its pressure is not resolved.
+NARROW = 2
 
 
 def of_scene(upper: Any, lower: Any, magnetic_pressure: Any, force: float | None = None) -> list[str]:
@@ -120,35 +122,72 @@ def width_of(points: Array, area: float, touching: NDArray[np.bool_], patches: S
     return max(widths)
 
 
-def of_result(result: Result, deformation: Mapping[str, Array]) -> list[str]:
+def of_result(
+    result: Pictured, deformation: Mapping[str, Array], elastic_parts: Sequence[Any] = ()
+) -> list[str]:
     """Questions about a result that a linear calculation gives and no body bears.
 
     Parameters
     ----------
+    result : Result or NormalResult
     deformation : Mapping of "upper" and "lower" to (3, n) [m]
         Displacement of the contact points without rigid motion.
+    elastic_parts : sequence of ElasticPart
     """
     questions: list[str] = []
     if not (result.status > 0).any():
         return questions
-    materials = []
-    bodies: dict[str, Any] = {"upper": result.upper, "lower": result.lower}
+    bodies = {side: getattr(result, side) for side in ("upper", "lower")}
     for side, moved in deformation.items():
-        material = bodies[side].material
-        if material is None:
+        if bodies[side].material is None:
             continue
-        materials.append(material)
-        parts = [part for part in result.parts if part.upper == (side == "upper")]
+        parts = [part for part in elastic_parts if part.upper == (side == "upper")]
         touching = flat(result, result.status) > 0
         width = width_of(flat(result, result.points), result.area.max(), touching, patches(result))
         questions += of_deformation(side, moved, parts, width)
-    peak = result.report.peak_pressure
-    if peak > DENT and _is_steel(materials):
-        questions.append(
-            f"the peak pressure is {1e-9 * peak:.3g} GPa, beyond what steel bears elastically: even "
-            f"hardened bearing steel keeps a dent from {1e-9 * DENT:g} GPa on (ISO 76)"
-        )
-    return questions
+    materials = [bodies[side].material for side in deformation]
+    return questions + of_dent(float(result.pressure.max()), materials)
+
+
+def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:
+    """A question where the peak pressure [Pa] is beyond what steel bears; None is a rigid body."""
+    if not peak > DENT or not _is_steel([material for material in materials if material is not None]):
+        return []
+    return [
+        f"the peak pressure is {1e-9 * peak:.3g} GPa, beyond what steel bears elastically: even "
+        f"hardened bearing steel keeps a dent from {1e-9 * DENT:g} GPa on (ISO 76)"
+    ]
+
+
+def of_width(closed: NDArray[np.bool_]) -> list[str]:
+    """A question where a contact (ny, nx) of cells is too narrow for its pressure to be known."""
+    inside = np.ones_like(closed)
+    across, along = min((width(closed, inside), "x"), (width(closed.T, inside.T), "y"))
+    if across > NARROW:
+        return []
+    return [
+        f"the contact is only {across:.0f} point{'s' if across > 1 else ''} wide along {along}, too few for "
+        "its pressure to be known: narrower cells are needed (lengths are in metres, forces in newtons)"
+    ]
+
+
+def width(closed: NDArray[np.bool_], on_face: NDArray[np.bool_]) -> float:
+    """Width [points] along x of a contact (ny, nx), the median of its points; infinite where a face ends it.
+
+    A contact as narrow as a point or two is a force and no pressure: its neighbours tell nothing of it.
+    """
+    padded, face = (np.pad(field, ((0, 0), (1, 1))) for field in (closed, on_face))
+    change = np.diff(padded.astype(np.int8), axis=1)
+    row, first = np.nonzero(change == 1)
+    _, last = np.nonzero(change == -1)
+    if not row.size:
+        return float("inf")
+    length = (last - first).astype(float)
+    # the columns before and behind each run, in the padded field
+    wide = np.where(face[row, first] & face[row, last + 1], length, np.inf)
+    order = np.argsort(wide)
+    above_half = 2.0 * length[order].cumsum() > length.sum()
+    return float(wide[order][int(above_half.argmax())])
 
 
 def of_peak(result: Result, hardness: float | None) -> list[str]:
