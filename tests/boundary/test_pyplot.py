@@ -150,3 +150,24 @@ def test_curves_of_area_over_load_draw_themselves() -> None:
     np.testing.assert_allclose(line.get_ydata(), curve.contact_area[::-1] * 1e12)
     assert axes.get_xlabel() == "normal force [mN]"
     assert axes.get_ylabel() == "contact area [µm²]"
+
+
+def test_words_in_narrow_axes_stand_apart() -> None:
+    patch = mtb.hertz(5e3, 0.4).on_grid((20, 20), 3e-4)
+    rolled = mtb.solve_tangential(patch, mtb.Rolling(creepage=(1e-3, 0.0, 0.2)), mtb.Coulomb(0.3))
+    for width in (3.0, 7.2):
+        figure, panels = plt.subplots(1, 2, figsize=(2 * width, width))
+        for axes, quantity in zip(panels, ("traction", "status"), strict=True):
+            rolled.plot(quantity, ax=axes)
+        figure.canvas.draw()
+        for axes in panels:
+            (remark,) = (text for text in axes.texts if "friction" in text.get_text())
+            box, label = remark.get_window_extent(), axes.xaxis.label.get_window_extent()
+            # a label of two lines leaves the second one free
+            lines = axes.get_xlabel().count("\n") + 1
+            assert box.y1 <= label.y1 - label.height / lines or box.x0 >= label.x1 or box.x1 <= label.x0
+        key = panels[1].get_legend().get_window_extent()
+        title = panels[1].title.get_window_extent()
+        left = panels[1]._left_title.get_window_extent()  # type: ignore[attr-defined]
+        assert not any(key.overlaps(said) for said in (title, left) if said.width > 0.0)
+        plt.close(figure)

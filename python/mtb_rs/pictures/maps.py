@@ -117,7 +117,7 @@ def draw_map(
     elif drawn is not None:
         colour_bar(figure, drawn, ax, f"{asked.label} [{unit}]", extend)
     # above the key to the colours, where both do not stand beside each other
-    raised = {} if is_wide or panel or quantity != "status" else {"pad": 20.0}
+    raised: dict[str, Any] = {} if is_wide or panel or quantity != "status" else {"pad": 20.0}
     ax.set_title(
         _title(label_of(asked, body), values[shown] / factor, unit),
         loc="left",
