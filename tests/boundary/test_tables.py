@@ -215,3 +215,19 @@ def test_columns_of_creepages_count_by_their_names() -> None:
             ValueError, match=r"creepages has the columns .*: xi, eta, phi are needed, in any order"
         ):
             mtb.creep_curve(patch, wrong, law)
+
+
+def test_an_area_load_curve_is_a_table() -> None:
+    heights = 1e-7 * np.cos(np.arange(16.0))[:, None] * np.cos(np.arange(16.0)) + 1e-7
+    curve = mtb.area_load_curve(heights, 1e-6, [2e-3, 1e-3], lower=mtb.steel, upper=mtb.Rigid())
+    frame, labelled = curve.to_pandas(), curve.to_xarray()
+    assert frame.attrs["units"] == {"force": "N", "contact_area": "m^2", "approach": "m", "mean_gap": "m"}
+    for name, values in curve._asdict().items():
+        np.testing.assert_array_equal(frame[name], values)
+        np.testing.assert_array_equal(labelled[name], values)
+        assert labelled[name].attrs == {"units": frame.attrs["units"][name]}
+    exported = curve.exports()[0]["csv"].decode().splitlines()[0]
+    assert exported == ",".join(f"{name} [{unit}]" for name, unit in frame.attrs["units"].items())
+    told = dict(curve.told())
+    assert told["force"] == "1 to 2 mN"
+    assert told["approach"].endswith((" nm", " \N{MICRO SIGN}m"))

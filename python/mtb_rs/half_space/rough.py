@@ -166,6 +166,19 @@ class _Columns(NamedTuple):
     mean_gap: Array
 
 
+_UNITS = {"force": "N", "contact_area": "m^2", "approach": "m", "mean_gap": "m"}
+#: Units in which they are told, the largest first, as pictures have them.
+_SHOWN = {
+    "N": (("kN", 1e3), ("N", 1.0), ("mN", 1e-3), ("\N{MICRO SIGN}N", 1e-6)),
+    "m^2": (
+        ("m\N{SUPERSCRIPT TWO}", 1.0),
+        ("mm\N{SUPERSCRIPT TWO}", 1e-6),
+        ("\N{MICRO SIGN}m\N{SUPERSCRIPT TWO}", 1e-12),
+    ),
+    "m": (("mm", 1e-3), ("\N{MICRO SIGN}m", 1e-6), ("nm", 1e-9)),
+}
+
+
 @stored
 @plain
 class AreaLoadCurve(_Columns, Study):
@@ -192,17 +205,42 @@ class AreaLoadCurve(_Columns, Study):
 
     def told(self) -> list[Row]:
         """Its ends in words: what a notebook shows beside the picture."""
-        columns = zip(self._fields, ("N", "m^2", "m", "m"), self, strict=True)
-        return [
-            (name.replace("_", " "), f"{values.min():.6g} to {values.max():.6g} {unit}")
-            for name, unit, values in columns
-            if values.size
-        ]
+        rows = []
+        for (name, unit), values in zip(_UNITS.items(), self, strict=True):
+            if values.size:
+                largest = float(np.abs(values).max())
+                # the largest of the units in which its numbers are at least one
+                shown, size = next((s for s in _SHOWN[unit] if largest >= s[1]), _SHOWN[unit][-1])
+                ends = f"{values.min() / size:.6g} to {values.max() / size:.6g} {shown}"
+                rows.append((name.replace("_", " "), ends))
+        return rows
+
+    def to_pandas(self) -> Any:
+        """The columns as a :class:`pandas.DataFrame` (extra ``sweep``); units are its ``attrs["units"]``."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("pandas is missing: pip install 'mtb-rs[sweep]'") from error
+        frame = pandas.DataFrame(self._asdict())
+        frame.attrs = {"units": dict(_UNITS)}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """The columns over the force as an :class:`xarray.Dataset` (extra ``sweep``), with units."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise ImportError("xarray is missing: pip install 'mtb-rs[sweep]'") from error
+        columns = {
+            name: xarray.Variable("force", values, {"units": _UNITS[name]})
+            for name, values in self._asdict().items()
+        }
+        return xarray.Dataset(columns, {"force": columns.pop("force")})
 
     def exports(self) -> tuple[dict[str, bytes], list[str]]:
         """A picture, and the columns as CSV."""
         rows = [",".join(f"{value!r}" for value in row) for row in np.array(self).T.tolist()]
-        lines = ["force [N],contact_area [m2],approach [m],mean_gap [m]", *rows]
+        lines = [",".join(f"{name} [{unit}]" for name, unit in _UNITS.items()), *rows]
         with pictures().own_figures():
             return {"png": png(self.plot()), "csv": "".join(f"{line}\n" for line in lines).encode()}, []
 
