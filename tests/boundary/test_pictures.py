@@ -201,6 +201,7 @@ def test_html_page_stands_alone_or_names_the_package(pole_shoe_result: Result, t
     pytest.importorskip("nest_asyncio2")
     ends = signal.getsignal(signal.SIGINT)
     page = view.write_html(pole_shoe_result, tmp_path / "shoe.html").read_text(encoding="utf-8")
+    assert "<title>pressure - mtb_rs</title>" in page
     # Ctrl-C still ends what comes after
     assert signal.getsignal(signal.SIGINT) is ends
     assert len(page) > 300_000

@@ -145,7 +145,7 @@ def draw_into(
         else:
             plotter = drawn.plot(*asked, kind="3d", off_screen=True)
             if ending == ".html":
-                buffer.write(space.page_of(plotter).encode())
+                buffer.write(space.page_of(plotter, quantity or "pressure").encode())
             else:
                 Image.fromarray(plotter.screenshot(return_img=True)).save(buffer, "PNG")
                 plotter.close()

@@ -6,7 +6,9 @@ VTK ends the process when it finds no GL driver, so a first picture is tried in 
 
 from __future__ import annotations
 
+import html
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -481,13 +483,13 @@ def write_html(result: Pictured, path: str | Path, quantity: Word = "pressure", 
         If nothing can be written there.
     """
     target = check_target(path)
-    page = page_of(view(result, quantity, off_screen=True, **options))
+    page = page_of(view(result, quantity, off_screen=True, **options), quantity)
     write_bytes(target, page.encode())
     return target
 
 
-def page_of(plotter: pyvista.Plotter) -> str:
-    """A view as one page; the view is closed."""
+def page_of(plotter: pyvista.Plotter, quantity: str) -> str:
+    """A view of a quantity as one page; the view is closed."""
     try:
         with _signals_as_they_were(), _without_download():
             page: str = plotter.trame.export_html(None).getvalue()
@@ -497,7 +499,9 @@ def page_of(plotter: pyvista.Plotter) -> str:
         ) from error
     finally:
         plotter.close()
-    return page
+    # the viewer's own title says nothing of what is seen
+    title = f"<title>{html.escape(quantity.replace('_', ' '))} - mtb_rs</title>"
+    return re.sub("<title>.*?</title>", lambda _: title, page, count=1)
 
 
 @contextmanager
