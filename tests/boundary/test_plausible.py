@@ -290,19 +290,6 @@ def test_rough_surfaces_touch_in_few_cells_without_a_question() -> None:
     assert len(caught) == 1
 
 
-@pytest.mark.coarse
-def test_sweep_names_the_case_of_a_question() -> None:
-    x = (np.arange(16) - 7.5) * 2e-4
-    gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.008
-    scene = mtb.Scene(mtb.steel, mtb.steel, gap=gap, spacing=2e-4, force=100.0)
-    with pytest.warns(UserWarning, match="raise a question") as caught:
-        mtb.sweep(scene, {"friction": [0.0, 0.1], "force": [200.0, 6e3]}, tolerance=0.9)
-    said = str(caught[-1].message)
-    assert said.startswith(
-        "2 of 4 cases raise a question. The first of them, friction = 0, force = 6000: the"
-    )
-
-
 def test_closed_form_beyond_the_strength_of_steel_is_asked_about() -> None:
     with pytest.warns(UserWarning, match="beyond what steel bears"):
         mtb.hertz(2e5, 0.02)
