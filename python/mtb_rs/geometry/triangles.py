@@ -31,6 +31,14 @@ class Surface:
     displacement: Array | None = None
     von_mises: Array | None = None
 
+    @property
+    def label(self) -> str:
+        """Its name in a picture: without its side, if anything is left."""
+        side, _, own = self.name.partition(" ")
+        if side not in ("upper", "lower"):
+            return self.name
+        return own or f"{side} body"
+
 
 def height_surface(name: str, x: Array, y: Array, z: Array) -> Surface:
     """Triangles over the grid of `x` and `y` with heights `z` (ny, nx)."""

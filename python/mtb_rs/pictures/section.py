@@ -38,8 +38,9 @@ def draw_section(surfaces: Sequence[Surface]) -> Figure:
         ax.add_collection(LineCollection(list(lines), colors=color, linewidths=1.6, capstyle="round"))
         low = np.minimum(low, lines.min(axis=(0, 1)))
         high = np.maximum(high, lines.max(axis=(0, 1)))
-    for label, color in (("upper body", UPPER), ("lower body", LOWER)):
-        ax.plot([], [], color=color, label=label)
+    for side, color in (("upper", UPPER), ("lower", LOWER)):
+        labels = {surface.label for surface in surfaces if surface.name.startswith(side)}
+        ax.plot([], [], color=color, label=labels.pop() if len(labels) == 1 else f"{side} body")
     width, height = np.maximum(high - low, 1e-9)
     ax.set(xlabel="y [mm]", ylabel="z [mm]")
     ax.set_xlim(low[0] - 0.05 * width, high[0] + 0.05 * width)

@@ -594,7 +594,7 @@ def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyDat
     place = (back, far, top) if upper else (front, near, bottom)
     plotter.add_point_labels(
         np.array([place]),
-        [_told(surface.name)],
+        [surface.label],
         show_points=False,
         shape="rounded_rect",
         shape_color="white",
@@ -605,12 +605,6 @@ def _add_label(plotter: pyvista.Plotter, surface: Surface, mesh: pyvista.PolyDat
         text_color=_INK,
         bold=False,
     )
-
-
-def _told(name: str) -> str:
-    """The name of a body as it stands in a picture: without its side, if anything is left."""
-    side, _, own = name.partition(" ")
-    return own or f"{side} body" if side in ("upper", "lower") else name
 
 
 def _around(mesh: pyvista.PolyData, contact: Array) -> pyvista.PolyData:
