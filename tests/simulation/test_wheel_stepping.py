@@ -3,8 +3,10 @@
 
 import json
 import pickle
+import re
 import signal
 import threading
+import warnings
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +14,9 @@ import pytest
 
 import mtb_rs as mtb
 from mtb_rs.results.wheel_result import WheelState
+
+# a flange under these forces is loaded above the hardness, which one test is about
+pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
 
 V = 20.0
 #: on a flange friction carries more than 2 % of the vertical force, which a warning says
@@ -613,3 +618,29 @@ def test_a_tolerance_given_to_prepare_is_held_to():
     with pytest.warns(mtb.ToleranceWarning, match="estimated error of the pressure") as caught:
         scene(spacing=2e-3).prepare(tolerance=0.01, quantity="pressure")
     assert caught[0].filename == __file__
+
+
+def test_a_patch_has_its_force_and_a_step_tells_creepages_with_units():
+    step = wheels(5e-3).step(velocity=20.0)
+    assert sum(patch.force for patch in step.patches) == pytest.approx(
+        step.force, abs=1e-9 * abs(step.force[2])
+    )
+    told = dict(step.told())["left wheel"]
+    assert re.search(r"creepage \S+ along and \S+ across, spin -\S+ 1/m", told)
+
+
+@pytest.mark.parametrize("is_loaded", [False, True], ids=["made", "from bytes"])
+def test_a_pressure_above_the_hardness_is_asked_about_once(is_loaded, tmp_path):
+    contact = wheels(0.0, side="left", friction=0.0, force=60e3)
+    if is_loaded:
+        contact.save(tmp_path / "wheels.mtbw")
+        contact = mtb.PreparedWheels.load(tmp_path / "wheels.mtbw")
+    flange = [0.0, 7e-3, np.nan, 0.0, 0.0, 0.0]
+    contact.step(velocity=20.0)
+    with pytest.warns(UserWarning, match="more than the hardness of rail steel"):
+        contact.step(flange, 20.0)
+    soft = mtb.Material(100e9, 0.3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        contact.step(flange, 20.0)
+        assert wheels(side="left", friction=0.0, upper=soft, lower=soft).step(flange, 20.0).patches

@@ -97,7 +97,8 @@ CASES = {
         friction = 0.3                 # [-]
 
         [rolling]
-        creepage = [1e-3, 0.0, 0.1]    # longitudinal and lateral [-], spin [1/m]
+        # spin: -sin(contact angle) / wheel_radius of a wheel that rolls forwards, here under 2.0 degrees
+        creepage = [1e-3, 0.0, -0.076] # longitudinal and lateral [-], spin [1/m]
         # force = [5e3, "free"]        # [N] to be reached along x and y; "free": the creepage is as given
         # velocity = 10.0              # [m/s]; matters for friction that depends on the slip velocity
         """,

@@ -101,6 +101,10 @@ class Geometry(ABC):
     def surfaces(self) -> tuple[Surface, ...]:
         """The undeformed bodies, for pictures."""
 
+    def wider(self, patch: Patch) -> str:
+        """What would do where a contact reaches the edge of `patch`, but the bodies go on beyond it."""
+        return "a larger grid would do"
+
     @property
     def looks_like(self) -> str:
         """What a given field looks like that is no gap, or one upside down; "" where it looks right."""
@@ -301,6 +305,13 @@ class GapField(Geometry):
         nodes = flat_points(centred(nx + 1, dx), centred(ny + 1, dy), corner)
         return flat_grid(cells, nodes, nx, ny, (dx, dy))
 
+    def wider(self, patch: Patch) -> str:
+        """The field is the user's."""
+        return (
+            f"give the gap on a larger grid (about {2 * patch.nx} x {2 * patch.ny} points at this spacing "
+            "would do)"
+        )
+
     def surfaces(self) -> tuple[Surface, ...]:
         """The plane z = 0 and the field above it."""
         ny, nx = self.gap.shape
@@ -340,6 +351,10 @@ class ParaboloidOnPlane(Geometry):
             x, y = centred(count[0] + extra, dx), centred(count[1] + extra, dy)
             fields.append(flat_points(x, y, self._height(x[None, :], y[:, None])))
         return flat_grid(fields[0], fields[1], count[0], count[1], (dx, dy))
+
+    def wider(self, patch: Patch) -> str:
+        """The width is an argument, or follows from the force."""
+        return f"a width of about {2.0 * self.width:.4g} m would do"
 
     def _height(self, x: Array, y: Array) -> Array:
         return np.asarray((x**2 + y**2) / (2.0 * self.radius))
@@ -561,6 +576,13 @@ class WheelOnRail(Geometry):
         x = np.append(place.x - 0.5 * dx, place.x[-1] + 0.5 * dx)
         y = np.append(place.y - 0.5 * dy, place.y[-1] + 0.5 * dy)
         return flat_grid(cells, flat_points(x, y, corner), nx, ny, place.spacing)
+
+    def wider(self, patch: Patch) -> str:
+        """The grid holds the overlap of the undeformed bodies at an estimated approach."""
+        return (
+            "they are closer together than the estimate that made the grid; a smaller load, or "
+            "wheel_on_rail_gap with a larger approach or scale, and solve_normal on its gap, would do"
+        )
 
     def surfaces(self) -> tuple[Surface, ...]:
         """The surfaces of rail and wheel around the contact, as layers, just touching each other."""

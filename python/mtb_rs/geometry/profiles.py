@@ -25,6 +25,9 @@ STANDARD_PROFILES = ("60E1", "S1002")
 #: Widths [m] of rails and wheels, toys included.
 USUAL_WIDTH = (5e-3, 0.5)
 
+#: Departure [m] from the height at y = 0 beyond which a profile goes down into a flange or a flank.
+FLANGE_HEIGHT = 10e-3
+
 #: Metres per unit of length.
 UNITS: dict[Unit, float] = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 
@@ -76,11 +79,18 @@ class Profile:
 
     @classmethod
     def from_points(
-        cls, y: ArrayLike, z: ArrayLike, interpolation: Interpolation = "smooth", name: str = "table"
+        cls,
+        y: ArrayLike,
+        z: ArrayLike,
+        interpolation: Interpolation = "smooth",
+        name: str = "table",
+        *,
+        z_axis: ZAxis = "up",
     ) -> Profile:
         """Profile through points (y, z) [m], y strictly rising or strictly falling.
 
-        "smooth" is a cubic spline, "linear" keeps every irregularity of the table.
+        "smooth" is a cubic spline, "linear" keeps every irregularity of the table. `z_axis` is the direction
+        of z in the table, as in :meth:`from_file`, but "up" by default.
         """
         y, z = np.atleast_1d(reals("y", y)), np.atleast_1d(reals("z", z))
         if y.ndim != 1 or z.ndim != 1:
@@ -88,6 +98,10 @@ class Profile:
                 f"y and z have shapes {y.shape} and {z.shape}: one-dimensional arrays are needed"
             )
         choice("interpolation", interpolation, Interpolation)
+        choice("z_axis", z_axis, ZAxis)
+        # as the core guesses of files
+        if z_axis == "down" or (z_axis == "guess" and z.size and _departs_upwards(z)):
+            z = -z
         core = _mtb_rs.Profile.from_points(y, z, interpolation)
         return cls(core, name, (cls.from_points, (frozen(y), frozen(z), interpolation, name)))
 
@@ -205,6 +219,52 @@ class Profile:
         # between two breaks of either side both are one piece, of at most the third degree
         y = np.concatenate([ends[:-1] + share * np.diff(ends) for share in (0.0, 0.25, 0.5, 0.75)])
         return bool(np.abs(self.height(y) - self.height(-y)).max() <= ROUNDING * size)
+
+
+def _departs_upwards(z: Array) -> bool:
+    middle = np.sort(z)[z.size // 2]
+    return bool(z.max() - middle > middle - z.min())
+
+
+def of_shape(wheel: Profile, rail: Profile) -> list[str]:
+    """Questions about profiles that look turned over, mirrored or taken for each other."""
+    (wheel_falls, wheel_rises), (rail_falls, rail_rises) = map(_departures, (wheel, rail))
+    if min(wheel_falls) > FLANGE_HEIGHT and min(rail_falls) < 0.5 * FLANGE_HEIGHT < 0.5 * max(rail_falls):
+        return [
+            "the wheel profile falls off on both sides, as a rail does, and the rail profile on one side "
+            "only, as a wheel does: wheel and rail look swapped"
+        ]
+    questions = []
+    turned = "z points up here: Profile.from_points and Profile.from_file take z_axis"
+    if max(wheel_rises) > FLANGE_HEIGHT:
+        questions.append(
+            f"the wheel profile rises by {1e3 * max(wheel_rises):.3g} mm beside the tape circle, where a "
+            f"flange goes down: it looks upside down; {turned}"
+        )
+    elif wheel_falls[1] > FLANGE_HEIGHT > 2.0 * wheel_falls[0]:
+        questions.append(
+            f"the wheel profile goes down by {1e3 * wheel_falls[1]:.3g} mm at y > 0, the field side: its "
+            "flange belongs to y < 0, and the profile looks mirrored"
+        )
+    if max(rail_rises) > FLANGE_HEIGHT:
+        questions.append(
+            f"the rail profile rises by {1e3 * max(rail_rises):.3g} mm beside its crown at y = 0: it looks "
+            f"upside down; {turned}"
+        )
+    return questions
+
+
+def _departures(profile: Profile) -> tuple[list[float], list[float]]:
+    """How far a profile falls below, and rises above, its height at y = 0 [m]: at y < 0 and at y > 0."""
+    start, end = profile.range
+    middle = float(profile.height(min(max(0.0, start), end)))
+    falls, rises = [], []
+    for low, high in ((start, min(0.0, end)), (max(0.0, start), end)):
+        # of a side that the profile does not have nothing departs
+        z = profile.height(np.linspace(low, high, 200)) - middle if low < high else np.zeros(1)
+        falls.append(-min(0.0, float(z.min())))
+        rises.append(max(0.0, float(z.max())))
+    return falls, rises
 
 
 def of_width(name: str, profile: Profile) -> list[str]:

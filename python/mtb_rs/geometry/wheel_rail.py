@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..base.plain import plain
 from ..base.questions import ask, unusual
 from ..base.units import taking_quantities
 from .contact_points import spacing_pair
-from .profiles import Profile, as_profile, of_width
+from .profiles import Profile, as_profile, of_shape, of_width
 
 Array = NDArray[np.float64]
 
@@ -59,6 +59,7 @@ def of_wheel(given: Mapping[str, Any], placed: WheelRailGap) -> list[str]:
         )
     for name in ("wheel", "rail"):
         questions += of_width(f"{name} profile", given[name])
+    questions += of_shape(given["wheel"], given["rail"])
     back, gauge = given["flange_back"], given["gauge"]
     if back >= gauge:
         questions.append(
@@ -179,9 +180,8 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
     """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions."""
     pair = spacing_pair(given["spacing"])
     approach = given["approach"]
-    found = _mtb_rs.wheel_on_rail_gap(
-        as_profile(given["wheel"])._core,
-        as_profile(given["rail"])._core,
+    wheel, rail = as_profile(given["wheel"]), as_profile(given["rail"])
+    numbers: dict[str, Any] = dict(
         wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
         gauge=positive("gauge", given["gauge"], "m"),
         gauge_depth=number("gauge_depth", given["gauge_depth"], "m"),
@@ -195,22 +195,21 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
         spacing=pair,
         scale=positive("scale", given["scale"]),
     )
+    try:
+        found = _mtb_rs.wheel_on_rail_gap(wheel._core, rail._core, **numbers)
+    except ValueError as error:
+        # profiles that cannot be placed may be the wrong way round
+        raise ValueError("; ".join([str(error), *of_shape(wheel, rail)])) from None
     x0, y0 = found.start
     across, up = found.origin
     ny, nx = found.gap.shape
     cos, sin = np.cos(found.contact_angle), np.sin(found.contact_angle)
-    return WheelRailGap(
-        spacing=pair,
-        x=np.asarray(x0 + pair[0] * np.arange(nx)),
-        y=np.asarray(y0 + pair[1] * np.arange(ny)),
-        position=np.array([0.0, across, up]),
-        rotation=np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]),
-        gap=found.gap,
-        contact_angle=found.contact_angle,
-        rail_position=found.rail_position,
-        wheel_position=found.wheel_position,
-        first_rail_position=found.first_rail_position,
-        undeformed_height=found.undeformed_height,
-        approach=found.approach,
-        neglected=found.neglected,
-    )
+    made: dict[str, Any] = {
+        "spacing": pair,
+        "x": np.asarray(x0 + pair[0] * np.arange(nx)),
+        "y": np.asarray(y0 + pair[1] * np.arange(ny)),
+        "position": np.array([0.0, across, up]),
+        "rotation": np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]),
+    }
+    names = [f.name for f in fields(WheelRailGap) if f.name not in made]
+    return WheelRailGap(**made, **{name: getattr(found, name) for name in names})

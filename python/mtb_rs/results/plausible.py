@@ -151,7 +151,7 @@ def of_result(
 
 def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:
     """A question where the peak pressure [Pa] is beyond what steel bears; None is a rigid body."""
-    if not peak > DENT or not _is_steel([material for material in materials if material is not None]):
+    if not peak > DENT or not _is_steel([m.young_modulus for m in materials if m is not None]):
         return []
     return [
         f"the peak pressure is {1e-9 * peak:.3g} GPa, beyond what steel bears elastically: even "
@@ -195,9 +195,15 @@ def of_peak(result: Result, hardness: float | None) -> list[str]:
 
     Beyond what any steel bears :func:`of_result` has asked.
     """
-    peak = result.report.peak_pressure
     materials = [body.material for body in (result.upper, result.lower) if body.material is not None]
-    if hardness is None or not hardness < peak <= DENT or not _is_steel(materials):
+    return of_hardness(result.report.peak_pressure, hardness, [m.young_modulus for m in materials])
+
+
+def of_hardness(
+    peak: float, hardness: float | None, moduli: Sequence[float], most: float = DENT
+) -> list[str]:
+    """A question where a peak pressure [Pa] is from the hardness to `most`; `moduli`: Young's [Pa]."""
+    if hardness is None or not hardness < peak <= most or not _is_steel(moduli):
         return []
     return [
         f"the peak pressure is {1e-9 * peak:.3g} GPa, more than the hardness of rail steel (R260: up to "
@@ -205,5 +211,5 @@ def of_peak(result: Result, hardness: float | None) -> list[str]:
     ]
 
 
-def _is_steel(materials: Sequence[Any]) -> bool:
-    return bool(materials) and all(STEELS[0] <= m.young_modulus <= STEELS[1] for m in materials)
+def _is_steel(moduli: Sequence[float]) -> bool:
+    return bool(moduli) and all(STEELS[0] <= modulus <= STEELS[1] for modulus in moduli)

@@ -134,6 +134,11 @@ class WheelPatch(Drawn):
         """Of each cell [m2]."""
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
+    @property
+    def force(self) -> Array:
+        """Force on the rail (3,) [N], in the track: creep force and normal force."""
+        return np.asarray(self.load().sum(axis=(1, 2)))
+
     def _picture(self) -> PatchPicture:
         x, y = np.meshgrid(self.x, self.y)
         return PatchPicture(
@@ -384,11 +389,13 @@ class WheelStep(Drawn):
         rows = [("force on the rail", along(self.force, "N"))]
         for patch in self.patches:
             where = f"{patch.side} wheel{', flange' if patch.on_flange else ''}"
+            along_x, across, spin = in_words(patch.creepage).split(", ")
             rows.append(
                 (
                     where,
                     f"{patch.normal_force / 1e3:.4g} kN, peak {patch.pressure.max() / 1e6:.4g} MPa, creepage "
-                    f"{in_words(patch.creepage)}, plane at {np.degrees(patch.contact_angle):.1f} degrees",
+                    f"{along_x} along and {across} across, spin {spin} 1/m, plane at "
+                    f"{np.degrees(patch.contact_angle):.1f} degrees",
                 )
             )
         return rows

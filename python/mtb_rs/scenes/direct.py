@@ -484,8 +484,10 @@ def _by_convolution(
             approach=scene.approach,
             moments_about_axes=(about_x, about_y),
             tolerance=tolerance,
-            edge="sharp" if scene.geometry.is_body_edge else "error",
+            edge="sharp",
         )
+    # in the words of the scene, whose arguments are others
+    scene.check_edge(problem.patches, normal.pressure.reshape(-1))
     problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
     pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
     products = normal.report.convolutions + normal.report.preconditionings

@@ -536,11 +536,10 @@ class PosedScene(Told):
             return
         for patch in patches:
             p = patch.view(pressure) > 0.0
-            more = f"about {2 * patch.nx} x {2 * patch.ny} points at this spacing would do"
             if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
                 raise ValueError(
                     f"the contact reaches the edge of the grid of {patch.nx} x {patch.ny} points, but the "
-                    f"bodies go on beyond it: {self.geometry.looks_like or more}"
+                    f"bodies go on beyond it: {self.geometry.looks_like or self.geometry.wider(patch)}"
                 )
 
     def told(self) -> list[Row]:

@@ -16,11 +16,13 @@ from .. import _mtb_rs
 from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
+from ..base.questions import ask
 from ..base.words import Wheels
 from ..friction.laws import InterfaceLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
-from ..geometry.geometries import WheelOnRail
+from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
 from ..geometry.profiles import as_profile
+from ..results.plausible import of_hardness
 from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
@@ -53,6 +55,8 @@ class PreparedWheels:
     def __init__(self, core: _mtb_rs.PreparedWheels) -> None:
         self._core = core
         self.sides: tuple[str, ...] = tuple(core.sides)
+        #: Whether a pressure above the hardness has been asked about: once, not in each step of a simulation.
+        self._has_asked = False
 
     def __repr__(self) -> str:
         return f"<PreparedWheels: {' and '.join(self.sides)}, {self._core.force:g} N each>"
@@ -95,7 +99,12 @@ class PreparedWheels:
         ValueError
             If an argument is wrong, or a contact reaches the end of a profile.
         ConvergenceError
-            If a problem was not solved.
+            If a problem was not solved, or the edge of a grid cuts a contact off.
+
+        Warns
+        -----
+        UserWarning
+            Of the balance; and once, of the first peak pressure above the hardness of rail steel.
         """
         place = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
         motion = _velocity(velocity)
@@ -110,6 +119,11 @@ class PreparedWheels:
         warn_of_balance(out.balance_error, carried)
         names = [f.name for f in fields(WheelPatch)]
         patches = tuple(WheelPatch(**{name: getattr(p, name) for name in names}) for p in out.patches)
+        if not self._has_asked and patches:
+            peak = max(float(patch.pressure.max()) for patch in patches)
+            questions = of_hardness(peak, RAIL_HARDNESS, self._core.young_moduli, np.inf)
+            self._has_asked = bool(questions)
+            ask(questions)
         return WheelStep(
             force=out.force,
             moment=out.moment,

@@ -503,9 +503,10 @@ def _by_convolution(scene: PosedScene) -> Solve:
                 upper=as_body("upper", scene.upper),
                 force=force,
                 approach=scene.approach,
-                edge="sharp" if geometry.is_body_edge else "error",
+                edge="sharp",
                 method="fft",
             )
+        scene.check_edge(grid.patches, result.pressure.reshape(-1))
         scene.check_touching(result.normal_force > 0.0, grid.cells, {})
         fields = Fields(
             [(patch, *patch.axes())],

@@ -196,6 +196,14 @@ impl PyPreparedWheels {
         self.fresh.wheelset().force
     }
 
+    /// Young's moduli [Pa] of the bodies that deform.
+    #[getter]
+    fn young_moduli(&self) -> Vec<f64> {
+        let bodies = &self.fresh.wheelset().bodies;
+        let elastic = bodies.lower.into_iter().chain(bodies.upper);
+        elastic.map(|material| material.young_modulus()).collect()
+    }
+
     /// The point poses, velocities and moments are about [m].
     #[getter]
     fn reference_point(&self) -> [f64; 3] {

@@ -11,7 +11,7 @@ use nalgebra::DVector;
 
 use crate::error::Error;
 use crate::prepared::Ready;
-use crate::root::{Search, differences, find_root};
+use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::wheelset::Side;
 
 /// Relative residual of the normal problem that is aimed at, and the one that is accepted.
@@ -19,6 +19,8 @@ const TOLERANCE: f64 = 1e-9;
 const ACCEPTED: f64 = 1e-6;
 /// Relative error of a vertical force that the height is found for.
 const FORCE_TOLERANCE: f64 = 1e-7;
+/// The same where the force jumps over the one asked, as the plane of a contact turns: less than the cells make.
+const SMALL_JUMP: f64 = 1e-3;
 /// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
 /// for differences, both over the approach; and the longest step of that search [m].
 const LAID: f64 = 1e-2;
@@ -54,47 +56,77 @@ pub(crate) fn trial(
     };
     let [dx, dy] = wheelset.spacing;
     let [centre, axle] = ready.axle(side, place);
-    let mut trial = Trial {
-        force: 0.0,
-        patches: Vec::new(),
+    let mut solved = |planes: Vec<PlaneGap>| -> Result<Trial, Error> {
+        let mut trial = Trial {
+            force: 0.0,
+            patches: Vec::new(),
+        };
+        for plane in planes {
+            let approach = plane.approach();
+            if approach <= 0.0 {
+                continue;
+            }
+            let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
+            let contact = NormalContact {
+                gap: &gap,
+                grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
+                surface: Surface::FreeSpace(&closing),
+                load: Load::Approach(approach),
+                moments: [None, None],
+            };
+            let options = Options {
+                tolerance: Some(TOLERANCE),
+                method: Method::Auto,
+            };
+            let solution = solve_normal(&contact, options, monitor)?;
+            *solves += 1;
+            let status = match solution.status {
+                Status::Solved | Status::Stagnated if solution.residual <= ACCEPTED => None,
+                Status::Solved | Status::Stagnated => Some("stagnated"),
+                Status::IterationLimit => Some("iteration limit"),
+                Status::Unreachable => Some("unreachable"),
+            };
+            if let Some(status) = status {
+                return Err(Error::Normal {
+                    side,
+                    status,
+                    residual: solution.residual,
+                });
+            }
+            let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
+            trial.force += pressure.iter().sum::<f64>() * dx * dy * plane.angle.cos();
+            trial.patches.push((plane, pressure));
+        }
+        Ok(trial)
     };
-    for plane in ready.over.patches(centre, axle, wheelset.spacing)? {
-        let approach = plane.approach();
-        if approach <= 0.0 {
-            continue;
-        }
-        let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
-        let contact = NormalContact {
-            gap: &gap,
-            grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
-            surface: Surface::FreeSpace(&closing),
-            load: Load::Approach(approach),
-            moments: [None, None],
-        };
-        let options = Options {
-            tolerance: Some(TOLERANCE),
-            method: Method::Auto,
-        };
-        let solution = solve_normal(&contact, options, monitor)?;
-        *solves += 1;
-        let status = match solution.status {
-            Status::Solved | Status::Stagnated if solution.residual <= ACCEPTED => None,
-            Status::Solved | Status::Stagnated => Some("stagnated"),
-            Status::IterationLimit => Some("iteration limit"),
-            Status::Unreachable => Some("unreachable"),
-        };
-        if let Some(status) = status {
-            return Err(Error::Normal {
-                side,
-                status,
-                residual: solution.residual,
-            });
-        }
-        let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
-        trial.force += pressure.iter().sum::<f64>() * dx * dy * plane.angle.cos();
-        trial.patches.push((plane, pressure));
+    let apart = solved(ready.over.patches(centre, axle, wheelset.spacing)?)?;
+    if apart.cut_off().is_none() {
+        return Ok(apart);
     }
-    Ok(trial)
+    // two places have grown together, and the border between them cuts the contact
+    let over = &ready.over;
+    let together = solved(over.patches_grown_together(centre, axle, wheelset.spacing)?)?;
+    match together.cut_off() {
+        None => Ok(together),
+        Some(plane) => Err(Error::CutOff {
+            side,
+            size: [1e3 * plane.nx as f64 * dx, 1e3 * plane.ny as f64 * dy],
+            angle: plane.angle.to_degrees(),
+        }),
+    }
+}
+
+impl Trial {
+    /// The first plane on whose grid the contact reaches the edge.
+    fn cut_off(&self) -> Option<&PlaneGap> {
+        let is_cut = |(plane, pressure): &&(PlaneGap, Vec<f64>)| {
+            let (nx, n) = (plane.nx, pressure.len());
+            let ends = (0..nx).chain(n - nx..n);
+            let sides = (0..n).step_by(nx).flat_map(|k| [k, k + nx - 1]);
+            ends.chain(sides).any(|k| pressure[k] > 0.0)
+        };
+        self.patches.iter().find(is_cut).map(|(plane, _)| plane)
+    }
 }
 
 /// Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found. Also the
@@ -114,7 +146,12 @@ pub(crate) fn in_balance(
     if known.len() == n {
         match balance_from(ready, place, known, solves, monitor) {
             // where a flange ran, or other wheels, may be no start for this pose
-            Err(Error::Geometry(_) | Error::Balance { .. } | Error::Normal { .. }) => {}
+            Err(
+                Error::Geometry(_)
+                | Error::Balance { .. }
+                | Error::Normal { .. }
+                | Error::CutOff { .. },
+            ) => {}
             done => return done,
         }
     }
@@ -220,12 +257,29 @@ fn balance_from(
         tolerance: FORCE_TOLERANCE / 1.5,
         ..search
     };
-    let Some(found) = find_root(&mut carried, start, slope, search)? else {
+    let mut found = find_root(&mut carried, start.clone(), slope, search)?;
+    let mut jump = None;
+    if found.is_none() && n == 1 {
+        match halved(&mut carried, &start, search)? {
+            Halved::Root(root) => found = Some(root),
+            Halved::Jump(ends) => {
+                let near = ends.iter().find(|(_, r)| r.abs() < SMALL_JUMP / 1.5);
+                found = near.map(|(height, _)| DVector::from_element(1, *height));
+                if let Some(found) = &found {
+                    carried(found)?;
+                }
+                jump = Some(ends.map(|(_, r)| wanted * (r + 1.0).max(0.0).powf(1.5)));
+            }
+            Halved::Nothing => {}
+        }
+    }
+    let Some(found) = found else {
         return Err(Error::Balance {
             is_each,
             wanted,
             reached: trials.iter().map(|trial| trial.force).collect(),
             end,
+            jump,
         });
     };
     *place = posed(&found);

@@ -122,13 +122,29 @@ pub enum Error {
         /// Relative residual.
         residual: f64,
     },
+    /// The edge of its grid cuts a contact off.
+    #[error(
+        "the contact of the {side} wheel goes on beyond the edge of its grid of {} mm x {} mm on the contact plane, \
+         which is inclined by {} degrees: no plane holds all of it; a smaller force, or another position of the \
+         wheelset, is needed",
+        Short(.size[0]), Short(.size[1]), Short(*.angle)
+    )]
+    CutOff {
+        /// The wheel.
+        side: Side,
+        /// Size of the grid along the rail and across, in millimetres.
+        size: [f64; 2],
+        /// Slope angle of its plane, in degrees.
+        angle: f64,
+    },
     /// No height carries the force.
     #[error(
-        "no height{} of the wheelset found at which {} {} N: the last carries {}{}",
+        "no height{} of the wheelset found at which {} {} N: the last carries {}{}{}",
         if *.is_each { " and roll" } else { "" },
         if *.is_each { "each wheel carries" } else { "its wheels carry" },
         Short(*.wanted),
         carried(.reached),
+        .jump.map(jumped).unwrap_or_default(),
         .end.as_ref().map(|end| format!("; further on, {end}")).unwrap_or_default()
     )]
     Balance {
@@ -138,6 +154,8 @@ pub enum Error {
         wanted: f64,
         /// Forces of the last trial [N].
         reached: Vec<f64>,
+        /// Forces [N] on the two sides of the height where the force jumps over the wanted one, if it does.
+        jump: Option<[f64; 2]>,
         /// What ended the last trial that could not be made, if one could not.
         end: Option<String>,
     },
@@ -174,7 +192,10 @@ impl Error {
     pub fn is_not_converged(&self) -> bool {
         matches!(
             self,
-            Self::Normal { .. } | Self::Tangential { .. } | Self::Balance { .. }
+            Self::Normal { .. }
+                | Self::Tangential { .. }
+                | Self::Balance { .. }
+                | Self::CutOff { .. }
         )
     }
 }
@@ -210,6 +231,16 @@ impl From<mtb_contact::record::Damaged> for Error {
     fn from(damaged: mtb_contact::record::Damaged) -> Self {
         Self::Stored(damaged.0)
     }
+}
+
+fn jumped([low, high]: [f64; 2]) -> String {
+    format!(
+        "; at one height the force jumps from {} N to {} N, because the contact plane turns where the contact \
+         moves between tread and flange: shift the wheelset by some micrometres, ask for a force outside the \
+         jump, or give z",
+        Short(low),
+        Short(high)
+    )
 }
 
 fn carried(forces: &[f64]) -> String {

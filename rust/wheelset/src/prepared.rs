@@ -133,7 +133,7 @@ impl PreparedWheels {
     /// (on both wheels twice that); z and roll NaN, both wheels: so that each carries it.
     ///
     /// # Errors
-    /// Numbers that make no sense; a contact that reaches the end of a profile; friction at rest without a
+    /// Numbers that make no sense; a contact that reaches the end of a profile or the edge of its grid; friction at rest without a
     /// standstill speed; problems that were not solved ([`Error::is_not_converged`]); an interruption. The
     /// memory then stays that of the step before.
     pub fn step(

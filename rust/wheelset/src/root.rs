@@ -8,6 +8,8 @@ use crate::Error;
 /// Steps towards a root, and halvings of one of them.
 const MOST_STEPS: usize = 40;
 const HALVINGS: usize = 8;
+/// Halvings of an interval in which a residual changes its sign.
+const MOST_HALVES: usize = 40;
 /// Decrease of the residual that the derivatives at hand must give to be kept.
 const ENOUGH: f64 = 0.5;
 
@@ -84,11 +86,56 @@ fn shortened(
         let there = x + &change;
         match residual(&there) {
             Ok(left) if left.norm() < value.norm() => return Ok(Some((there, left))),
-            Ok(_) | Err(Error::Geometry(_)) => change *= 0.5,
+            Ok(_) | Err(Error::Geometry(_) | Error::CutOff { .. }) => change *= 0.5,
             Err(error) => return Err(error),
         }
     }
     Ok(None)
+}
+
+/// How a search by halves ends.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Halved {
+    /// At a root, the last call of the residual.
+    Root(DVector<f64>),
+    /// At a jump over zero: the places on its two sides and their residuals, the lower one first.
+    Jump([(f64, f64); 2]),
+    /// No change of sign was found.
+    Nothing,
+}
+
+/// A root of one function of one unknown between two places where its sign differs, also where it jumps.
+pub(crate) fn halved(
+    residual: &mut Residual<'_>,
+    start: &DVector<f64>,
+    search: Search,
+) -> Result<Halved, Error> {
+    let value = residual(start)?[0];
+    // residuals fall with the unknown: a wheel that is higher carries less
+    let mut step = search.small.copysign(value);
+    let mut ends = [(start[0], value); 2];
+    while ends[0].1 * ends[1].1 > 0.0 {
+        if step.abs() > search.longest {
+            return Ok(Halved::Nothing);
+        }
+        let there = ends[1].0 + step;
+        match residual(&DVector::from_element(1, there)) {
+            Ok(next) => ends = [ends[1], (there, next[0])],
+            Err(Error::Geometry(_) | Error::CutOff { .. }) => return Ok(Halved::Nothing),
+            Err(error) => return Err(error),
+        }
+        step *= 2.0;
+    }
+    for _ in 0..MOST_HALVES {
+        let middle = DVector::from_element(1, 0.5 * (ends[0].0 + ends[1].0));
+        let value = residual(&middle)?[0];
+        if value.abs() < search.tolerance {
+            return Ok(Halved::Root(middle));
+        }
+        ends[usize::from(value * ends[0].1 <= 0.0)] = (middle[0], value);
+    }
+    ends.sort_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(Halved::Jump(ends))
 }
 
 /// Derivatives (n, n) of the residual, backwards where it ends ahead.
@@ -137,6 +184,32 @@ mod tests {
         let start = DVector::from_element(2, 1.0);
         let found = find_root(&mut never, start, DMatrix::identity(2, 2), SEARCH);
         assert_eq!(found.unwrap(), None);
+    }
+
+    #[test]
+    fn halves_tell_a_root_from_a_jump() {
+        let search = Search {
+            small: 1e-3,
+            ..SEARCH
+        };
+        let of = |jump: f64| {
+            move |x: &DVector<f64>| Ok(x.map(|x| 0.3 - x + if x < 0.3 { jump } else { -jump }))
+        };
+        for start in [0.0, 1.0] {
+            let start = DVector::from_element(1, start);
+            let Ok(Halved::Root(found)) = halved(&mut of(0.0), &start, search) else {
+                panic!("no root");
+            };
+            assert!((found[0] - 0.3).abs() < 1e-8);
+            let Ok(Halved::Jump([(_, low), (_, high)])) = halved(&mut of(0.1), &start, search)
+            else {
+                panic!("no jump");
+            };
+            assert!((low + 0.1).abs() < 1e-8 && (high - 0.1).abs() < 1e-8);
+        }
+        let mut never = |x: &DVector<f64>| Ok(x.map(|x| 1.0 + x * x));
+        let found = halved(&mut never, &DVector::zeros(1), search);
+        assert_eq!(found, Ok(Halved::Nothing));
     }
 
     #[test]

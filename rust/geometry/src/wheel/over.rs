@@ -171,11 +171,36 @@ impl WheelOverRail {
         axle: [f64; 3],
         spacing: [f64; 2],
     ) -> Result<Vec<PlaneGap>, Error> {
+        self.patches_of(centre, axle, spacing, |_| false)
+    }
+
+    /// As [`WheelOverRail::patches`], but places that overlap without a break between them have one plane, however
+    /// far it is turned between them: for a contact that has grown together.
+    ///
+    /// # Errors
+    /// As of [`WheelOverRail::patches`].
+    pub fn patches_grown_together(
+        &self,
+        centre: [f64; 3],
+        axle: [f64; 3],
+        spacing: [f64; 2],
+    ) -> Result<Vec<PlaneGap>, Error> {
+        self.patches_of(centre, axle, spacing, |clearance| clearance < 0.0)
+    }
+
+    /// `is_one`: whether the contact goes on where its parts are cut, by the clearance there.
+    fn patches_of(
+        &self,
+        centre: [f64; 3],
+        axle: [f64; 3],
+        spacing: [f64; 2],
+        is_one: fn(f64) -> bool,
+    ) -> Result<Vec<PlaneGap>, Error> {
         positive("spacing along x", spacing[0])?;
         positive("spacing across", spacing[1])?;
         let (centre, axle) = (centre.into(), axle.into());
         let outline = self.outline(centre, axle)?;
-        parts(&outline.clearance, &outline.angle)
+        parts(&outline.clearance, &outline.angle, is_one)
             .into_iter()
             .map(|part| plane::over(self, &outline, part, [centre, axle], spacing))
             .collect()
@@ -288,8 +313,8 @@ pub(super) fn height_and_slope(profile: &Profile, y: f64) -> [f64; 2] {
     station.map_or([f64::NAN; 2], |s| [s.height, s.slope.clamp(-STEEP, STEEP)])
 }
 
-/// Stations that overlap, parted between lowest points that lie on different planes.
-fn parts(clearance: &[f64], angle: &[f64]) -> Vec<std::ops::Range<usize>> {
+/// Stations that overlap, parted between lowest points that lie on different planes where the contact is not one.
+fn parts(clearance: &[f64], angle: &[f64], is_one: fn(f64) -> bool) -> Vec<std::ops::Range<usize>> {
     let n = clearance.len();
     let at = |k: usize| clearance.get(k).copied().unwrap_or(f64::INFINITY);
     let is_lowest = |k: usize| {
@@ -305,7 +330,9 @@ fn parts(clearance: &[f64], angle: &[f64]) -> Vec<std::ops::Range<usize>> {
                     .rev()
                     .max_by(|&a, &b| clearance[a].total_cmp(&clearance[b]))
                     .unwrap_or(low);
-                cuts.push(cut);
+                if !is_one(clearance[cut]) {
+                    cuts.push(cut);
+                }
                 kept = Some(low);
             }
             Some(before) if clearance[low] >= clearance[before] => {}

@@ -7,6 +7,7 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::over::{MOST_INCLINED, Outline, SAMPLING, WheelOverRail, height_and_slope};
+use super::section::touching;
 use crate::Error;
 
 /// Gap [m] where there is no body.
@@ -113,7 +114,7 @@ pub(super) fn over(
     // no pressure lies beyond the overlap of the undeformed bodies
     let (sin, cos) = angle.sin_cos();
     let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for k in near() {
+    for k in touching(n, |k| overlap[k] > 0.0, |k| is_near[k]) {
         let half = (2.0 * pair.radius * overlap[k]).sqrt();
         let (below, _) = pair.on_head(points[k].y);
         let t = cos * (points[k].y - across) + sin * (below - up);

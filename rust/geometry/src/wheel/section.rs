@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wheel and rail in the vertical plane through the axle: placement and overlap.
 
+use std::ops::Range;
+
 use super::{WheelOnRail, WheelRailContact};
 use crate::error::out_of_range;
 use crate::root;
@@ -89,6 +91,30 @@ pub(super) fn samples(profile: &Profile, distance: f64) -> Vec<f64> {
     y
 }
 
+/// Of `n` places side by side those of each run of overlapping ones that has one near the plane.
+///
+/// Pressure ends where the overlap does. A run may go on over places too inclined for the plane, from which it
+/// is not cut off; a run of such places alone is a contact of its own.
+pub(super) fn touching(
+    n: usize,
+    is_overlapping: impl Fn(usize) -> bool,
+    is_near: impl Fn(usize) -> bool,
+) -> impl Iterator<Item = usize> {
+    let mut runs: Vec<(Range<usize>, bool)> = Vec::new();
+    for k in (0..n).filter(|&k| is_overlapping(k)) {
+        match runs.last_mut() {
+            Some((run, near)) if run.end == k => {
+                run.end += 1;
+                *near |= is_near(k);
+            }
+            _ => runs.push((k..k + 1, is_near(k))),
+        }
+    }
+    runs.into_iter()
+        .filter(|(_, near)| *near)
+        .flat_map(|(run, _)| run)
+}
+
 /// Estimated contact area.
 pub(super) struct Area {
     /// [m2]
@@ -159,10 +185,22 @@ impl<'a> Section<'a> {
             .min_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance))
             .map(|(i, _)| i);
         let Some(lowest) = lowest else {
+            let [inner, outer] = pair.rail.range().map(|y| {
+                let place = rail.point(&pair.rail, y);
+                place.map_or(f64::NAN, |(p, _)| p[0])
+            });
             return Err(Error::NeverTouch {
                 reason: format!(
-                    "the wheel, tape circle at y = {} m from the middle of the track, is nowhere above the head of the rail",
-                    Short(tape)
+                    "the wheel is nowhere above the head of the rail. Its tape circle stands at y = {} m from the \
+                     middle of the track (half of flange_back = {} m, tape_circle = {} m and lateral = {} m), and \
+                     the rail lies at y = {} .. {} m (gauge = {} m). Lengths are in metres",
+                    Short(tape),
+                    Short(pair.flange_back),
+                    Short(pair.tape_circle),
+                    Short(pair.lateral),
+                    Short(inner),
+                    Short(outer),
+                    Short(pair.gauge)
                 ),
             });
         };
@@ -234,11 +272,11 @@ impl<'a> Section<'a> {
         let vertical = approach / self.first_angle.cos();
         let (sin, cos) = area.angle.sin_cos();
         let mut across = [0.0_f64; 2];
-        for sample in &self.samples {
-            if sample.clearance < vertical
-                && (sample.angle - self.first_angle).abs() <= MOST_INCLINED
-                && let Some((p, _)) = self.rail.point(&pair.rail, sample.rail_position)
-            {
+        let is_near = |k: usize| (self.samples[k].angle - self.first_angle).abs() <= MOST_INCLINED;
+        let overlapping = |k: usize| self.samples[k].clearance < vertical;
+        for k in touching(self.samples.len(), overlapping, is_near) {
+            let sample = &self.samples[k];
+            if let Some((p, _)) = self.rail.point(&pair.rail, sample.rail_position) {
                 let s = cos * (p[0] - origin[0]) + sin * (p[1] - origin[1]);
                 across = [across[0].min(s), across[1].max(s)];
                 self.refuse_ends(sample.rail_position, p[0] - self.tape)?;
