@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The spin that case files and pages give a wheel is that of its own motion."""
+"""The spin that notebooks, case files and pages give a wheel is that of its own motion."""
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -50,3 +51,15 @@ def test_the_page_of_case_files_has_the_spin_of_its_wheel() -> None:
     (block,) = [b for b in re.findall(r"```[^\n]*toml\n((?:(?!```).)*?)```", page, re.S) if "[rolling]" in b]
     given, own = of_case(block)
     assert given == pytest.approx(own, rel=0.05)
+
+
+def test_the_notebook_has_the_spin_of_its_wheel() -> None:
+    notebook = json.loads(
+        (ROOT / "docs" / "notebooks" / "wheel_rail_study.ipynb").read_text(encoding="utf-8")
+    )
+    code = "\n".join("".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code")
+    (stated,) = re.findall(r"^spin = (.*?)(?:  #.*)?$", code, re.M)
+    (made,) = re.findall(r"^wheel = mtb\.scenes\.wheel_on_rail\(.*?\)$", code, re.M)
+    wheel = eval(made.partition(" = ")[2], {"mtb": mtb})
+    given = eval(stated, {"np": np, "place": wheel.geometry.placement})
+    assert given == pytest.approx(natural_spin(wheel), rel=0.05)
