@@ -27,6 +27,7 @@ from mtb_rs.base.plain import same
 from mtb_rs.base.stored import input_data
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.commands import main
+from mtb_rs.commands.exits import BAD_INPUT
 from mtb_rs.half_space import reference
 from mtb_rs.pictures import space
 from mtb_rs.pictures.quantities import drawable
@@ -178,6 +179,46 @@ def test_a_saved_result_comes_back_as_it_was(
     assert sorted(path.name for path in (tmp_path / "again").iterdir()) == written
     for name in written:
         assert (place / name).read_bytes() == (tmp_path / "again" / name).read_bytes(), name
+
+
+#: Kinds that have no picture in space, each with a word of the reason.
+FLAT = {
+    "two wheels": "too far apart",
+    "lifted wheels": "lifted",
+    "sliding of a compliance": "the places of its points",
+}
+needs_gl = pytest.mark.skipif(space.missing_for_view() is not None, reason=str(space.missing_for_view()))
+
+
+@needs_gl
+@pytest.mark.coarse
+@pytest.mark.parametrize("kind", MADE | STUDIES)
+def test_every_kind_has_the_pictures_of_the_table_in_the_docs(
+    kind: str, folder: Callable[[str], tuple[Any, Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result, place = folder(kind)
+    page, moving = tmp_path / "page.html", tmp_path / "moving.gif"
+    show = ["show", str(place), "-o", str(page), "--quantity", "pressure", "--kind", "3d"]
+    if kind in FLAT or kind in STUDIES:
+        with pytest.raises(ValueError, match=FLAT.get(kind, "cannot be drawn")):
+            mtb.write_html(result, page)
+        assert main(show) == BAD_INPUT
+        assert not page.exists()
+        return
+    assert "<html" in mtb.write_html(result, page).read_text(encoding="utf-8")
+    assert result.to_pyvista()["contact"].n_cells > 0
+    assert mtb.animate([result], moving).stat().st_size > 0
+    page.unlink()
+    if kind == "hertz":
+        assert main(show) == 0
+        assert "<html" in page.read_text(encoding="utf-8")
+    for curve in result.curves:
+        for asked in ([], ["--quantity", curve]):
+            assert main([*show[:4], *asked, "--kind", "3d"]) == BAD_INPUT
+            said = capsys.readouterr().err
+            assert "--quantity pressure" in said
+            assert "off_screen" not in said
+            assert not page.exists()
 
 
 @pytest.mark.coarse

@@ -57,7 +57,7 @@ DOORS = {
     "supports": {"bodies/supports.py": {"__post_init__", "guides", "prescribed"}},
     "results": {
         "half_space/tangential.py": {"_alternate"},
-        "pictures/quantities.py": {"quantity_of"},
+        "pictures/quantities.py": {"as_drawn"},
         "results/saved.py": {"_made"},
     },
 }

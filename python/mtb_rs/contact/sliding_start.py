@@ -178,8 +178,13 @@ class StartOfSliding(Pictured):
         if quantity not in CURVES:
             return super().plot(quantity, kind, **options)
         ax = options.pop("ax", None)
-        if kind not in (None, "line") or options:
-            given = ", ".join(options) or f"kind={kind!r}"
+        if kind not in (None, "line"):
+            raise ValueError(
+                f"kind is {kind!r}: it draws the last step, and {quantity!r} is a line over the way; another "
+                "quantity is needed, such as 'pressure' (mtb-rs show: --quantity pressure)"
+            )
+        if options:
+            given = ", ".join(options)
             raise ValueError(f"quantity is {quantity!r}: it is a line over the way, and takes no {given}")
         return pictures().draw_start(self, quantity, ax)
 

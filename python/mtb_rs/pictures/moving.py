@@ -17,17 +17,17 @@ from PIL import Image
 from ..base.files import check_target, write_bytes
 from ..base.units import taking_quantities, unit_of_argument
 from ..base.words import Field as Word
-from ..results.result import Pictured
+from ..results.result import Drawn, Pictured
 from .figures import own_figures
 from .maps import window_of
 from .plane import is_a_cut, plot_within, shared_limits
-from .quantities import INK, PREFIXES, quantity_of, unit_of
+from .quantities import INK, PREFIXES, as_drawn, quantity_of, unit_of
 from .sweep_plot import spaced
 
 
 @taking_quantities
 def animate(
-    history: Iterable[Pictured],
+    history: Iterable[Drawn],
     path: str | Path,
     quantity: Word = "pressure",
     *,
@@ -59,23 +59,23 @@ def animate(
         raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
     if not isinstance(history, Iterable):
         raise ValueError(f"history is {history!r}: a list of results is needed")
-    history = list(history)
-    if not history:
+    drawn = [as_drawn(result)._picture() for result in history]
+    if not drawn:
         raise ValueError("history is empty: at least one result is needed")
-    quantity_of(history[0], quantity)
-    if captions is not None and (isinstance(captions, str) or len(captions) != len(history)):
+    quantity_of(drawn[0], quantity)
+    if captions is not None and (isinstance(captions, str) or len(captions) != len(drawn)):
         raise ValueError(
-            f"captions has {len(captions)} entries: one for each of the {len(history)} results is needed"
+            f"captions has {len(captions)} entries: one for each of the {len(drawn)} results is needed"
         )
     if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
         raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
-    shared = {"limits": shared_limits(history, quantity, options), **options}
+    shared = {"limits": shared_limits(drawn, quantity, options), **options}
     if options.get("kind") in (None, "map") and not is_a_cut(options):
-        shared["window"] = window_of(history, quantity_of(history[0], quantity))
-    captions = _differences(history) if captions is None else captions
+        shared["window"] = window_of(drawn, quantity_of(drawn[0], quantity))
+    captions = _differences(drawn) if captions is None else captions
     first, *others = [
         Image.fromarray(_frame(result, quantity, caption, shared))
-        for result, caption in zip(history, captions, strict=True)
+        for result, caption in zip(drawn, captions, strict=True)
     ]
     pause = round(1000.0 / frames_per_second)
     moving = io.BytesIO()

@@ -24,7 +24,7 @@ from ..results.result import Pictured
 from .figures import new_figure
 from .lines import draw_lines
 from .maps import Window, draw_map, inside_window, maps_side_by_side, window_of
-from .quantities import INK, colour_scale, quantity_of
+from .quantities import INK, as_drawn, colour_scale, quantity_of
 from .space import view, view_von_mises
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def plot(result: Any, quantity: Any = "pressure", kind: Any = None, **options: A
 
     Parameters
     ----------
-    result : Result, NormalResult, TangentialResult, FoundationResult or StepResult
+    result : any result with contact points
     quantity : str
         One of these, if the result has it:
         "pressure", "traction" (its magnitude, with arrows where it turns),
@@ -95,7 +95,7 @@ def plot(result: Any, quantity: Any = "pressure", kind: Any = None, **options: A
     -------
     matplotlib.figure.Figure or pyvista.Plotter
     """
-    return plot_within(result, quantity, kind, **options)
+    return plot_within(as_drawn(result)._picture(), quantity, kind, **options)
 
 
 def plot_within(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..base.plain import plain
 from ..base.words import Body, Limits
 from ..results.fields import Field
-from ..results.result import Pictured
+from ..results.result import Drawn, Pictured
 
 Array = NDArray[np.float64]
 
@@ -43,11 +43,15 @@ def drawable(result: Pictured) -> tuple[Any, ...]:
     return tuple(dict.fromkeys(word for field in result.fields().values() for word in field.words))
 
 
+def as_drawn(result: Any) -> Drawn:
+    """The door: whatever it is that is to be drawn; `ValueError` if it is no result."""
+    if not isinstance(result, Drawn):
+        raise ValueError(f"{result!r} cannot be drawn: a result of a solve or a step is needed")
+    return result
+
+
 def quantity_of(result: Pictured, word: str, body: Body = "lower") -> Field:
     """What a word stands for in a result, of a body where bodies differ; `ValueError` for one it has not."""
-    # the door: whatever it is that is to be drawn
-    if not isinstance(result, Pictured):
-        raise ValueError(f"{result!r} cannot be drawn: a result of a solve or a step is needed")
     for field in result.fields().values():
         if field.body in (None, body) and word in field.words:
             return field.part(word)

@@ -28,14 +28,14 @@ from ..base.check import number
 from ..base.errors import ViewError
 from ..base.files import check_target, write_bytes
 from ..base.memory import amount
-from ..base.words import Body, Limits
+from ..base.words import Body, Limits, Stress
 from ..base.words import Field as Word
 from ..geometry.triangles import Surface
 from ..results.fields import Field
 from ..results.grids import corners, flat, patches, quads
-from ..results.result import Pictured
+from ..results.result import Drawn, Pictured
 from ..results.solid import Solid
-from .quantities import STATUS_COLOURS, STATUS_NAMES, bar_title, colour_scale, quantity_of
+from .quantities import STATUS_COLOURS, STATUS_NAMES, as_drawn, bar_title, colour_scale, quantity_of
 
 if TYPE_CHECKING:
     import pyvista
@@ -465,25 +465,30 @@ def vtk_bytes(mesh: pyvista.DataSet) -> bytes:
     return text.encode()
 
 
-def write_html(result: Pictured, path: str | Path, quantity: Word = "pressure", **options: Any) -> Path:
+def write_html(result: Drawn, path: str | Path, quantity: Word | Stress = "pressure", **options: Any) -> Path:
     """The 3-D view as one page with everything in it: it opens in a browser, without a server.
 
     Parameters
     ----------
-    result, quantity, **options
-        As of :func:`view`.
+    result
+        Whatever ``result.plot(quantity, "3d")`` draws.
+    quantity, **options
+        As of this picture.
     path : str or Path
         Of the page.
 
     Raises
     ------
+    ValueError
+        If the result has no such picture, with the reason.
     ViewError
         Without the packages trame-pyvista and nest-asyncio2, pyvista or a GL driver; names what to install.
     OSError
         If nothing can be written there.
     """
     target = check_target(path)
-    page = page_of(view(result, quantity, off_screen=True, **options), quantity)
+    drawn: Any = as_drawn(result)
+    page = page_of(drawn.plot(quantity, "3d", off_screen=True, **options), quantity)
     write_bytes(target, page.encode())
     return target
 
