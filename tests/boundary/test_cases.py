@@ -266,3 +266,24 @@ def test_many_wrong_keys_are_counted(tmp_path: Path) -> None:
         lines = str(caught.value).splitlines()
         assert len(lines) == 21
         assert lines[-1] == f"{path}: and {more} more"
+
+
+def test_text_files_of_windows_are_read_or_their_encoding_is_named(tmp_path: Path) -> None:
+    case = 'scene = "wheel_on_rail"\nrail = "rail.prr"\n[friction]\nfile = "friction.csv"\n'
+    points = "".join(f"{k:.1f} {8e-3 * k**2:.6f}\n" for k in range(-35, 36))
+    texts = {"case.toml": case, "friction.csv": "velocity,value\n0,0.3\n9,0.2\n", "rail.prr": points}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    plain = mtb.load_case(tmp_path / "case.toml")
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8-sig")
+    marked = mtb.load_case(tmp_path / "case.toml")
+    assert marked.argument("rail", "rail.prr") == plain.argument("rail", "rail.prr")
+    assert mtb.VelocityTable.from_file(tmp_path / "friction.csv").value == (0.3, 0.2)
+    for name, text in texts.items():
+        for encoding in ("utf-16", "utf-16-be"):
+            mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+            (tmp_path / name).write_bytes(mark + text.encode(encoding))
+            with pytest.raises(mtb.CaseError, match=r"UTF-16 text.*UTF-8 is needed.*-o case.toml"):
+                mtb.load_case(tmp_path / "case.toml")
+        (tmp_path / name).write_text(text, encoding="utf-8")

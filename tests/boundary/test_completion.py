@@ -41,6 +41,12 @@ def test_commands_options_and_words_are_completed(tmp_path: Path) -> None:
     assert completed("mtb-rs init ", tmp_path) >= set(CASES)
     assert "--quantity" in completed("mtb-rs chart case.toml --q", tmp_path)
     assert {"pressure", "force"} <= completed("mtb-rs chart case.toml --quantity ", tmp_path)
+    assert completed("mtb-rs show out --kind ", tmp_path) == {"map", "line", "3d"}
+    assert {"pressure", "von_mises", "slip_share"} <= completed("mtb-rs show out --quantity ", tmp_path)
+    (tmp_path / "wheel.toml").write_text('scene = "wheel_on_rail"\n[rolling]\n', encoding="utf-8")
+    keys = completed("mtb-rs sweep wheel.toml --vary ", tmp_path)
+    assert {"friction=", "rolling.velocity="} <= keys
+    assert "height=" not in keys
     (tmp_path / "shoe.toml").touch()
     assert completed("mtb-rs run sh", tmp_path) == {"shoe.toml"}
     assert completed("mtb-rs check sh", tmp_path) == {"shoe.toml"}

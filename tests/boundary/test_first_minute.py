@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import tomllib
 from collections.abc import Iterator
@@ -93,12 +94,95 @@ def test_defaults_of_the_schema_are_those_of_the_scene(scene: str, checker: Any)
         {"scene": "pole_shoe_on_rail", "upper": {"young": 208e9, "poisson_ratio": 0.3}},
         {"scene": "wheel_on_rail", "rolling": {"creepage": [1e-3, 0.0]}},
         {"scene": "wheel_on_rail", "solve": {"model": "elastic"}},
+        {"scene": "block_on_plane", "solve": {"modle": "auto"}},
+        {"scene": "block_on_plane", "solve": {"tolerance": 5}},
+        {"scene": "block_on_plane", "solve": {"factor": 0.1}},
+        {"scene": "block_on_plane", "solve": {"method": "incremental", "factor": 0.1}},
+        {"scene": "block_on_plane", "upper": {}},
+        {"scene": "block_on_plane", "friction": {}},
+        {"scene": "block_on_plane", "friction": ["a"]},
+        {"scene": "pole_shoe_on_rail", "layer": {}},
+        {"scene": "wheel_on_rail", "force": -1},
+        {"scene": "wheel_on_rail", "rolling": {}, "shift": {}},
+        {"scene": "wheel_on_rail", "rail": {"unit": "mm"}},
     ],
 )
 def test_schema_and_reader_refuse_the_same(wrong: dict[str, Any], checker: Any) -> None:
     assert not checker.is_valid(wrong)
     with pytest.raises(mtb.CaseError):
         case_from_words(wrong).scene()
+
+
+#: Values of every kind, right in some place and wrong in the others.
+ANY: tuple[Any, ...] = (
+    *(
+        0.3,
+        1e-3,
+        2,
+        0,
+        -0.2,
+        1.5,
+        True,
+        "a",
+        "rigid",
+        "clamped-top",
+        "60E1",
+        "free",
+        [],
+        {},
+        ["a"],
+        [0.3, 0.2],
+    ),
+    *([1.0, 0.0], [1e-3, 0.0, 0.1], [0.3, "free"], {"poisson_ratio": 0.3}, {"velocity": [0.0, 9.0]}),
+    {"poisson_ratio": 0.3, "young_modulus": 2e11},
+    {"poisson_ratio": 0.3, "shear_modulus": 8e10},
+    {"poisson_ratio": 0.7, "shear_modulus": 8e10},
+    {"poisson_ratio": 0.3, "young_modulus": 2e11, "shear_modulus": 8e10},
+    {"velocity": [0.0, 9.0], "value": [0.4, 0.3]},
+    {"velocity": [0.0, 9.0], "value": [0.4, "b"]},
+    {"peak": 0.3, "center": [0.0, 0.0], "sigma": [0.01, 0.01]},
+    {"peak": 0.3, "center": [0.0], "sigma": [0.01, 0.01]},
+    {"thickness": 1e-4, "shear_modulus": 1e9},
+    {"thickness": 1e-4},
+    {"file": 1},
+    {"spin": 1e-3},
+    {"creepage": [1e-3, 0.0, 0.1], "velocity": 5},
+    {"force": [100.0, "free"]},
+    {"method": "incremental", "max_releases": 4},
+    {"method": "staggered", "factor": 0.1},
+    {"max_releases": 4},
+    {"quantity": "force", "tolerance": 0.2},
+)
+
+
+#: Keys whose values must fit others, or the bodies: more than a schema says.
+FITTING = (
+    *("length", "rail_length", "inner_edge", "outer_edge", "conforming_to", "lateral", "rail", "wheel"),
+    *("gauge", "gauge_depth", "flange_back", "tape_circle", "rail_inclination", "force", "spacing"),
+)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("scene", SCENES)
+def test_schema_and_reader_agree_on_every_value_of_every_key(scene: str, checker: Any) -> None:
+    case = case_from_words({"scene": scene})
+    keys = [*case.arguments(), "solve", "rolling", "shift", "hight"]
+    refused = 0
+    for key, value in itertools.product(keys, ANY):
+        words = {"scene": scene, key: value}
+        try:
+            case_from_words(words).scene()
+            is_taken = True
+        except mtb.CaseError:
+            is_taken = False
+        is_valid = checker.is_valid(words)
+        refused += not is_valid
+        if is_valid and not is_taken:
+            # numbers that do not go together with others, and names of files that are not there
+            assert key in FITTING, words
+        else:
+            assert is_valid == is_taken, words
+    assert refused > len(keys) * len(ANY) / 3
 
 
 def test_a_case_that_rolls_is_the_same_as_in_python(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
@@ -186,3 +187,18 @@ def test_every_kind_of_result_is_datasets() -> None:
     for result in (rolled, contact.step(), patch):
         block = result.to_pyvista()["contact"]
         np.testing.assert_array_equal(block.cell_data["pressure"], np.ravel(result.pressure))
+
+
+def test_meshes_without_a_surface_are_named_by_their_cells() -> None:
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    bricks = meshio.Mesh(corners, [("hexahedron", np.array([[0, 1, 3, 2, 4, 5, 7, 6]]))])
+    for refused in (
+        lambda: mtb.HalfSpace(mtb.steel, bricks),
+        lambda: mtb.Rigid(bricks),
+        lambda: mtb.surface_gap(bricks, bricks, 0.5, 0.5, 0.1),
+    ):
+        with pytest.raises(ValueError, match=r"is a mesh of hexahedron: triangles, .* are needed"):
+            refused()
+    for mesh in (bricks, trimesh.creation.box()):
+        with pytest.raises(ValueError, match=r"a TetraMesh is needed; ElasticBody.from_mesh takes meshes"):
+            mtb.ElasticBody(mesh, mtb.steel)

@@ -10,6 +10,7 @@ writer holds a lock on as long as it lives: those that killed writers left are c
 from __future__ import annotations
 
 import argparse
+import codecs
 import contextlib
 import io
 import os
@@ -106,11 +107,31 @@ def made_of(path: str | os.PathLike[str], what: str, make: Callable[[bytes], T])
 
 def read_text(path: str | os.PathLike[str], what: str = "file", most: int = TEXT) -> str:
     """The text (UTF-8) of a regular file; errors as :func:`read_bytes`."""
-    content = read_bytes(path, what, most)
     try:
-        return content.decode("utf-8")
+        return text_of(read_bytes(path, what, most))
+    except UnicodeError as error:
+        raise _unreadable(what, path, f"it is {error}") from None
+
+
+def text_of(content: bytes) -> str:
+    """Text in UTF-8, without the mark by which Windows begins it.
+
+    Raises
+    ------
+    UnicodeError
+        If it is in another encoding; it says what it is and what is needed.
+    """
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise UnicodeError(
+            "UTF-16 text, as > of Windows PowerShell 5 writes it: UTF-8 is needed; save it again in this "
+            "encoding, or let the program write the file itself (mtb-rs init shoe -o case.toml)"
+        )
+    try:
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise _unreadable(what, path, f"it is not UTF-8 text: byte {error.start} is no character") from None
+        # counted in the file
+        start = error.start + (len(content) - len(error.object))
+        raise UnicodeError(f"not UTF-8 text: byte {start} is no character") from None
 
 
 def read_arrays(content: bytes, most: int = DATA) -> dict[str, NDArray[Any]]:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base import cache
-from ..base.check import warn
+from ..base.check import shortened, warn
 from ..base.owning import own, solved
 from ..base.plain import one_line, plain
 from ..base.questions import ask
@@ -262,6 +262,7 @@ class ElasticBody:
     Parameters
     ----------
     mesh : TetraMesh
+        :meth:`from_mesh` takes meshes of other libraries, and files.
     material : Material
     contact
         Place where the body may touch, one of the forms of `where` in :class:`Support`: the boundary
@@ -295,7 +296,10 @@ class ElasticBody:
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, TetraMesh):
-            raise ValueError(f"mesh is {self.mesh!r}: a TetraMesh is needed, or ElasticBody.from_mesh")
+            raise ValueError(
+                f"mesh is {shortened(self.mesh)}: a TetraMesh is needed; ElasticBody.from_mesh takes meshes "
+                "of trimesh, meshio and pyvista, and files, with the same arguments"
+            )
         if not isinstance(self.material, Material):
             raise ValueError(f"material is {self.material!r}: a Material is needed")
         if isinstance(self.supports, (str, Support)) or not isinstance(self.supports, Sequence):

@@ -201,7 +201,7 @@ def as_surface(surface: Any) -> Profile | BodySurface | None:
         return surface
     if isinstance(surface, (str, Profile)):
         return as_profile(surface)
-    made = _of_mesh_object(surface)
+    made = _of_mesh_object("surface", surface)
     if made is None:
         raise ValueError(
             f"surface is {shortened(surface)}: a Profile, the name of a standard one, a BodySurface, or a "
@@ -210,14 +210,20 @@ def as_surface(surface: Any) -> Profile | BodySurface | None:
     return made
 
 
-def _of_mesh_object(mesh: Any) -> BodySurface | None:
-    """The surface of a mesh of any library; None for anything else."""
-    from .mesh_objects import as_trimesh  # brings trimesh
+def _of_mesh_object(name: str, mesh: Any) -> BodySurface | None:
+    """The surface of a mesh of any library; None for anything else, ValueError for a mesh without one."""
+    from .mesh_objects import as_trimesh, cells_of  # brings trimesh
 
     # a copy: what was given stays as it is
     merged = as_trimesh(mesh)
     if merged is None:
-        return None
+        given = cells_of(mesh)
+        if given is None:
+            return None
+        raise ValueError(
+            f"{name} is a mesh of {', '.join(given.cells) or 'points alone'}: triangles, quadrilaterals or "
+            "tetrahedra are needed; take the mesh of its surface (pyvista's extract_surface makes one)"
+        )
     closed = bool(merged.is_watertight)
     vertices, faces = _outward(merged)
     return BodySurface.mesh(vertices.T, faces, closed=closed)
@@ -225,7 +231,7 @@ def _of_mesh_object(mesh: Any) -> BodySurface | None:
 
 def _checked(name: str, surface: Any) -> BodySurface:
     """A body of :func:`surface_gap`."""
-    made = surface if isinstance(surface, BodySurface) else _of_mesh_object(surface)
+    made = surface if isinstance(surface, BodySurface) else _of_mesh_object(name, surface)
     if made is None:
         raise ValueError(
             f"{name} is {shortened(surface)}: a BodySurface, or a mesh of trimesh, meshio or pyvista in "

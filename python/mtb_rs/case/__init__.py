@@ -24,7 +24,7 @@ from pydantic_core import ErrorDetails
 
 from ..base.check import meant, shortened, warn
 from ..base.errors import CaseError, ToleranceWarning
-from ..base.files import read_bytes
+from ..base.files import read_bytes, text_of
 from ..base.questions import gathered
 from ..base.words import Method
 from ..friction.fields import check_friction
@@ -32,10 +32,10 @@ from ..half_space.tangential import Rolling, Shift, TangentialResult
 from ..results.result import Result
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
-from ..scenes.methods import check_options, method_options
+from ..scenes.methods import OPTIONS, check_options, method_options, solve_defaults
 from ..scenes.moving import Moving
 from ..scenes.scene import Scene
-from .values import MOTIONS, MaterialWords, motion_of, read_by, words_of
+from .values import MOTIONS, MaterialWords, motion_words, words_of
 
 T = TypeVar("T")
 
@@ -158,8 +158,8 @@ class Case(BaseModel):
         scene, motion = self.scene(), self.motion
         try:
             if motion is None:
-                return scene.solve(**self._options)
-            pressed, moved = Moving(scene, motion).solve(**self._options)
+                return scene.solve(**self.solving)
+            pressed, moved = Moving(scene, motion).solve(**self.solving)
             if pressed.report.missed:
                 warn(pressed.report.missed, ToleranceWarning)
             return moved
@@ -176,7 +176,7 @@ class Case(BaseModel):
         CaseError
             If the case cannot be solved as it is stated; the message names all that is wrong.
         """
-        scene, motion, options = self.scene(), self.motion, self._options
+        scene, motion, options = self.scene(), self.motion, self.solving
         try:
             if motion is None:
                 return scene.expected_cost(**options)
@@ -190,10 +190,11 @@ class Case(BaseModel):
         raise CaseError("\n".join(f"{self._source}: {line}" for line in wrong))
 
     @property
-    def _options(self) -> dict[str, Any]:
+    def solving(self) -> dict[str, Any]:
         """The words of ``[solve]``."""
         options: BaseModel = getattr(self, "solve_options")  # noqa: B009 (a field of the model made below)
-        return dict(options)
+        basic = solve_defaults()
+        return {k: v for k, v in options if k in basic or k in options.model_fields_set}
 
     def to_toml(self) -> str:
         """The case as TOML: what was given, in its own words."""
@@ -214,13 +215,13 @@ def load_case(path: str | Path) -> Case:
     except ValueError as error:
         raise CaseError(str(error)) from error
     try:
-        text = content.decode("utf-8")
+        text = text_of(content)
         # a dotted key takes time and memory by the square of its parts
         if any(part.count(".") > MOST_DOTS for part in re.split(r"[=,{\n]", text)):
             raise RecursionError
         words = tomllib.loads(text)
-    except UnicodeDecodeError as error:
-        raise CaseError(f"{path}: is not UTF-8 text: byte {error.start} is no character") from error
+    except UnicodeError as error:
+        raise CaseError(f"{path}: is {error}") from error
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply: at most {MOST_DEEP} levels are read") from None
     except ValueError as error:  # TOMLDecodeError is one; whole numbers of thousands of digits raise another
@@ -303,17 +304,34 @@ def _check_words(source: str, words: Mapping[str, Any]) -> None:
 
 @cache
 def case_model(scene: str) -> type[Case]:
+    own = {method: words_of(made, method_options(method)) for method, made in OPTIONS.items()}
+    options = {name: word for words in own.values() for name, word in words.items()}
     solve = create_model(
         "SolveWords",
-        # options of the methods are passed on as they are
-        __config__=ConfigDict(extra="allow", frozen=True, allow_inf_nan=False, protected_namespaces=()),
+        # what is no option at all is told with the options of the method
+        __config__=ConfigDict(
+            extra="allow",
+            frozen=True,
+            allow_inf_nan=False,
+            protected_namespaces=(),
+            json_schema_extra={
+                "additionalProperties": False,
+                "dependentSchemas": {
+                    name: {
+                        "required": ["method"],
+                        "properties": {"method": {"enum": [method for method in own if name in own[method]]}},
+                    }
+                    for name in options
+                },
+            },
+        ),
         **words_of(Scene.solve),
+        **options,
     )
     fields = words_of(getattr(scenes, scene))
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
     for name, motion in MOTIONS.items():
-        words = read_by(partial(motion_of, motion), name)
-        fields[f"{name}_words"] = (words, Field(default=None, alias=name))
+        fields[f"{name}_words"] = (motion_words(motion), Field(default=None, alias=name))
     return create_model(f"{scene}_case", __base__=Case, **fields)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..scenes import ready as scenes
 from . import SCENES, case_model
+from .values import MOTIONS
 
 
 def schema() -> dict[str, Any]:
@@ -21,6 +22,7 @@ def schema() -> dict[str, Any]:
             "description": (inspect.getdoc(getattr(scenes, name)) or "").split("\n")[0],
         }
         branch["title"] = name
+        branch["not"] = {"required": list(MOTIONS)}
         branches.append(branch)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

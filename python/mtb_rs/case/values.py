@@ -7,7 +7,8 @@ import inspect
 import math
 import re
 import typing
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,19 +31,24 @@ from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
 from ..bodies.simple import Rigid
 from ..friction.field_table import FieldTable, table_from_file
-from ..friction.fields import GaussianPressure, VelocityTable
+from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer
 from ..geometry.profiles import STANDARD_PROFILES, Profile
-from ..half_space.tangential import Rolling, Shift
+from ..half_space.tangential import Forces, Rolling, Shift
 
 
 class MaterialWords(BaseModel):
     """An elastic material: Poisson's ratio and one of the two moduli [Pa]."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    poisson_ratio: StrictFloat
-    young_modulus: StrictFloat | None = None
-    shear_modulus: StrictFloat | None = None
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        json_schema_extra={"oneOf": [{"required": ["young_modulus"]}, {"required": ["shear_modulus"]}]},
+    )
+    poisson_ratio: StrictFloat = Field(json_schema_extra={"exclusiveMinimum": -1, "maximum": 0.5})
+    young_modulus: StrictFloat | None = Field(None, json_schema_extra={"exclusiveMinimum": 0})
+    shear_modulus: StrictFloat | None = Field(None, json_schema_extra={"exclusiveMinimum": 0})
 
     @model_validator(mode="after")
     def _is_a_material(self) -> MaterialWords:
@@ -209,58 +215,112 @@ def _list_of(item: Any) -> dict[str, Any]:
     return {"type": "array", "items": item}
 
 
-def _table(**properties: Any) -> dict[str, Any]:
-    return {"type": "object", "additionalProperties": False, "properties": properties}
+def _table(required: list[str], **properties: Any) -> dict[str, Any]:
+    return {"type": "object", "additionalProperties": False, "required": required, "properties": properties}
 
 
 _NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
-_PAIR = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
-_TRIPLE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
-_OVER_VELOCITY = _table(velocity=_list_of(_NUMBER), value=_list_of({}), file=_TEXT)
-_OVER_X_AND_Y = _table(x=_list_of(_NUMBER), y=_list_of(_NUMBER), value=_list_of(_list_of(_NUMBER)))
-_HILL = _table(peak=_NUMBER, center=_PAIR, sigma=_PAIR, floor=_NUMBER)
-_PROFILE = _table(
-    file=_TEXT, **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()}
+_POSITIVE = {**_NUMBER, "exclusiveMinimum": 0}
+_FORCE = {"anyOf": [_NUMBER, {"const": "free"}]}
+
+
+def _tuple_of(item: Any, count: int) -> dict[str, Any]:
+    return {**_list_of(item), "minItems": count, "maxItems": count}
+
+
+_PAIR = _tuple_of(_NUMBER, 2)
+_OVER_X_AND_Y = _table(
+    ["x", "y", "value"], x=_list_of(_NUMBER), y=_list_of(_NUMBER), value=_list_of(_list_of(_NUMBER))
 )
-_FORCE = {"type": "array", "items": {"anyOf": [_NUMBER, {"const": "free"}]}, "minItems": 2, "maxItems": 2}
-_BODY = _table(poisson_ratio=_NUMBER, young_modulus=_NUMBER, shear_modulus=_NUMBER)
-#: JSON schemas of words that a Python function reads.
-_LOOKS: dict[str, dict[str, Any]] = {
-    "body": {"anyOf": [_BODY, {"const": "rigid"}]},
-    "field": {"anyOf": [_NUMBER, _list_of({}), {"anyOf": [_OVER_VELOCITY, _OVER_X_AND_Y, _HILL]}]},
-    "pair": _PAIR,
-    "number or pair": {"anyOf": [_NUMBER, _PAIR]},
-    "layer": _table(thickness=_NUMBER, shear_modulus=_NUMBER),
-    "profile": {"anyOf": [{"enum": list(STANDARD_PROFILES)}, _TEXT, _PROFILE]},
-    "rolling": _table(
-        creepage=_TRIPLE,
-        force=_FORCE,
-        angle=_NUMBER,
-        velocity=_NUMBER,
-        transient={"type": "boolean"},
-        step=_NUMBER,
-    ),
-    "shift": _table(displacement=_PAIR, force=_FORCE, spin=_NUMBER, duration=_NUMBER),
+_HILL = _table(
+    ["peak", "center", "sigma"], peak=_NUMBER, center=_PAIR, sigma=_tuple_of(_POSITIVE, 2), floor=_NUMBER
+)
+
+
+def _field_look(number: dict[str, Any]) -> dict[str, Any]:
+    """Friction or magnetic pressure, of which one is a `number`."""
+    value = {"anyOf": [number, _HILL, _OVER_X_AND_Y, _table(["file"], file=_TEXT)]}
+    over_velocity = _table(
+        ["velocity", "value"],
+        velocity=_list_of(_NUMBER),
+        value=_list_of({"anyOf": [value, _list_of(value)]}),
+    )
+    part = {"anyOf": [value, over_velocity]}
+    return {"anyOf": [part, _list_of(part)]}
+
+
+_PROFILE = _table(
+    ["file"],
+    file=_TEXT,
+    **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()},
+)
+#: JSON schemas of the types of the arguments of a motion.
+_BY_HINT: dict[Any, dict[str, Any]] = {
+    float: _NUMBER,
+    float | None: _NUMBER,
+    bool: {"type": "boolean"},
+    tuple[float, float]: _PAIR,
+    tuple[float, float, float]: _tuple_of(_NUMBER, 3),
+    Forces | None: _tuple_of(_FORCE, 2),
 }
 
 
-def read_by(function: Any, look: str) -> Any:
-    """Words that `function` reads and that look like `look`."""
-    return Annotated[Any, PlainValidator(function), WithJsonSchema(_LOOKS[look])]
+_ABOVE_ZERO = {"exclusiveMinimum": 0}
+_SHARE = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
+#: Numbers that no scene takes.
+_BOUNDS: dict[str, dict[str, Any]] = {
+    **{name: _ABOVE_ZERO for name in ("width", "height", "length", "rail_length", "radius", "force")},
+    **{name: _ABOVE_ZERO for name in ("wheel_radius", "gauge", "gauge_depth", "flange_back")},
+    **{name: {"minimum": 0} for name in ("inner_edge", "relief_slope")},
+    "rail_inclination": {"maximum": 0.5},
+    "yaw": {"minimum": -0.5, "maximum": 0.5},
+    "points": {"minimum": 4},
+    "poles": {"minimum": 1, "maximum": 2},
+    "tolerance": _SHARE,
+    "displacement_tolerance": _SHARE,
+}
+_OF_MOTIONS = dict.fromkeys(("velocity", "duration", "step"), _ABOVE_ZERO)
+
+
+def _motion_look(kind: type[Rolling] | type[Shift]) -> dict[str, Any]:
+    """The table of a motion, from its arguments."""
+    hints, said = typing.get_type_hints(kind), described(kind)
+    arguments = {
+        name: {**_BY_HINT[hints[name]], **_OF_MOTIONS.get(name, {}), "description": said[name]}
+        for name in inspect.signature(kind).parameters
+    }
+    return _table([], **arguments)
+
+
+def read_by(function: Any, look: dict[str, Any]) -> Any:
+    """Words that `function` reads and that look like the JSON schema `look`."""
+    return Annotated[Any, PlainValidator(function), WithJsonSchema(look)]
+
+
+def motion_words(kind: type[Rolling] | type[Shift]) -> Any:
+    """The table of a motion."""
+    return read_by(partial(motion_of, kind), _motion_look(kind))
 
 
 # --- models, read off the signatures -----------------------------------------------------------------
 
 _BY_NAME: dict[str, Any] = {
     **dict.fromkeys(
-        ("upper", "lower"), read_by(lambda given: _body(given, MaterialWords.model_validate), "body")
+        ("upper", "lower"),
+        read_by(
+            lambda given: _body(given, MaterialWords.model_validate),
+            {"anyOf": [MaterialWords.model_json_schema(), {"const": "rigid"}]},
+        ),
     ),
-    **dict.fromkeys(("friction", "magnetic_pressure"), read_by(_field, "field")),
-    "sliding_direction": read_by(_pair, "pair"),
-    "spacing": read_by(_number_or_pair, "number or pair"),
+    "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),
+    "magnetic_pressure": read_by(_field, _field_look(_NUMBER)),
+    "sliding_direction": read_by(_pair, _PAIR),
+    "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),
     "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],
-    "layer": read_by(_layer, "layer"),
-    **dict.fromkeys(("rail", "wheel"), read_by(_profile, "profile")),
+    "layer": read_by(
+        _layer, _table(["thickness", "shear_modulus"], thickness=_POSITIVE, shear_modulus=_POSITIVE)
+    ),
+    **dict.fromkeys(("rail", "wheel"), read_by(_profile, {"anyOf": [_TEXT, _PROFILE]})),
 }
 _BY_TYPE: dict[Any, Any] = {
     float: StrictFloat,
@@ -271,19 +331,25 @@ _BY_TYPE: dict[Any, Any] = {
 }
 
 
-def words_of(function: Any) -> dict[str, Any]:
-    """Fields of a model from the arguments of `function`: their types, as TOML has them, and defaults."""
+def words_of(function: Any, names: Collection[str] = ()) -> dict[str, Any]:
+    """Fields of a model from the arguments of `function`: their types, as TOML has them, and defaults.
+
+    All of them, or those of `names`.
+    """
     hints, said = typing.get_type_hints(function), described(function)
     fields: dict[str, Any] = {}
     for name, parameter in inspect.signature(function).parameters.items():
-        if name == "self" or parameter.kind is inspect.Parameter.VAR_KEYWORD:
+        if name not in (names or hints) or parameter.kind is inspect.Parameter.VAR_KEYWORD:
             continue
         # which words, the scene says
         is_word = typing.get_origin(hints[name]) is typing.Literal
         kind = _BY_NAME.get(name)
         if kind is None and is_word:
             kind = Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(hints[name]))})]
-        fields[name] = (kind or _BY_TYPE[hints[name]], Field(parameter.default, description=said.get(name)))
+        fields[name] = (
+            kind or _BY_TYPE[hints[name]],
+            Field(parameter.default, description=said.get(name), json_schema_extra=_BOUNDS.get(name)),
+        )
     return fields
 
 

@@ -7,6 +7,7 @@ import argparse
 import math
 import os
 import tomllib
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,12 @@ def add_case(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="where to write (default: a directory named as the case, here)",
     )
+
+
+def offer(action: argparse.Action, words: Callable[[argparse.Namespace], Iterable[str]]) -> None:
+    """Offers words for an argument to a shell that completes, by what else stands on its line."""
+    # where argcomplete looks for them
+    action.completer = lambda parsed_args, **_: words(parsed_args)  # type: ignore[attr-defined]
 
 
 def directory_of(options: argparse.Namespace) -> Path:

@@ -6,11 +6,16 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import get_args
 
 from rich.table import Table
 
 from ..base.files import check_folder
+from ..base.units import MEASURED_UNITS
+from ..base.words import Field, Flat, Space, Stress
+from ..contact.sliding_start import CURVES
 from ..results.saved import load
+from .arguments import offer
 from .console import console_on, print_report
 
 
@@ -30,8 +35,10 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         metavar="PICTURE",
         help="where to draw: .png, .svg, .pdf; of kind 3d .png or .html (a page to turn)",
     )
-    show.add_argument("--quantity", metavar="Q", help="what is drawn (default: pressure)")
-    show.add_argument("--kind", metavar="K", help="map, line or 3d (default: map)")
+    quantity = show.add_argument("--quantity", metavar="Q", help="what is drawn (default: pressure)")
+    offer(quantity, lambda _: (*get_args(Field), *get_args(Stress), *CURVES, *MEASURED_UNITS))
+    kind = show.add_argument("--kind", metavar="K", help="map, line or 3d (default: map)")
+    offer(kind, lambda _: (*get_args(Flat), *get_args(Space)))
     show.set_defaults(command=_show)
 
 

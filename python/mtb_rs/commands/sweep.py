@@ -12,7 +12,7 @@ from rich.progress import MofNCompleteColumn, Progress
 
 from ..results.sweep_table import SweepTable
 from ..studies.sweeps import sweep
-from .arguments import add_case, directory_of, processes, variation
+from .arguments import add_case, directory_of, offer, processes, variation
 from .console import console_on
 from .exits import NO_SOLUTION
 
@@ -31,7 +31,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "command goes on where it was stopped; other values need another DIR.",
     )
     add_case(sweep)
-    sweep.add_argument(
+    vary = sweep.add_argument(
         "--vary",
         action="append",
         required=True,
@@ -40,10 +40,21 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         help="an argument of the scene, or of its motion as rolling.velocity, with its values as in a case "
         "file: 0.1,0.3,0.5, words, lists, or first:last:count; repeated for further arguments",
     )
+    offer(vary, _variables)
     sweep.add_argument(
         "-j", "--jobs", type=processes, default=None, metavar="N", help="processes (default: this one alone)"
     )
     sweep.set_defaults(command=_sweep)
+
+
+def _variables(given: argparse.Namespace) -> list[str]:
+    """What may be varied of the case on a line, as far as it can be read."""
+    from ..case import load_case
+
+    try:
+        return [f"{name}=" for name in load_case(given.case).variables()]
+    except ValueError:
+        return []
 
 
 def _meant(case: Case, key: str, values: list[Any]) -> Any:
@@ -65,7 +76,6 @@ def _sweep(options: argparse.Namespace) -> int:
         raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
     case = load_case(options.case)
     parameters = {key: _meant(case, key, values) for key, values in options.vary}
-    solving: Any = getattr(case, "solve_options")  # noqa: B009 (a field of the model of this case)
     with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
         task = bar.add_task("solving", total=None)
         table = sweep(
@@ -75,7 +85,7 @@ def _sweep(options: argparse.Namespace) -> int:
             executor=options.jobs,
             checkpoint=directory / "sweep.jsonl",
             progress=lambda done, total: bar.update(task, completed=done, total=total),
-            **dict(solving),
+            **case.solving,
         )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -182,11 +182,13 @@ def check_options(**given: Any) -> None:
             raise ValueError(f"unknown option {name!r} of the {method} method{has}")
 
 
+#: What has the options of each method as arguments.
+OPTIONS: dict[Method, Any] = {"incremental": IncrementalOptions, "staggered": staggered}
+
+
 def method_options(method: Method) -> list[str]:
     """Options that a method has beside those of all."""
-    steps = inspect.signature(staggered).parameters.values()
-    return {
-        "direct": [],
-        "incremental": [f.name for f in fields(IncrementalOptions)],
-        "staggered": [p.name for p in steps if p.kind is p.KEYWORD_ONLY],
-    }[method]
+    if method not in OPTIONS:
+        return []
+    given = inspect.signature(OPTIONS[method]).parameters.values()
+    return [p.name for p in given if p.kind is p.KEYWORD_ONLY or p.default is not p.empty]

@@ -379,8 +379,9 @@ class PreparedContact:
         path : str or path object
             For example "shoe.fmu".
         library : str or path object, optional
-            The compiled `mtb_fmu` of this version, which the unit contains. Released wheels bring their own.
-            In a clone, and for another system, ``cargo build --release -p mtb-fmu`` makes one. The unit runs
+            The compiled `mtb_fmu` of this version, which the unit contains. Released wheels bring their own;
+            the source distribution has none. For it, in a clone, and for another system,
+            ``cargo build --release -p mtb-fmu`` in a clone makes one. The unit runs
             on systems like the one for which the library was built.
         pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
             First values of the components of the pose that are inputs.
