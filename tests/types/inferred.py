@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import assert_type
 
 import pyvista
+import xarray
 from matplotlib.figure import Figure
 
 import mtb_rs as mtb
@@ -56,6 +57,7 @@ for own in (
     assert_type(result.plot(kind="3d", off_screen=True), pyvista.Plotter)
     assert_type(result.plot("von_mises", limits=(0.0, 1e8)), pyvista.Plotter)
     assert_type(own.solve(result.model), mtb.Result)
+    assert_type(result.to_xarray(), xarray.Dataset)
 
 # height fields and rolling
 normal = mtb.solve_normal([[0.0] * 8] * 8, 1e-3, lower=mtb.steel, upper=mtb.Rigid(), force=1e3, edge="sharp")
@@ -82,6 +84,10 @@ print(loaded.reprot)  # type: ignore[union-attr]
 
 # sweeps
 table = mtb.sweep(wheel, {"lateral": [0.0, 1e-3]})
+assert_type(table.to_xarray(), xarray.Dataset)
+assert_type(table.rows(), list[dict[str, float | str]])
+moved = mtb.sweep(wheel, [{"rolling.velocity": 10.0}], motion=mtb.Rolling(creepage=(1e-3, 0.0, 0.0)))
+assert_type(moved, mtb.SweepTable)
 assert_type(table, mtb.SweepTable)
 assert_type(table.plot("normal_force"), Figure)
 

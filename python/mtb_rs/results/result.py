@@ -32,6 +32,7 @@ from .solid import Solid, solid_of
 
 if TYPE_CHECKING:
     import pyvista  # noqa: TID251 (only for type checkers)
+    import xarray
     from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 Array = NDArray[np.float64]
@@ -124,7 +125,7 @@ class Drawn(Savable):
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         return pictures().plot(self._picture(), quantity, kind, **options)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """The fields as an :class:`xarray.Dataset` (extra ``sweep``), with units and labels as attributes.
 
         Fields on one regular grid have the dimensions (y, x), those on several patches, or on scattered
@@ -140,7 +141,8 @@ class Drawn(Savable):
         ValueError
             If the result has no contact points, with the reason.
         """
-        return pictures().dataset_of(self._picture())
+        labelled: xarray.Dataset = pictures().dataset_of(self._picture())
+        return labelled
 
     def to_pyvista(self) -> pyvista.MultiBlock:
         """The result as datasets of pyvista (extra ``viz``), for its own plots, filters and files.

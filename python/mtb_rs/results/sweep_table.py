@@ -24,6 +24,8 @@ from .doors import pictures
 from .study import Study
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.axes import Axes  # noqa: TID251 (only for type checkers)
     from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
@@ -103,7 +105,7 @@ class SweepTable(Study):
         """The cases without a solution, each with its reason."""
         return [(case, str(self.status[at])) for at, case in self._cases() if self.status[at] != "solved"]
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[dict[str, float | str]]:
         """One row for each case: parameters, status, quantities."""
         return [
             {**case, "status": str(self.status[at])} | {k: float(v[at]) for k, v in self.columns.items()}
@@ -199,7 +201,7 @@ class SweepTable(Study):
         figure: Figure = pictures().draw_sweep(self, quantity, ax)
         return figure
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The rows as a :class:`pandas.DataFrame` (extra ``sweep``); units are its ``attrs["units"]``."""
         try:
             import pandas
@@ -209,7 +211,7 @@ class SweepTable(Study):
         frame.attrs = {**self.attributes, "units": dict(self.units)}
         return frame
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """The table as an :class:`xarray.Dataset` (extra ``sweep``)."""
         try:
             import xarray
