@@ -197,7 +197,7 @@ def test_meshes_without_a_surface_are_named_by_their_cells() -> None:
         lambda: mtb.Rigid(bricks),
         lambda: mtb.surface_gap(bricks, bricks, 0.5, 0.5, 0.1),
     ):
-        with pytest.raises(ValueError, match=r"is a mesh of hexahedron: triangles, .* are needed"):
+        with pytest.raises(ValueError, match=r"is a mesh of hexahedron: .* triangles, .* is needed"):
             refused()
     for mesh in (bricks, trimesh.creation.box()):
         with pytest.raises(ValueError, match=r"a TetraMesh is needed; ElasticBody.from_mesh takes meshes"):

@@ -221,8 +221,9 @@ def _of_mesh_object(name: str, mesh: Any) -> BodySurface | None:
         if given is None:
             return None
         raise ValueError(
-            f"{name} is a mesh of {', '.join(given.cells) or 'points alone'}: triangles, quadrilaterals or "
-            "tetrahedra are needed; take the mesh of its surface (pyvista's extract_surface makes one)"
+            f"{name} is a mesh of {', '.join(given.cells) or 'points alone'}: a mesh of trimesh, meshio or "
+            "pyvista with triangles, quadrilaterals or tetrahedra is needed (pyvista's extract_surface makes "
+            "one of any cells)"
         )
     closed = bool(merged.is_watertight)
     vertices, faces = _outward(merged)
