@@ -104,6 +104,15 @@ def test_sweeps_show_their_rows() -> None:
     assert "and 3 more" in page
     assert page.count("<tr>") == MOST_ROWS + 2
     assert f"{table['peak_pressure'][0]:.6g}" in cells(page)
+    assert picture_in(page) is not None
+    # moments of rounding, margins that no case has
+    columns = page[: page.index("</tr>")]
+    assert not {"moment_x", "status", "wedging_margin"} & set(re.split(r"\W", columns))
+    assert "the same in all cases: " in page
+    labelled = mtb.sweep(SPHERE, {"upper": {"steel": mtb.steel, "rigid": mtb.Rigid()}})._repr_html_()
+    assert picture_in(labelled) is None
+    # a case that fails keeps the reason
+    assert "status" in mtb.sweep(SPHERE, {"force": [1e3, -1.0]})._repr_html_()
 
 
 @pytest.mark.parametrize(("errors", "has_picture"), [({"pressure": 0.1}, True), ({}, False)])

@@ -31,14 +31,17 @@ class Told:
 
     def _repr_html_(self) -> str:
         """A table of what it tells, and its picture: for notebooks."""
-        rows = self.told()
-        picture = self._repr_png_()
-        image = ""
-        if picture is not None:
-            data = base64.b64encode(picture).decode()
-            size = f"max-width:min(100%,{WIDTH}px);max-height:{HEIGHT}px"
-            image = f'<img alt="picture" style="{size}" src="data:image/png;base64,{data}">'
-        return f"<div><b>{html.escape(type(self).__name__)}</b>{table_of(rows)}{image}</div>"
+        title = f"<b>{html.escape(type(self).__name__)}</b>"
+        return f"<div>{title}{table_of(self.told())}{image_of(self._repr_png_())}</div>"
+
+
+def image_of(picture: bytes | None) -> str:
+    """A PNG in HTML, of the size that notebooks have room for; nothing for None."""
+    if picture is None:
+        return ""
+    data = base64.b64encode(picture).decode()
+    size = f"max-width:min(100%,{WIDTH}px);max-height:{HEIGHT}px"
+    return f'<img alt="picture" style="{size}" src="data:image/png;base64,{data}">'
 
 
 def table_of(rows: Iterable[Iterable[str]], heading: Iterable[str] = ()) -> str:

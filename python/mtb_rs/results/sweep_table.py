@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import os
 from collections.abc import Iterator, Mapping
@@ -18,9 +19,10 @@ from ..base.files import DATA, read_text, write_bytes
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
-from ..base.told import Row, in_words, table_of
+from ..base.told import Row, image_of, in_words, table_of
 from ..base.units import unit_of_argument
 from .doors import pictures
+from .result import png
 from .study import Study
 
 if TYPE_CHECKING:
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 
 #: Most failures and labels that a report lists.
 MOST_FAILURES = 10
+#: Share of the largest value of a column below which a change is rounding.
+_ROUNDING = 1e-9
 
 
 def argument_units(grid: Mapping[str, Mapping[Any, Any]]) -> dict[str, str]:
@@ -177,12 +181,38 @@ class SweepTable(Study):
         told = f"{ends} {self.units.get(name, '')}".removesuffix(" 1").rstrip()
         return f"{count}, {told}" if count else told
 
+    def _repr_png_(self) -> bytes | None:
+        """The picture of its peak pressure, for notebooks; None where there are no lines to draw."""
+        first = next(iter(self.parameters.values()))
+        is_line = len(first) > 1 and all(isinstance(value, (int, float)) for value in first)
+        if not is_line or not np.isfinite(self.columns.get("peak_pressure", np.array([]))).any():
+            return None
+        with pictures().own_figures():
+            return png(self.plot())
+
     def _repr_html_(self) -> str:
-        """Its rows, for notebooks."""
+        """Its rows and its picture, for notebooks: without the columns that do not change."""
         rows = self.rows()
-        heading = [f"{name} [{self.units[name]}]" if name in self.units else name for name in rows[0]]
-        cells = [[f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
-        return f"<div>{table_of(cells, heading)}</div>"
+        kept = [name for name in rows[0] if name in self.parameters or self._changes(name)]
+        heading = [f"{name} [{self.units[name]}]" if name in self.units else name for name in kept]
+        cells = [[f"{v:.6g}" if isinstance(v, float) else str(v) for v in map(row.get, kept)] for row in rows]
+        left_out = [name for name in rows[0] if name not in kept and name != "status"]
+        note = f"<div>the same in all cases: {html.escape(', '.join(left_out))}</div>" if left_out else ""
+        table = f'<div style="overflow-x:auto">{table_of(cells, heading)}</div>'
+        return f"<div>{table}{note}{image_of(self._repr_png_())}</div>"
+
+    def _changes(self, name: str) -> bool:
+        """Whether a column differs from case to case by more than rounding."""
+        if name == "status":
+            return bool(self.failures)
+        values = self.columns[name]
+        finite = values[np.isfinite(values)]
+        if finite.size < values.size:
+            return finite.size > 0
+        # what is nothing but rounding beside the forces
+        force = self.columns.get("normal_force", finite) if self.units.get(name) in ("N", "N m") else finite
+        least = _ROUNDING * max(np.abs(finite).max(), 1e-3 * float(np.nanmax(np.abs(force))))
+        return bool(np.ptp(finite) > least)
 
     def plot(self, quantity: str = "peak_pressure", *, ax: Axes | None = None) -> Figure:
         """Draws one quantity over the first parameter, a line for each value of the others.
