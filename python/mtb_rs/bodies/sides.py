@@ -18,6 +18,9 @@ from .faces import Hats, thinned
 
 Array = NDArray[np.float64]
 
+#: Relative size of other components below which a rigid motion is along or about one axis.
+ALIGNED = 1e-9
+
 
 @dataclass(frozen=True)
 @plain
@@ -31,7 +34,10 @@ class Side:
     displacement : (3, n) [m]
         Of the contact points by what its supports prescribe and by the loads on its inside, common frame.
     motions : (m, 3, n)
-        Of the contact points by a unit of each rigid motion the supports leave free, common frame.
+        Of the contact points by a unit of each rigid motion the supports leave free, common frame. Under
+        overlapping basis functions these are means over each point, so they tell no kind of motion.
+    modes : (m, 9)
+        The same motions in space: translation, rotation vector, and the point that is translated [m].
     work : (m,) [J]
         Generalised load on each motion: of all loads but the contact's and the attraction, on a unit of it.
     pull : (n,) [Pa]
@@ -52,6 +58,7 @@ class Side:
     compliance: _mtb_rs.Compliance | None
     displacement: Array
     motions: Array
+    modes: Array
     work: Array
     pull: Array
     is_pulled: NDArray[np.bool_]
@@ -59,6 +66,17 @@ class Side:
     is_pulled_at_face: bool = True
     state: tuple[ElasticPart, ...] = ()
     operations: float = 0.0
+
+    @property
+    def lifts(self) -> Array:
+        """Rise (m,) of the motions that are translations along z; 0 for all others."""
+        return lifts_of(self.modes)
+
+
+def lifts_of(modes: Array) -> Array:
+    """Rise (m,) of the rigid motions (m, 9) that are translations along z; 0 for all others."""
+    others = np.abs(modes[:, [0, 1, 3, 4, 5]]).max(axis=1, initial=0.0)
+    return np.where(others <= ALIGNED * np.abs(modes[:, 2]), modes[:, 2], 0.0)
 
 
 @dataclass(frozen=True)
@@ -128,9 +146,7 @@ class ElasticPart:
     @property
     def lifts(self) -> Array:
         """Rise (m,) of the free motions that are translations along z; 0 for all others."""
-        others = np.abs(self.modes[:, [0, 1, 3, 4, 5]]).max(axis=1, initial=0.0)
-        rise = self.modes[:, 2]
-        return np.where(others <= 1e-9 * np.abs(rise), rise, 0.0)
+        return lifts_of(self.modes)
 
     def loads_in_words(self) -> list[str]:
         """The given loads on the body, besides its magnetic attraction."""

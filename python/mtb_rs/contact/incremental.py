@@ -107,7 +107,7 @@ def solve_incremental(
     friction = problem.friction.fixed
     if friction is None:
         raise ValueError('method is "incremental": it takes a friction coefficient that does not vary')
-    if any(np.ptp(motion[2][motion[2] != 0.0]) > 0.0 for motion in motions):
+    if problem.upper.modes[:, 3:6].any():
         raise ValueError('method is "incremental": tilts are locked in it, moments are given')
     shares = problem.work[0]
     force = -float(shares.sum())

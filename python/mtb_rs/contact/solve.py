@@ -73,10 +73,8 @@ def _check_height(problem: ContactProblem) -> None:
 
 def _lifting(side: Side) -> NDArray[np.bool_]:
     """Which motions of a side are translations along z of all of its points."""
-    rise = np.abs(side.motions[:, 2])
-    others = np.abs(side.motions[:, :2]).max(axis=(1, 2), initial=0.0)
-    highest, lowest = rise.max(axis=1, initial=0.0), rise.min(axis=1, initial=np.inf)
-    return np.asarray((highest > 0.0) & (lowest >= (1.0 - 1e-9) * highest) & (others <= 1e-9 * highest))
+    moves_all = np.all(np.any(side.motions, axis=1), axis=1)
+    return np.asarray((side.lifts != 0.0) & moves_all)
 
 
 def _of_both_halves(solution: Solution, symmetry: MirrorSymmetry, problem: ContactProblem) -> Solution:
@@ -343,12 +341,9 @@ def _approach(problem: ContactProblem, solution: Solution) -> float | Array:
     """How far the bodies moved together [m], one number a free patch."""
     if problem.approach is not None:
         return problem.approach
-    amplitudes = []
-    for k, motion in enumerate(problem.upper.motions):
-        vertical = motion[2]
-        # translations only: tilts have no one approach
-        if np.ptp(motion[:, vertical != 0.0], axis=1).max(initial=0.0) == 0.0 and vertical.any():
-            amplitudes.append(-float(solution.motion[k]) * float(vertical[vertical != 0.0][0]))
+    # translations only: tilts have no one approach
+    lifts = problem.upper.lifts
+    amplitudes = [-float(solution.motion[k] * lifts[k]) for k in np.flatnonzero(lifts)]
     if not amplitudes:
         return 0.0
     return amplitudes[0] if len(amplitudes) == 1 else np.array(amplitudes)

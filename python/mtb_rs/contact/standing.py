@@ -66,6 +66,7 @@ class Foundation:
             self.compliance,
             np.zeros((3, n)),
             np.zeros((0, 3, n)),
+            np.zeros((0, 9)),
             np.zeros(0),
             pull,
             np.zeros(0, dtype=bool),
@@ -194,8 +195,12 @@ class Contact:
 
     def load_of(self, pull: Array) -> Array:
         """Load (3, n) [N] on the upper body by a magnetic pressure (n,) [Pa]."""
-        normal = self.points.normal if self.averages is None else self.averages.frames[2]
-        return np.asarray(-(pull * self.area * normal))
+        return np.asarray(-(pull * self.area * self.normals))
+
+    @property
+    def normals(self) -> Array:
+        """Mean normals (3, n) of the contact points: what loads and rigid motions see."""
+        return self.points.normal if self.averages is None else self.averages.frames[2]
 
     @property
     def places(self) -> Array:
@@ -270,6 +275,7 @@ def elastic_side(
         None,
         displacement,
         np.array(motions).reshape(-1, 3, n),
+        np.concatenate([part.modes for part in parts]),
         np.array(work),
         np.concatenate([part.pull for part in parts]),
         np.ones(len(work), dtype=bool),

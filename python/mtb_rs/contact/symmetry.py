@@ -106,6 +106,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
                 # what moves its face and works on its motions is in the gap and the work of the half
                 displacement=np.zeros((3, kept.size)),
                 motions=np.array(motions).reshape(len(orbits), 3, kept.size),
+                modes=side.modes[[orbit[0] for orbit in orbits]],
                 work=np.array([work[list(orbit)].sum() for orbit in orbits]),
                 pull=nothing,
                 is_pulled=np.ones(len(orbits), dtype=bool),

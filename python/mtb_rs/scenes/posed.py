@@ -407,7 +407,7 @@ class PosedScene(Told):
             patches=patches,
             friction=self._friction(points, patches, kept),
             direction=sliding_direction(self.sliding_direction, contact.geometry, n),
-            gap=points.gap - (self.approach or 0.0) * points.normal[2],
+            gap=points.gap - (self.approach or 0.0) * contact.normals[2],
             upper=upper,
             lower=contact.lower.side(lower_pull, np.zeros(6)),
             model=model,
@@ -486,12 +486,13 @@ class PosedScene(Told):
         """A body above that nothing holds: each patch is free to approach on its own, under its share of the
         load and of its moments. Without a load it rests, as one below does."""
         patches, n = contact.patches, contact.area.size
-        motions, work, is_pulled, shares = [], [], [], []
+        motions, modes, work, is_pulled, shares = [], [], [], [], []
         for patch in patches:
             here = np.ones(n)
             if len(patches) > 1:
                 here[:] = 0.0
                 here[patch.cut] = 1.0
+            middle = contact.middle(patch)
             if self.force is not None or self.magnetic_pressure is not None:
                 share = float(load[2] @ here) if self.force is None else -self.force / len(patches)
                 if contact.kept is None and -share < 1.0 / LARGEST:
@@ -502,12 +503,14 @@ class PosedScene(Told):
                     )
                 zero = np.zeros(n)
                 motions.append(np.stack([zero, zero, here]))
+                modes.append([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *middle])
                 # what the pull works is added where it is applied
                 work.append(0.0 if self.force is None else share)
                 is_pulled.append(True)
                 shares.append(share)
             if self.moments is not None:
-                motions.extend(tilts(contact.places - contact.middle(patch)[:, None]) * here)
+                motions.extend(tilts(contact.places - middle[:, None]) * here)
+                modes.extend([[0.0, 0.0, 0.0, *turn, 0.0, *middle] for turn in ((1.0, 0.0), (0.0, 1.0))])
                 work.extend(float(m) / len(patches) for m in self.moments)
                 is_pulled.extend([False, False])
         if shares:
@@ -515,6 +518,7 @@ class PosedScene(Told):
         return replace(
             upper,
             motions=np.array(motions).reshape(-1, 3, n),
+            modes=np.array(modes).reshape(-1, 9),
             work=np.array(work),
             is_pulled=np.array(is_pulled, dtype=bool),
         )

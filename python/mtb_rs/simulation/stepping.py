@@ -21,7 +21,7 @@ from ..base.plain import plain
 from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
-from ..bodies.sides import Side
+from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
 from ..friction.fields import as_form
@@ -325,7 +325,7 @@ class PreparedContact:
             _core=self._core,
         )
         if out.status != "solved":
-            raise _failure(out, result)
+            raise _failure(out, result, uniform)
         if self._source is not None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
@@ -476,12 +476,17 @@ def _from_bytes(data: bytes) -> PreparedContact:
     return PreparedContact(_mtb_rs.PreparedContact.from_bytes(data))
 
 
-def _failure(out: _mtb_rs.Outcome, result: StepResult) -> ConvergenceError:
+def _failure(out: _mtb_rs.Outcome, result: StepResult, magnetic_pressure: float | None) -> ConvergenceError:
     mu = float(out.friction.max(initial=0.0))
     if out.status == "unreachable":
+        apart = ""
+        if magnetic_pressure is not None and magnetic_pressure < 0.0:
+            apart = (
+                f". magnetic_pressure is {magnetic_pressure:g} Pa, and a negative one pushes the bodies apart"
+            )
         return ResultantError(
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
-            f"{out.friction.size} contact points balances it",
+            f"{out.friction.size} contact points balances it{apart}",
             result,
         )
     if out.status == "no solution":
@@ -639,8 +644,8 @@ def _named(problem: ContactProblem) -> list[tuple[str, int | None]]:
     """Name of each free motion, and the component of the pose that it is."""
     named: list[tuple[str, int | None]] = []
     for side in (problem.upper, problem.lower):
-        for motion in side.motions:
-            component = _component(side, motion, problem.points.points)
+        for motion, mode in zip(side.motions, side.modes, strict=True):
+            component = _component(mode)
             here = np.flatnonzero(np.any(problem.on_grid(motion) != 0.0, axis=0))
             at = [p.name for p in problem.patches if p.start <= here[0] < p.start + p.nx * p.ny]
             of = "" if side is problem.upper else " of the lower body"
@@ -649,18 +654,12 @@ def _named(problem: ContactProblem) -> list[tuple[str, int | None]]:
     return named
 
 
-def _component(side: Side, motion: Array, points: Array) -> int | None:
-    """The component of a pose that a rigid motion (3, n) is; rotations about any point count as rotations."""
-    here = np.any(motion != 0.0, axis=0)
-    arm = points[:, here] - points[:, here].mean(axis=1, keepdims=True)
-    size = float(np.abs(arm).max(initial=0.0))
-    columns = [np.repeat(np.eye(3)[:, k : k + 1], arm.shape[1], axis=1) for k in range(3)]
-    columns += [np.cross(np.eye(3)[k], arm, axis=0) / size if size else 0.0 * arm for k in range(3)]
-    found = np.linalg.lstsq(np.stack([c.ravel() for c in columns], axis=1), motion[:, here].ravel())[0]
-    shift, turn = np.abs(found[:3]), np.abs(found[3:])
-    part, first = (turn, 3) if turn.max() > 1e-2 * shift.max() else (shift, 0)
+def _component(mode: Array) -> int | None:
+    """The component of a pose that a rigid motion (9,) is; rotations about any point count as rotations."""
+    shift, turn = np.abs(mode[:3]), np.abs(mode[3:6])
+    part, first = (turn, 3) if turn.any() else (shift, 0)
     main = int(part.argmax())
-    return first + main if np.delete(part, main).max() < 1e-2 * part[main] else None
+    return first + main if np.delete(part, main).max() <= ALIGNED * part[main] else None
 
 
 def _speeds(spec: Any) -> list[float]:

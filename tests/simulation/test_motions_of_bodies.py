@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Motions of prepared bodies, given or free: their names, and what they hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
+
+nan = float("nan")
+#: Above the rail head, where a shoe is hung.
+HUNG = (0.0, 0.0, 28.2e-3)
+NAMES = [f"{pole} {motion}" for pole in ("left", "right") for motion in ("z", "roll", "pitch")]
+MILLIMETRE = 1e-3
+STEEL = mtb.Material(2.1e11, 0.3)
+
+pytestmark = [pytest.mark.coarse, pytest.mark.filterwarnings("ignore:.*deform")]
+
+
+def shoe(spacing: Any, **given: Any) -> mtb.Scene:
+    return mtb.scenes.pole_shoe_on_rail(
+        spacing=spacing, **{"friction": 0.3, "magnetic_pressure": 3e6} | given
+    )
+
+
+def test_motions_have_the_names_of_the_body_and_not_of_its_cells() -> None:
+    """On few wide cells of a curved face the mean displacements look like no motion of the body."""
+    for mm in (7, 10, 15, (12, 6), (6, 12)):
+        spacing = (mm[0] * MILLIMETRE, mm[1] * MILLIMETRE) if isinstance(mm, tuple) else mm * MILLIMETRE
+        assert shoe(spacing).prepare("elastic-upper").motions == NAMES, mm
+    assert shoe(12e-3).prepare("elastic-both").motions == NAMES
+    assert shoe(12e-3).prepare("half-space").motions == ["left z", "right z"]
+    body = mtb.ElasticBody(
+        block_mesh(np.linspace(-0.02, 0.02, 5), np.linspace(-0.01, 0.01, 3), 0.02),
+        STEEL,
+        supports=[mtb.Support("top", x=0, y=0)],
+    )
+    for spacing in (5e-3, 1e-2):
+        own = mtb.Scene(body, STEEL, spacing=spacing, magnetic_pressure=1e6).prepare()
+        assert [name.split()[-1] for name in own.motions] == ["z", "roll", "pitch"]
+
+
+@pytest.mark.parametrize(
+    ("model", "spacing"),
+    [
+        ("elastic-upper", 6e-3),
+        ("elastic-upper", 9e-3),
+        ("elastic-upper", (6e-3, 12e-3)),
+        ("elastic-both", 12e-3),
+    ],
+)
+def test_a_motion_that_is_given_is_the_one_that_is_held(model: Any, spacing: Any) -> None:
+    scene = shoe(spacing)
+    contact = scene.prepare(model, reference_point=HUNG)
+    solved, step = scene.solve(model), contact.step(velocity=20.0)
+    np.testing.assert_allclose(step.force, solved.force, rtol=1e-9, atol=1e-6)
+    # both poles come down as far as they do by themselves
+    height = float(step.state.motion[0])
+    np.testing.assert_allclose(solved.approach, -height, rtol=1e-9)
+    given = contact.copy().step(pose=(nan, nan, height, nan, nan, nan), velocity=20.0)
+    np.testing.assert_allclose(given.force, step.force, rtol=1e-7, atol=1e-5)
+    pressed = contact.copy().step(pose=(nan, nan, height - 1e-5, nan, nan, nan), velocity=20.0)
+    assert pressed.force[2] < 1.2 * step.force[2]
+    # a free height carries the pull, level or not
+    level = contact.copy().step(pose=(nan, nan, nan, 0.0, 0.0, nan), velocity=20.0)
+    assert level.force[2] == pytest.approx(step.force[2], rel=1e-2)
+
+
+@pytest.mark.parametrize("spacing", [6e-3, (6e-3, 12e-3)])
+def test_a_given_height_is_an_approach(spacing: Any) -> None:
+    scene, down = shoe(spacing), 2e-5
+    given = scene.prepare("half-space").step(pose=(nan, nan, -down, nan, nan, nan))
+    direct = scene.with_(magnetic_pressure=None, approach=down).solve("half-space")
+    np.testing.assert_allclose(given.force, direct.force, rtol=1e-9, atol=1e-6)
+
+
+def test_a_negative_pressure_is_named() -> None:
+    contact = shoe(12e-3).prepare("elastic-upper")
+    with pytest.raises(mtb.ResultantError, match=r"magnetic_pressure is -1e\+06 Pa, and a negative"):
+        contact.step(velocity=20.0, magnetic_pressure=-1e6)
