@@ -550,7 +550,8 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
     })
 }
 
-/// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again.
+/// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
+/// step taken again gives the same to rounding, not bit by bit.
 ///
 /// # Safety
 /// `state` must hold `n` numbers.
