@@ -53,6 +53,7 @@ def test_nodes_at_infinity_are_named_before_anything_is_measured() -> None:
         mtb.ElasticBody(mtb.TetraMesh(nodes, mesh.cells, {}), mtb.steel, "bottom")
 
 
+@pytest.mark.coarse
 def test_an_approach_with_a_moment_is_reachable_by_convolutions() -> None:
     # it started from no pressure at all, which no factor turns into a moment
     gap = 1e-5 * np.random.default_rng(1).random((8, 8))

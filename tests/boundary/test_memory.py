@@ -121,8 +121,9 @@ def test_what_takes_half_of_the_memory_is_said_before_it_starts():
 leave(570 << 20)
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
+    # the pressure is more than steel bears, and said to be
     contact(300)
-    assert not caught
+    assert not [w for w in caught if "memory" in str(w.message)]
     contact(1200)
 print([str(w.message) for w in caught])
 """

@@ -97,6 +97,7 @@ def test_the_approach_of_a_gap_is_taken_under_the_old_name() -> None:
     assert old == mtb.surface_gap(*bodies, *given, approach=1e-5)
 
 
+@pytest.mark.coarse
 def test_the_unit_of_the_slip_is_told_under_the_old_name() -> None:
     x = np.linspace(-2e-3, 2e-3, 9)
     pressed = mtb.solve_normal(

@@ -235,7 +235,7 @@ def test_every_kind_is_pickled_and_shown(kind: str, folder: Callable[[str], tupl
     if kind == "lifted wheels":
         assert main(["show", str(place)]) == 0
         return
-    assert ("<img" in page) == (kind != "sweep")
+    assert "<img" in page
     drawn = ["--quantity", "normal_force"] if kind == "sweep" else []
     assert main(["show", str(place), "-o", str(picture), *drawn]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")

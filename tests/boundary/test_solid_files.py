@@ -13,7 +13,7 @@ from mtb_rs import PictureWarning
 from mtb_rs.pictures import space as view
 
 pyvista = pytest.importorskip("pyvista")
-WRITTEN = ("lower.vtp", "left_pole.vtu", "right_pole.vtu")
+WRITTEN = ("lower_rail.vtp", "left_pole.vtu", "right_pole.vtu")
 
 
 def test_bodies_are_written_with_their_stress(tmp_path: Path) -> None:

@@ -194,7 +194,7 @@ def slip_of_gap(gap: Array) -> str:
             )
     if min(ny, nx) > 2:
         inner, rim = gap[1:-1, 1:-1], np.concatenate([gap[0], gap[-1], gap[:, 0], gap[:, -1]])
-        if inner.max() > rim.max() and inner.min() > rim.min():
+        if rim.max() < inner.mean() and inner.min() > rim.min():
             return (
                 f"the gap is largest inside ({inner.max():.4g} m) and smallest at the edge ({rim.min():.4g} "
                 "m). If it is upside down, give its negative: a gap is > 0 where the bodies are apart"
