@@ -127,7 +127,7 @@ def test_a_state_that_has_jammed_says_so() -> None:
         middle = 0.5 * (low + high)
         try:
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr("mtb_rs.contact.solve.warn", lambda *_, **__: None)
+                patch.setattr("mtb_rs.contact.solve.ask", lambda *_, **__: None)
                 scene(middle).solve("elastic-upper")
             low = middle
         except mtb.ConvergenceError:
