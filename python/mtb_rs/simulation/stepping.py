@@ -255,7 +255,8 @@ class PreparedContact:
             then y, then z axis through `reference_point`, then the translation. A component that is NaN
             (None: all of them) is found from balance if the scene leaves the motion free, and is zero
             otherwise. Gaps change by the displacement along the normals, which must be small against the
-            radii of the surfaces.
+            radii of the surfaces: rotations above 0.5 rad are refused, and so is a z deeper than the contact
+            is long.
         velocity : float or (vx, vy) [m/s]
             Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
             direction, negative backwards. It gives the direction of friction, and tables are evaluated at its

@@ -352,7 +352,8 @@ enum mtb_status mtb_contact_state(uint64_t contact, uint64_t n, double *state);
 
 /*
  Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
- step taken again gives the same to rounding, not bit by bit.
+ step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
+ whose way the last step lay comes out.
 
  # Safety
  `state` must hold `n` numbers.

@@ -551,7 +551,8 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
 }
 
 /// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
-/// step taken again gives the same to rounding, not bit by bit.
+/// step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
+/// whose way the last step lay comes out.
 ///
 /// # Safety
 /// `state` must hold `n` numbers.

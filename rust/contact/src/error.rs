@@ -50,6 +50,16 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A component of a pose at which small displacements are no approximation any more.
+    #[error("{component} of the pose is {}: contacts take small displacements, up to {} here", Short(*.value), Short(*.largest))]
+    NotSmall {
+        /// Name of the component.
+        component: &'static str,
+        /// Its value [m] or [rad].
+        value: f64,
+        /// The largest size that is taken.
+        largest: f64,
+    },
     /// An entry is negative where it may not be.
     #[error("{name}[{index}] is {}, it must not be negative", Short(*.value))]
     Negative {

@@ -135,7 +135,7 @@ impl Unit {
             .step(&step, &unmonitored)
             .map_err(|error| Failure::error(error.to_string()))?;
         if let Some(why) = out.unsolved() {
-            return Err(Failure(DISCARD, why));
+            return Err(Failure::error(why));
         }
         let prepared = self.contact.prepared();
         let mean = prepared.geometry.mean_tractions(&out.solution.pressure);
@@ -381,9 +381,7 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(unit: *mut c_void) -> c_int
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(unit: *mut c_void) -> c_int {
     call(unit.cast(), |unit| {
-        // the standard discards steps, not initialisations
-        unit.solve()
-            .map_err(|Failure(_, message)| Failure::error(message))?;
+        unit.solve()?;
         unit.is_initialising = false;
         Ok(())
     })
@@ -489,7 +487,9 @@ fn unknown(reference: u32) -> Failure {
 
 /// `fmi2DoStep`: solves the contact at the inputs, which hold over the step.
 ///
-/// A step without a solution (wedging) is discarded; outputs stay those of the last one.
+/// A step without a solution (wedging) is an error; outputs stay those of the last one. It is not discarded:
+/// inputs hold over a step, so a shorter one has no solution either, and an importing program that takes a
+/// discarded step again would do so for ever.
 ///
 /// # Safety
 /// The unit must be one that `fmi2Instantiate` made, or null.

@@ -9,6 +9,7 @@ use super::dense::Factor;
 use super::existence::reachable;
 use super::lemke::lemke;
 use super::problem::{Border, Problem, Solution, Status};
+use super::springs::by_springs;
 use crate::error::Error;
 
 /// What the active-set method starts from and when it gives up.
@@ -21,7 +22,7 @@ pub struct Options {
 /// Relative size below which a negative pressure or slack counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Residual above which a set was singular: its signs mean nothing.
-pub(super) const SINGULAR: f64 = 1e-6;
+pub(super) const SINGULAR: f64 = 1e-9;
 /// Stiffness of a motion, in parts of that of the stiffest, below which a set does not hold it at all: two rows
 /// of points a millionth of the body apart still have as much.
 const LOOSE: f64 = 1e-12;
@@ -84,8 +85,7 @@ pub fn solve(
         };
         let changes = flip(&mut active, &point);
         if changes == 0 {
-            clip(&mut point);
-            point.residual = problem.residual(&point.pressure, &point.slack, &point.motion);
+            point = settled(problem, point);
             point.iterations = iteration;
             // no wrong sign is left, but the equations of a singular set may not hold
             if point.residual <= SINGULAR {
@@ -98,7 +98,14 @@ pub fn solve(
             break;
         }
     }
-    lemke(problem, monitor)
+    let found = lemke(problem, monitor)?;
+    if found.status == Status::IterationLimit
+        && let Some(border) = problem.border
+        && let Some(held) = by_springs(problem, border, monitor)?
+    {
+        return Ok(held);
+    }
+    Ok(found)
 }
 
 fn nothing(problem: &Problem<'_>, status: Status) -> Solution {
@@ -157,20 +164,35 @@ pub(super) fn stationary(
     if pressure.iter().chain(&motion).any(|v| !v.is_finite()) {
         return Ok(None);
     }
+    Ok(Some(closed(problem, &set, pressure, motion, sign)))
+}
+
+/// The point at which the gaps of `set` are closed, with the relative gap that is left there.
+pub(super) fn closed(
+    problem: &Problem<'_>,
+    set: &[usize],
+    pressure: Vec<f64>,
+    motion: Vec<f64>,
+    determinant_sign: f64,
+) -> Solution {
     let mut slack = problem.slack(&pressure, &motion);
-    for &point in &set {
+    let left = set
+        .iter()
+        .fold(0.0_f64, |most, &i| most.max(slack[i].abs()));
+    let scale = problem.slack_scale(&slack, &motion);
+    for &point in set {
         slack[point] = 0.0;
     }
-    Ok(Some(Solution {
+    Solution {
         status: Status::Solved,
         pressure,
         slack,
         motion,
         iterations: 0,
-        residual: f64::INFINITY,
+        residual: if scale > 0.0 { left / scale } else { left },
         by_lemke: false,
-        determinant_sign: sign,
-    }))
+        determinant_sign,
+    }
 }
 
 /// Motions (m) that meet the balances `small . motion = target`, and the sign of the determinant.
@@ -178,7 +200,7 @@ pub(super) fn stationary(
 /// A set may leave a motion free: a body on one row of points can roll about it. Then many motions meet the
 /// same balance, or none does; of the former the shortest is taken, and of the latter the nearest, which
 /// does not meet it and so has a residual.
-fn balanced(
+pub(super) fn balanced(
     small: &Mat<f64>,
     target: &[f64],
     border: Border<'_>,
@@ -223,7 +245,7 @@ fn balanced(
 }
 
 /// Moves what has the wrong sign to the other side; returns how much that was.
-fn flip(active: &mut [bool], point: &Solution) -> usize {
+pub(super) fn flip(active: &mut [bool], point: &Solution) -> usize {
     let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let (p_eps, w_eps) = (
         ROUNDING * largest(&point.pressure),
@@ -244,9 +266,18 @@ fn flip(active: &mut [bool], point: &Solution) -> usize {
     changes
 }
 
-/// Sets what is negative by rounding to zero.
-fn clip(point: &mut Solution) {
-    for value in point.pressure.iter_mut().chain(&mut point.slack) {
-        *value = value.max(0.0);
+/// The point without what is rounding: with what is negative, and pressures that are nothing else, set to zero. Its
+/// residual is the largest of what is left of the gaps, and of the conditions before and after.
+pub(super) fn settled(problem: &Problem<'_>, mut point: Solution) -> Solution {
+    let of = |s: &Solution| problem.residual(&s.pressure, &s.slack, &s.motion);
+    let before = of(&point);
+    let least = ROUNDING * point.pressure.iter().copied().fold(0.0, f64::max);
+    for p in &mut point.pressure {
+        *p = if *p > least { *p } else { 0.0 };
     }
+    for w in &mut point.slack {
+        *w = w.max(0.0);
+    }
+    point.residual = point.residual.max(before).max(of(&point));
+    point
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Monitor, report};
 
-use super::active_set::{SINGULAR, stationary};
+use super::active_set::{SINGULAR, closed, settled, stationary};
 use super::problem::{Problem, Solution, Status};
 use crate::error::Error;
 
@@ -19,49 +19,37 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     problem.check()?;
     let mut tableau = Tableau::new(problem);
     let (status, pivots) = tableau.run(monitor)?;
-    let (mut pressure, mut motion) = tableau.point();
-    let n = problem.dim();
-    let mut determinant_sign = 1.0;
-    let mut slack;
-    let polished = if status == Status::Solved {
+    let (pressure, motion) = tableau.point();
+    let solved = status == Status::Solved;
+    let active: Vec<bool> = pressure.iter().map(|&p| solved && p > 0.0).collect();
+    let polished = if solved {
         // the last active set, solved anew, is free of the rounding of many pivots
-        let active: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-        stationary(problem, &active, monitor)?
+        stationary(problem, &active, monitor)?.map(|point| settled(problem, point))
     } else {
         None
     };
-    // a set that leaves a motion free does not know how far it goes: the pivots do
-    let holds = |point: &Solution| {
-        problem.residual(&point.pressure, &point.slack, &point.motion) <= SINGULAR
-    };
-    if let Some(point) = polished.filter(holds) {
-        pressure = point.pressure.iter().map(|p| p.max(0.0)).collect();
-        slack = point.slack.iter().map(|w| w.max(0.0)).collect();
-        motion = point.motion;
-        determinant_sign = point.determinant_sign;
-    } else {
-        slack = problem.slack(&pressure, &motion);
-        for i in 0..n {
-            if pressure[i] > 0.0 && status == Status::Solved {
-                slack[i] = 0.0;
+    let mut point = match polished {
+        Some(point) if point.residual <= SINGULAR => point,
+        // a set that leaves a motion free does not know how far it goes: the pivots do
+        _ => {
+            let set: Vec<usize> = (0..problem.dim()).filter(|&i| active[i]).collect();
+            let point = closed(problem, &set, pressure, motion, 1.0);
+            if solved {
+                settled(problem, point)
+            } else {
+                let residual = problem.residual(&point.pressure, &point.slack, &point.motion);
+                Solution { residual, ..point }
             }
         }
-    }
-    let residual = problem.residual(&pressure, &slack, &motion);
-    Ok(Solution {
-        status: if status == Status::Solved && residual > SINGULAR {
-            Status::IterationLimit
-        } else {
-            status
-        },
-        pressure,
-        slack,
-        motion,
-        iterations: pivots,
-        residual,
-        by_lemke: true,
-        determinant_sign,
-    })
+    };
+    point.status = if solved && point.residual > SINGULAR {
+        Status::IterationLimit
+    } else {
+        status
+    };
+    point.iterations = pivots;
+    point.by_lemke = true;
+    Ok(point)
 }
 
 /// A variable of the pivoting: the slack or the variable of a row, or the artificial one.

@@ -7,6 +7,7 @@ mod existence;
 mod gauss_seidel;
 mod lemke;
 mod problem;
+mod springs;
 
 pub use active_set::{Options, solve};
 pub use existence::{definiteness_limit, reachable};

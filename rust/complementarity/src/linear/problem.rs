@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::error::{Error, check};
 
+/// Share of the work of the largest pressure below which the parts of a balance are not its scale any more: what a
+/// pressure so much smaller than the largest works is known to so many digits fewer.
+const LEAST: f64 = 1e-5;
+/// Lever of all that a body carries, in parts of its longest one, below which the same holds: points on the axis of a
+/// tilt have no lever but rounding.
+const LEVER: f64 = 1e-3;
+
 /// Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `K^T p = f`.
 ///
 /// In a contact, `p` are pressures, `w` gaps, `c` free rigid motions (approach, tilts) that close the
@@ -64,9 +71,6 @@ pub struct Solution {
     pub determinant_sign: f64,
 }
 
-/// Lever of a balance below which it counts as none, in parts of the longest one.
-const LEVER: f64 = 1e-6;
-
 impl Problem<'_> {
     /// Number of pressures.
     pub fn dim(&self) -> usize {
@@ -109,17 +113,26 @@ impl Problem<'_> {
         w
     }
 
-    /// Largest violation of `w >= 0`, `p >= 0`, `w . p = 0` and of the balance, relative to the data.
+    /// The largest part that a slack is made of.
+    pub(super) fn slack_scale(&self, slack: &[f64], motion: &[f64]) -> f64 {
+        let n = self.dim();
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let mut scale = largest(self.offset).max(largest(slack));
+        if let Some(border) = self.border {
+            for (column, c) in border.motion.chunks_exact(n.max(1)).zip(motion) {
+                scale = scale.max(largest(column) * c.abs());
+            }
+        }
+        scale
+    }
+
+    /// Largest violation of `w >= 0`, `p >= 0`, `w . p = 0` and of the balance, relative to the data; each balance
+    /// relative to its own parts.
     pub fn residual(&self, pressure: &[f64], slack: &[f64], motion: &[f64]) -> f64 {
         let n = self.dim();
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let p_scale = largest(pressure);
-        let mut w_scale = largest(self.offset).max(largest(slack));
-        if let Some(border) = self.border {
-            for (column, c) in border.motion.chunks_exact(n.max(1)).zip(motion) {
-                w_scale = w_scale.max(largest(column) * c.abs());
-            }
-        }
+        let w_scale = self.slack_scale(slack, motion);
         let relative = |x: f64, scale: f64| if scale > 0.0 { x / scale } else { x };
         let mut worst = 0.0_f64;
         for (p, w) in pressure.iter().zip(slack) {
@@ -133,9 +146,11 @@ impl Problem<'_> {
                     .zip(pressure)
                     .map(|(k, p)| (k * p).abs())
                     .sum();
-                // points on the axis of a tilt have no lever but rounding
-                let lever = LEVER * largest(column) * pressure.iter().map(|p| p.abs()).sum::<f64>();
-                worst = worst.max(relative((sum - f).abs(), scale.max(f.abs()).max(lever)));
+                let own = column.iter().zip(pressure).filter(|(k, _)| **k != 0.0);
+                let carried: f64 = own.map(|(_, p)| p.abs()).sum();
+                let unit = (LEAST * p_scale).max(LEVER * carried);
+                let scale = scale.max(f.abs()).max(unit * largest(column));
+                worst = worst.max(relative((sum - f).abs(), scale));
             }
         }
         worst

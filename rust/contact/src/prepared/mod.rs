@@ -15,6 +15,10 @@ use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
 pub use table::Table;
 
+/// The components of a pose.
+const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+/// Largest rotation [rad] of a pose: what is linear in it is wrong by about an eighth there.
+const STEEPEST: f64 = 0.5;
 /// Largest number a step takes, in SI units; beyond it squares overflow.
 const LARGEST: f64 = 1e30;
 
@@ -214,10 +218,22 @@ impl Prepared {
     }
 
     /// Opening of each gap by the prescribed components of a pose.
-    fn add_pose(&self, pose: &[f64; 6], gap: &mut [f64]) {
+    fn add_pose(&self, pose: &[f64; 6], gap: &mut [f64]) -> Result<(), Error> {
         let known = pose.map(|v| if v.is_nan() { 0.0 } else { v });
         if known == [0.0; 6] {
-            return;
+            return Ok(());
+        }
+        let far = |component: usize, largest: f64| Error::NotSmall {
+            component: POSE[component],
+            value: known[component],
+            largest,
+        };
+        if let Some(component) = (3..6).find(|&k| known[k].abs() > STEEPEST) {
+            return Err(far(component, STEEPEST));
+        }
+        let extent = self.extent();
+        if known[2] < -extent {
+            return Err(far(2, extent));
         }
         let turn = rotation(known[3], known[4], known[5]);
         for (i, gap) in gap.iter_mut().enumerate() {
@@ -232,6 +248,18 @@ impl Prepared {
                 *gap += normal[c] * u;
             }
         }
+        Ok(())
+    }
+
+    /// Longest edge [m] of the box round the contact points, and of the largest of them.
+    fn extent(&self) -> f64 {
+        let g = &self.geometry;
+        let cell = g.area.iter().copied().fold(0.0, f64::max).sqrt();
+        let edges = g.points.chunks_exact(g.points().max(1)).map(|x| {
+            let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            high - x.iter().copied().fold(f64::INFINITY, f64::min)
+        });
+        edges.fold(cell, f64::max)
     }
 }
 
@@ -250,15 +278,25 @@ impl PreparedContact {
     /// Takes `pressure` (n) and `motion` for the last step's, in place of what it remembers.
     ///
     /// # Errors
-    /// A wrong length, numbers that are not finite.
+    /// A wrong length, numbers that are not finite, pressures below 0.
     pub fn resume(&mut self, pressure: &[f64], motion: &[f64]) -> Result<(), Error> {
+        check_size("state", pressure)?;
+        check_size("state", motion)?;
+        if let Some(index) = pressure.iter().position(|p| *p < 0.0) {
+            return Err(Error::Negative {
+                name: "state",
+                index,
+                value: pressure[index],
+            });
+        }
         self.stepper.resume(pressure, motion)
     }
 
     /// Solves one step.
     ///
     /// # Errors
-    /// Numbers that are not finite, or too large for a finite result; a speed outside the tables; friction at rest without a standstill speed;
+    /// Numbers that are not finite, or too large for a finite result; a pose that is not small: a rotation above
+    /// 0.5 rad, a z deeper than the contact is long; a speed outside the tables; friction at rest without a standstill speed;
     /// pressure at the edge of a grid beyond which the bodies go on; an interruption. That no sliding state exists (wedging) is a status of the solution.
     pub fn step(&mut self, step: &Step<'_>, monitor: Monitor<'_>) -> Result<Outcome, Error> {
         let prepared = self.prepared.clone();
@@ -289,7 +327,7 @@ impl PreparedContact {
             }
         };
         let work = gap.split_off(n);
-        prepared.add_pose(&step.pose, &mut gap);
+        prepared.add_pose(&step.pose, &mut gap)?;
         let motions: Vec<RigidMotion> = prepared
             .motions
             .iter()
@@ -314,6 +352,9 @@ impl PreparedContact {
             Outcome::sliding(&prepared.geometry, about, solution, friction, &direction);
         outcome.friction_power = power(&prepared.geometry, &outcome, step.velocity);
         outcome.effort = effort;
+        if let Pull::Uniform(pressure) = step.pull {
+            outcome.magnetic_pressure = Some(pressure);
+        }
         if let Err(error) = outcome.check() {
             // what is not finite must not start the next step
             self.stepper = SlidingStepper::new(prepared.influence.clone());

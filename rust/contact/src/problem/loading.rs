@@ -7,6 +7,8 @@ use super::{Geometry, Problem};
 use crate::error::{Error, check, check_number};
 use crate::sliding::{RigidMotion, displacement};
 
+/// Share of its parts below which the sum of the works of a pull is rounding.
+const ROUNDING: f64 = 1e-13;
 /// What a load by one number must be.
 const FINITE: &str = "a finite number is needed";
 
@@ -181,7 +183,7 @@ impl Problem {
                 if self.gives_way() {
                     return Err(Error::GivesWay { approach });
                 }
-                for (gap, slope) in loading.gap.iter_mut().zip(&g.normal[2 * n..]) {
+                for (gap, slope) in loading.gap.iter_mut().zip(&g.mean_frame[2][2 * n..]) {
                     *gap -= approach * slope;
                 }
             }
@@ -197,7 +199,15 @@ impl Problem {
                 for (free, work) in self.motions.iter().zip(&mut loading.work) {
                     if free.body == body && free.is_pulled {
                         let opened = free.motion.opening.iter().zip(pressure).zip(&g.area);
-                        *work -= opened.map(|((o, p), a)| o * p * a).sum::<f64>();
+                        let (mut sum, mut size) = (0.0, 0.0_f64);
+                        for part in opened.map(|((o, p), a)| o * p * a) {
+                            sum += part;
+                            size += part.abs();
+                        }
+                        // a pull that is balanced in itself turns nothing
+                        if sum.abs() > ROUNDING * size {
+                            *work -= sum;
+                        }
                     }
                 }
             }
@@ -298,7 +308,7 @@ impl Problem {
         let n = g.points();
         let mut lift = 0.0;
         for i in 0..n {
-            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
+            let [x, y, z] = [0, 1, 2].map(|axis| g.mean_frame[axis][2 * n + i]);
             let moved = [
                 motion.tangential_x[i],
                 motion.tangential_y[i],
@@ -330,7 +340,7 @@ impl Problem {
         let n = g.points();
         let mut moved = Vec::new();
         for i in 0..n {
-            let [x, y, z] = [&g.tangent_x, &g.tangent_y, &g.normal].map(|f| f[2 * n + i]);
+            let [x, y, z] = [0, 1, 2].map(|axis| g.mean_frame[axis][2 * n + i]);
             let [along, across, opening] = [
                 motion.tangential_x[i],
                 motion.tangential_y[i],

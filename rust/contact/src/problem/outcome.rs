@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::linear::Status;
-use mtb_words::Rough;
+use mtb_words::{Rough, Short};
 
 use super::Geometry;
 use crate::coupled::{CoupledContact, CoupledState, PointState};
@@ -29,6 +29,8 @@ pub struct Outcome {
     /// Estimated error of the tractions by the finite steps of the way here, as
     /// [`CoupledState::path_error`]; 0 for a state without a past.
     pub path_error: f64,
+    /// The magnetic pressure [Pa] that a step was given in place of the scene's.
+    pub magnetic_pressure: Option<f64>,
     /// What it took.
     pub effort: Effort,
 }
@@ -124,6 +126,7 @@ impl Outcome {
             moment,
             friction_power: 0.0,
             path_error: 0.0,
+            magnetic_pressure: None,
             effort,
         }
     }
@@ -144,7 +147,14 @@ impl Outcome {
             Status::Solved => None,
             Status::NoSolution => Some("no sliding equilibrium: the body wedges".to_owned()),
             Status::Unreachable => {
-                Some("the resultant of the load lies outside what the contact can carry".to_owned())
+                let outside = "the resultant of the load lies outside what the contact can carry";
+                let negative = self.magnetic_pressure.filter(|p| *p < 0.0).map(|p| {
+                    format!(
+                        ": magnetic_pressure is {} Pa, and a negative one pushes the bodies apart",
+                        Short(p)
+                    )
+                });
+                Some(format!("{outside}{}", negative.unwrap_or_default()))
             }
             Status::IterationLimit => Some(format!(
                 "not converged (residual {})",

@@ -24,6 +24,10 @@ const TOLERANCE: f64 = 1e-13;
 const ACCEPTED: f64 = 1e-11;
 /// Residual that is enough to see which points have the wrong sign, while sets still change.
 const ROUGH: f64 = 1e-4;
+/// Relative residual of a solution; each balance is relative to its own parts.
+const SOLVED: f64 = 1e-9;
+/// Share of the work of the largest pressure below which the parts of a balance are not its scale any more.
+const LEAST: f64 = 1e-5;
 /// Relative size below which a negative pressure or gap counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Active sets tried before the general solver takes over.
@@ -233,13 +237,10 @@ impl SlidingStepper {
                 guess = unclipped;
             };
             if changes == 0 {
-                return Ok(Some(finished(
-                    contact,
-                    point,
-                    &self.scratch.gap,
-                    sign,
-                    iteration,
-                )));
+                let solution = finished(contact, point, &self.scratch.gap, sign, iteration);
+                // a body that carries next to nothing has its own scale: to this of all bodies its pressures
+                // may be rounding
+                return Ok(Some(solution).filter(|s| s.residual <= SOLVED));
             }
             report(monitor, iteration, changes as f64 / n as f64)?;
             let empty = m > 0 && active.iter().all(|a| !a);
@@ -472,13 +473,17 @@ impl Equations<'_> {
         for (r, &point) in r.iter_mut().zip(self.points) {
             *r = -scratch.gap[point];
         }
+        let highest = largest(&x[..k]);
         for (j, motion) in self.contact.motions.iter().enumerate() {
-            let (mut sum, mut size) = (0.0, motion.work.abs());
+            let (mut sum, mut size, mut most) = (0.0, motion.work.abs(), 0.0_f64);
             for (p, &point) in x.iter().zip(self.points) {
-                let part = self.contact.work_of_pressure(motion, point) * p;
-                sum += part;
-                size += part.abs();
+                let unit = self.contact.work_of_pressure(motion, point);
+                sum += unit * p;
+                size += (unit * p).abs();
+                most = most.max(unit.abs());
             }
+            // of a body that carries next to nothing beside another, so many digits fewer are known
+            let size = size.max(LEAST * most * highest);
             r[k + j] = motion.work + sum;
             scale[k + j] = if size > 0.0 { size } else { 1.0 };
         }
@@ -529,7 +534,8 @@ fn flip(active: &mut [bool], pressure: &mut [f64], gap: &mut [f64]) -> usize {
             *active = !*active;
             changes += 1;
         }
-        *p = p.max(0.0);
+        // a point that carries rounding only does not touch
+        *p = if *p > p_eps { *p } else { 0.0 };
         *g = g.max(0.0);
     }
     changes
