@@ -174,6 +174,15 @@ def test_a_force_lost_in_rounding_says_so() -> None:
         scene(force=1e-28, friction=0.3).solve()
 
 
+@pytest.mark.coarse
+@pytest.mark.parametrize("force", [1e-7, 1e-8, 1e-9, 1e-10])
+def test_a_force_nearly_lost_in_rounding_is_shared_by_the_lowest_points(force: float) -> None:
+    # the pivots saw two of them in contact
+    pressed = scene(force=force, friction=0.3).solve()
+    carrying = pressed.pressure[pressed.pressure > 0.0]
+    np.testing.assert_allclose(carrying, np.full(4, force / 4e-6), rtol=1e-6)
+
+
 def test_bodies_apart_carry_nothing_and_say_so() -> None:
     with pytest.raises(ValueError, match="the bodies never touch: approach is 1e-08 m, the smallest gap is"):
         scene(approach=1e-8).solve()

@@ -5,6 +5,9 @@ use super::active_set::{SINGULAR, closed, settled, stationary};
 use super::problem::{Problem, Solution, Status};
 use crate::error::Error;
 
+/// Share of the gaps that the displacements by the pressures must have for the pivots to tell points apart.
+const DIGITS: f64 = 1e-10;
+
 /// Ratios closer than this count as ties.
 const TIE: f64 = 1e-11;
 
@@ -35,7 +38,10 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
             let set: Vec<usize> = (0..problem.dim()).filter(|&i| active[i]).collect();
             let point = closed(problem, &set, pressure, motion, 1.0);
             if solved {
-                settled(problem, point)
+                let lost = lost(problem, &point);
+                let point = settled(problem, point);
+                let residual = point.residual.max(lost);
+                Solution { residual, ..point }
             } else {
                 let residual = problem.residual(&point.pressure, &point.slack, &point.motion);
                 Solution { residual, ..point }
@@ -50,6 +56,26 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     point.iterations = pivots;
     point.by_lemke = true;
     Ok(point)
+}
+
+/// Relative error of displacements that are lost in the rounding of the gaps; zero where they are not.
+fn lost(problem: &Problem<'_>, point: &Solution) -> f64 {
+    let n = problem.dim();
+    let moved = problem
+        .matrix
+        .chunks_exact(n.max(1))
+        .map(|row| {
+            row.iter()
+                .zip(&point.pressure)
+                .map(|(a, p)| a * p)
+                .sum::<f64>()
+        })
+        .fold(0.0_f64, |most, u| most.max(u.abs()));
+    let scale = problem.slack_scale(&point.slack, &point.motion);
+    if moved == 0.0 || moved > DIGITS * scale {
+        return 0.0;
+    }
+    f64::EPSILON * scale / moved
 }
 
 /// A variable of the pivoting: the slack or the variable of a row, or the artificial one.
