@@ -547,11 +547,7 @@ mod tests {
             let message = error.to_string();
             assert!(message.contains("belongs to the heading"), "{message}");
         }
-        for text in [
-            "v,value [% of 3]\n0,35",
-            "v,value %%\n0,35",
-            "v in furlongs,value\n0,35",
-        ] {
+        for text in ["v,value [% of 3]\n0,35", "v in furlongs,value\n0,35"] {
             let error = read_columns(text.lines().enumerate(), &SHARES).unwrap_err();
             assert!(error.to_string().contains("not known"), "{text}: {error}");
         }
