@@ -136,7 +136,8 @@ def test_a_condensation_that_the_process_cannot_hold_is_refused():
 shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3)
 with cache.memory_only():
     shoe.solve("elastic-upper")
-    leave(160 << 20)
+    # between what the factors take and what the compliance takes besides: about 115 and 170 MB
+    leave(140 << 20)
     try:
         mtb.scenes.pole_shoe_on_rail(spacing=3e-3).solve("elastic-upper")
     except ValueError as error:
