@@ -60,17 +60,8 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
 
 /// Relative error of displacements that are lost in the rounding of the gaps; zero where they are not.
 fn lost(problem: &Problem<'_>, point: &Solution) -> f64 {
-    let n = problem.dim();
-    let moved = problem
-        .matrix
-        .chunks_exact(n.max(1))
-        .map(|row| {
-            row.iter()
-                .zip(&point.pressure)
-                .map(|(a, p)| a * p)
-                .sum::<f64>()
-        })
-        .fold(0.0_f64, |most, u| most.max(u.abs()));
+    let moved = problem.moved(&point.pressure);
+    let moved = moved.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
     let scale = problem.slack_scale(&point.slack, &point.motion);
     if moved == 0.0 || moved > DIGITS * scale {
         return 0.0;

@@ -95,14 +95,20 @@ impl Problem<'_> {
         Ok(())
     }
 
+    /// `A p`: how far pressures open the gaps.
+    pub(super) fn moved(&self, pressure: &[f64]) -> Vec<f64> {
+        let n = self.dim();
+        let active: Vec<usize> = (0..n).filter(|&j| pressure[j] != 0.0).collect();
+        let rows = self.matrix.chunks_exact(n.max(1));
+        rows.map(|row| active.iter().map(|&j| row[j] * pressure[j]).sum())
+            .collect()
+    }
+
     /// `w = A p + b - N c`.
     pub fn slack(&self, pressure: &[f64], motion: &[f64]) -> Vec<f64> {
         let n = self.dim();
-        let active: Vec<usize> = (0..n).filter(|&j| pressure[j] != 0.0).collect();
-        let mut w = self.offset.to_vec();
-        for (row, w) in self.matrix.chunks_exact(n.max(1)).zip(&mut w) {
-            *w += active.iter().map(|&j| row[j] * pressure[j]).sum::<f64>();
-        }
+        let moved = self.moved(pressure);
+        let mut w: Vec<f64> = self.offset.iter().zip(moved).map(|(b, u)| b + u).collect();
         if let Some(border) = self.border {
             for (column, c) in border.motion.chunks_exact(n.max(1)).zip(motion) {
                 for (w, motion) in w.iter_mut().zip(column) {
