@@ -38,9 +38,8 @@ _ENLARGEMENTS = 6
 #: Cells along a side from which the gap can be continued beyond it.
 _CONTINUABLE = 3
 
-#: Relative error of a prescribed force, and residual, that rounding may leave.
+#: Relative error of a prescribed force that rounding may leave.
 FORCE_TOLERANCE = 1e-6
-ROUNDING = 1e-8
 
 _FAILURES = {
     "stagnated": "the residual stopped falling at {0.residual:.1e}, above the tolerance of "
@@ -169,8 +168,9 @@ def solve_normal(
         `moments` of :class:`mtb_rs.Scene`: the force F at (x, y) has (-F y, F x). The upper body tilts
         freely about an axis whose moment is given; its other tilts are locked.
     tolerance : float or None [-]
-        Relative complementarity residual. With None it follows the estimated discretisation error and stays
-        well below it.
+        Relative complementarity residual to reach: the largest gap where there is pressure or penetration where
+        there is none, over the root mean square of the elastic displacement where there is pressure. With None
+        it follows the estimated discretisation error and stays well below it.
     periodic : bool
         Whether the grid repeats itself periodically. The approach is then measured from the mean of the
         displacements.
@@ -502,7 +502,7 @@ def _is_met(solution: _mtb_rs.NormalOutcome, force: float | None, normal_force: 
     """Whether the solution holds to the tolerance asked for, after all rounding."""
     if force is not None and not abs(normal_force - force) <= FORCE_TOLERANCE * force:
         return False
-    return bool(solution.residual <= max(10.0 * solution.tolerance, ROUNDING))
+    return bool(solution.residual <= solution.tolerance)
 
 
 def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:

@@ -75,11 +75,54 @@ pub struct Solution {
     pub products: usize,
     /// Applications of the preconditioner.
     pub preconditionings: usize,
-    /// Root of the mean square of `w` where it should vanish or is negative, over that of `A p`, both
-    /// taken over the contact.
+    /// How far the conditions are from being met; see [`Judgement`].
     pub residual: f64,
     /// The residual before each step, and the last one.
     pub history: Vec<f64>,
+}
+
+/// The relative complementarity residual of a point, whoever found it: the largest `|w|` where `p > 0` and the
+/// largest `-w` elsewhere, over the root mean square of `A p` where `p > 0`.
+///
+/// ```
+/// let mut judged = mtb_complementarity::bounded::Judgement::default();
+/// for (pressure, slack, image) in [(1.0, 1e-9, 2.0), (3.0, 0.0, 2.0), (0.0, 5.0, 0.1)] {
+///     judged.take(pressure, slack, image);
+/// }
+/// assert_eq!(judged.residual(), 0.5e-9);
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Judgement {
+    wrong: f64,
+    squares: f64,
+    count: usize,
+}
+
+impl Judgement {
+    /// Takes one of the points in: its `p`, its `w` and its entry of `A p`.
+    pub fn take(&mut self, pressure: f64, slack: f64, image: f64) {
+        let is_loaded = pressure > 0.0;
+        let wrong = if is_loaded { slack.abs() } else { -slack };
+        // a number that is none must not pass for a good one
+        if wrong > self.wrong || wrong.is_nan() {
+            self.wrong = wrong;
+        }
+        if is_loaded {
+            self.squares += image * image;
+            self.count += 1;
+        }
+    }
+
+    /// The residual of all points taken in; 1 where something is wrong and nothing moves.
+    pub fn residual(&self) -> f64 {
+        if self.wrong == 0.0 {
+            return 0.0;
+        }
+        if self.squares == 0.0 {
+            return 1.0;
+        }
+        self.wrong / (self.squares / self.count as f64).sqrt()
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@ use mtb_operator::{Monitor, report};
 
 use super::state::{balance, solve_small};
 use super::sums::{Spans, judge};
-use super::{Mode, Options, Problem, Solution, Status};
+use super::{Judgement, Mode, Options, Problem, Solution, Status};
 use crate::error::{Error, check};
 
 /// Share of the contact set that may change before the preconditioned motions are renewed.
@@ -212,7 +212,7 @@ impl<'a> Search<'a> {
         if size == 0.0 {
             return 1.0;
         }
-        (wrong / size).sqrt()
+        wrong / self.scale
     }
 
     /// Follows a change of the contact set.
@@ -500,8 +500,11 @@ impl<'a> Search<'a> {
     }
 
     fn finish(mut self, status: Status) -> Solution {
-        for (g, shift) in self.g.iter_mut().zip(&self.shift) {
-            *g -= shift;
+        let mut judged = Judgement::default();
+        for i in 0..self.p.len() {
+            let displacement = self.g[i] - self.offset[i];
+            self.g[i] -= self.shift[i];
+            judged.take(self.p[i], self.g[i], displacement);
         }
         Solution {
             status,
@@ -511,7 +514,7 @@ impl<'a> Search<'a> {
             iterations: self.iterations,
             products: self.products,
             preconditionings: self.preconditionings,
-            residual: self.history.last().copied().unwrap_or(f64::INFINITY),
+            residual: judged.residual(),
             history: self.history,
         }
     }

@@ -103,8 +103,8 @@ fn dot_in(a: &[f64], b: &[f64], set: &[bool]) -> f64 {
     parts.iter().sum::<f64>() + rest
 }
 
-/// Writes the gap `g - shift` on the contact set to `r`, zero elsewhere; returns the sums of the squares of what
-/// is wrong (gaps in contact, penetrations outside) and of the displacements `g - offset` in contact.
+/// Writes the gap `g - shift` on the contact set to `r`, zero elsewhere; returns the largest of what is wrong (gaps
+/// in contact, penetrations outside) and the sum of the squares of the displacements `g - offset` in contact.
 pub(super) fn judge(
     g: &[f64],
     shift: &[f64],
@@ -117,7 +117,7 @@ pub(super) fn judge(
         *r = if contact { gap } else { 0.0 };
         let wrong = if contact { gap } else { gap.min(0.0) };
         let displacement = if contact { g - offset } else { 0.0 };
-        (wrong * wrong, displacement * displacement)
+        (wrong.abs(), displacement * displacement)
     };
     let ((g, g_rest), (shift, shift_rest)) = (g.as_chunks::<PARTS>(), shift.as_chunks::<PARTS>());
     let (offset, offset_rest) = offset.as_chunks::<PARTS>();
@@ -128,14 +128,19 @@ pub(super) fn judge(
         let (g, shift, offset, contact) = (&g[i], &shift[i], &offset[i], &contact[i]);
         for k in 0..PARTS {
             let (wrong, size) = one(g[k], shift[k], offset[k], contact[k], &mut r[k]);
-            parts[0][k] += wrong;
+            parts[0][k] = if wrong > parts[0][k] {
+                wrong
+            } else {
+                parts[0][k]
+            };
             parts[1][k] += size;
         }
     }
-    let [mut wrong, mut size] = parts.map(|part| part.iter().sum::<f64>());
+    let mut wrong = parts[0].iter().copied().fold(0.0, f64::max);
+    let mut size: f64 = parts[1].iter().sum();
     for (i, r) in r_rest.iter_mut().enumerate() {
         let more = one(g_rest[i], shift_rest[i], offset_rest[i], contact_rest[i], r);
-        wrong += more.0;
+        wrong = wrong.max(more.0);
         size += more.1;
     }
     (wrong, size)

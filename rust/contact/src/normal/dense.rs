@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Few cells: the dense matrix and the active-set method.
 
-use mtb_complementarity::bounded::Status;
+use mtb_complementarity::bounded::{Judgement, Status};
 use mtb_complementarity::linear;
 use mtb_operator::dense::Watch;
 use mtb_operator::{Component, Monitor, report, unmonitored};
@@ -12,24 +12,30 @@ use super::product::{Influence, Product};
 use super::{Load, Method, NormalContact, NormalSolution, Surface};
 use crate::Error;
 
+/// Residual that rounding may leave where none is asked for.
+const ROUNDING: f64 = 1e-8;
+
 /// Solves to rounding; the grid of half as many cells per side serves the error estimate.
 pub(super) fn solve(
     contact: &NormalContact<'_>,
+    tolerance: Option<f64>,
     monitor: Monitor<'_>,
 ) -> Result<NormalSolution, Error> {
     let levels = Level::pyramid(contact);
     let fine = &levels[0];
-    let solution = on_level(contact, fine, monitor)?;
+    let (solution, residual) = on_level(contact, fine, monitor)?;
     let mut discretisation_error = None;
     if let Some(coarse) = levels.get(1) {
-        let start = on_level(contact, coarse, monitor)?;
+        let (start, _) = on_level(contact, coarse, monitor)?;
         let difference = fine.difference(&solution.pressure, coarse, &start.pressure);
         discretisation_error = error_of(difference, None);
     }
+    let tolerance = tolerance.unwrap_or(ROUNDING);
     let half = half_sides(&contact.grid);
     let (approach, tilts) = unpack_motion(contact, &solution.motion, half);
     let status = match solution.status {
-        linear::Status::Solved => Status::Solved,
+        linear::Status::Solved if residual <= tolerance => Status::Solved,
+        linear::Status::Solved => Status::Stagnated,
         linear::Status::Unreachable | linear::Status::NoSolution => Status::Unreachable,
         linear::Status::IterationLimit => Status::IterationLimit,
     };
@@ -43,18 +49,19 @@ pub(super) fn solve(
         iterations: solution.iterations,
         products: 0.0,
         preconditionings: 0.0,
-        residual: solution.residual,
-        tolerance: f64::EPSILON,
-        history: vec![solution.residual],
+        residual,
+        tolerance,
+        history: vec![residual],
         discretisation_error,
     })
 }
 
+/// The solution, and its residual.
 fn on_level(
     contact: &NormalContact<'_>,
     level: &Level,
     monitor: Monitor<'_>,
-) -> Result<linear::Solution, Error> {
+) -> Result<(linear::Solution, f64), Error> {
     let region = Region::whole(&level.grid);
     let n = region.points();
     let offset = level.offset(&region, contact.load);
@@ -95,10 +102,19 @@ fn on_level(
     };
     debug_assert_eq!(offset.len(), n);
     let mut solution = linear::solve(&problem, &linear::Options::default(), monitor)?;
-    if let Some(approach) = solution.motion.first_mut() {
-        *approach -= lift * solution.pressure.iter().sum::<f64>();
+    let lifted = lift * solution.pressure.iter().sum::<f64>();
+    // what is set to zero by the solver is not zero to the last digit
+    let slack = problem.slack(&solution.pressure, &solution.motion);
+    let mut judged = Judgement::default();
+    for i in 0..n {
+        let moved = (0..modes.len()).map(|k| shapes[k * n + i] * solution.motion[k]);
+        let displacement = slack[i] - offset[i] + moved.sum::<f64>() - lifted;
+        judged.take(solution.pressure[i], slack[i], displacement);
     }
-    Ok(solution)
+    if let Some(approach) = solution.motion.first_mut() {
+        *approach -= lifted;
+    }
+    Ok((solution, judged.residual()))
 }
 
 /// Influence at all offsets between cells in free space.

@@ -95,8 +95,8 @@ pub struct NormalSolution {
     pub products: f64,
     /// Applications of the preconditioner, likewise.
     pub preconditionings: f64,
-    /// Relative complementarity residual: root mean square of the gap in contact and of the penetration
-    /// outside, over that of the elastic displacement in contact.
+    /// Relative complementarity residual over the whole grid: the largest gap where there is pressure or penetration
+    /// where there is none, over the root mean square of the elastic displacement where there is pressure.
     pub residual: f64,
     /// Residual aimed at.
     pub tolerance: f64,
@@ -184,9 +184,11 @@ pub fn solve_normal(
             )?;
             let needed = memory(points, Method::Dense) + of_bodies;
             check_factors(points, needed)?;
-            dense::solve(contact, monitor)
+            dense::solve(contact, options.tolerance, monitor)
         }
-        Method::Auto if !is_periodic && points <= DENSE_UP_TO => dense::solve(contact, monitor),
+        Method::Auto if !is_periodic && points <= DENSE_UP_TO => {
+            dense::solve(contact, options.tolerance, monitor)
+        }
         _ => nested::solve(contact, options.tolerance, monitor),
     }
 }

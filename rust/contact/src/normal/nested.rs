@@ -4,7 +4,7 @@
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-use mtb_complementarity::bounded::{self, Solution, Status};
+use mtb_complementarity::bounded::{self, Judgement, Solution, Status};
 use mtb_operator::{Grid, Monitor, Progress, check_memory, report};
 
 use super::level::{Level, Region, half_sides};
@@ -80,8 +80,12 @@ pub(super) fn solve(
     let difference = difference(&levels, 0, &found.pressure, known.as_ref());
     let (product, inverse) = sizes(contact.surface, [level.grid.nx, level.grid.ny]);
     let (approach, tilts) = unpack_motion(contact, &solution.motion, half_sides(&contact.grid));
+    let is_met = found.residual <= tolerance;
     Ok(NormalSolution {
-        status: solution.status,
+        status: match solution.status {
+            Status::Solved if !is_met => Status::Stagnated,
+            status => status,
+        },
         method: Method::Fourier,
         pressure: found.pressure,
         gap: found.gap,
@@ -131,25 +135,16 @@ fn outside(
     work.products += product.size();
     let offset = level.offset(&whole, contact.load);
     let modes = level.modes(&whole, contact);
-    let (mut wrong, mut size) = (0.0, 0.0);
+    let mut judged = Judgement::default();
     let mut gap = offset;
     for i in 0..gap.len() {
         gap[i] += displacement[i];
         for (mode, c) in modes.iter().zip(&solution.motion) {
             gap[i] -= c * mode.shape[i];
         }
-        if pressure[i] > 0.0 {
-            wrong += gap[i] * gap[i];
-            size += displacement[i] * displacement[i];
-        } else {
-            wrong += gap[i].min(0.0).powi(2);
-        }
+        judged.take(pressure[i], gap[i], displacement[i]);
     }
-    let residual = if size > 0.0 {
-        (wrong / size).sqrt()
-    } else {
-        wrong
-    };
+    let residual = judged.residual();
     if residual <= tolerance || solution.status != Status::Solved {
         return Ok((
             Found {
@@ -165,9 +160,9 @@ fn outside(
 }
 
 /// Residual at which the pressure has the relative error `error` on `grid`: short waves of pressure give
-/// way least, so the error is the residual times about a quarter of the cells per side.
+/// way least, so the error is the residual times about a tenth of the cells per side, at most.
 fn residual_for(error: f64, grid: &Grid) -> f64 {
-    4.0 * error / grid.nx.max(grid.ny) as f64
+    10.0 * error / grid.nx.max(grid.ny) as f64
 }
 
 /// Whether all cells of the last level were in contact: no border of the contact is to be found, and the
