@@ -29,6 +29,7 @@ GONE: dict[str, set[str]] = {
     "grids": {"row_borders"},
     "mesh": {"GROWTH", "MOST_UNKNOWNS", "graded"},
     "mesh_files": {"TRIANGLES_A_TURN", "read_solid"},
+    "normal": {"ROUNDING"},
     "plot": {"QUANTITIES"},
     "scene": {"MODELS", "METHODS"},
     "solids": {"BodyContact", "on_grid"},

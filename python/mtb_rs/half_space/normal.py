@@ -168,9 +168,9 @@ def solve_normal(
         `moments` of :class:`mtb_rs.Scene`: the force F at (x, y) has (-F y, F x). The upper body tilts
         freely about an axis whose moment is given; its other tilts are locked.
     tolerance : float or None [-]
-        Relative complementarity residual to reach: the largest gap where there is pressure or penetration where
-        there is none, over the root mean square of the elastic displacement where there is pressure. With None
-        it follows the estimated discretisation error and stays well below it.
+        Relative complementarity residual to reach: the largest gap where there is pressure or penetration
+        where there is none, over the root mean square of the elastic displacement where there is pressure.
+        With None it follows the estimated discretisation error and stays well below it.
     periodic : bool
         Whether the grid repeats itself periodically. The approach is then measured from the mean of the
         displacements.

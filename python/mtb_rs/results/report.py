@@ -38,9 +38,9 @@ class Report(Told):
         Products with the influence matrix and applications of the preconditioner, in equivalents of
         one on the finest grid.
     residual : float [-]
-        Relative complementarity residual. After `solve_normal` it is the largest gap where there is pressure or
-        penetration where there is none, over the root mean square of the elastic displacement where there is
-        pressure.
+        Relative complementarity residual. After `solve_normal` it is the largest gap where there is pressure
+        or penetration where there is none, over the root mean square of the elastic displacement where there
+        is pressure.
     contact_area : float [m2]
     peak_pressure : float [Pa]
     force_balance : Mapping[str, Any]
