@@ -40,7 +40,7 @@ fn main() -> Result<(), mtb_complementarity::Error> {
         }
     };
     // the inverse of the matrix is the stiffness of the string
-    let stiffness = |w: &[f64], p: &mut [f64]| {
+    let stiffness = |_: &[bool], w: &[f64], p: &mut [f64]| {
         for i in 0..N {
             let left = if i > 0 { w[i - 1] } else { 0.0 };
             let right = if i + 1 < N { w[i + 1] } else { 0.0 };

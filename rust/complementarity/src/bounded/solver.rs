@@ -15,16 +15,20 @@ const PATIENCE: usize = 60;
 /// A product: overwrites its second argument with the image of the first.
 type Product<'a> = &'a dyn Fn(&[f64], &mut [f64]);
 
+/// A rough inverse: overwrites its third argument with the image of the second.
+type Inverse<'a> = &'a dyn Fn(&[bool], &[f64], &mut [f64]);
+
 /// Solves the problem from `start` (n, negative entries count as zero).
 ///
-/// `apply(x, y)` overwrites `y` with `A x`, `precondition(x, y)` with something like the inverse of `A`
-/// applied to `x`, symmetric and positive definite.
+/// `apply(x, y)` overwrites `y` with `A x`, `precondition(set, x, y)` with something like the inverse on a set (n)
+/// of the block of `A` there, symmetric and positive definite, applied to `x`, which vanishes outside of the set.
+/// What it writes outside of the set is of no account.
 ///
 /// # Errors
 /// Wrong lengths, numbers that are not finite, [`Error::Interrupted`] by the monitor.
 pub fn solve(
     apply: Product<'_>,
-    precondition: Product<'_>,
+    precondition: Inverse<'_>,
     problem: &Problem<'_>,
     start: Vec<f64>,
     options: Options,
@@ -68,7 +72,7 @@ pub fn solve(
 
 struct Search<'a> {
     apply: Product<'a>,
-    precondition: Product<'a>,
+    precondition: Inverse<'a>,
     offset: &'a [f64],
     modes: &'a [Mode],
     tolerance: f64,
@@ -113,7 +117,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(
         apply: Product<'a>,
-        precondition: Product<'a>,
+        precondition: Inverse<'a>,
         problem: &Problem<'a>,
         start: Vec<f64>,
         tolerance: f64,
@@ -270,7 +274,7 @@ impl<'a> Search<'a> {
 
     /// The next conjugate direction on the contact set that keeps the balance.
     fn find_direction(&mut self) {
-        (self.precondition)(&self.r, &mut self.z);
+        (self.precondition)(&self.contact, &self.r, &mut self.z);
         self.preconditionings += 1;
         self.mask_z();
         self.project_z();
@@ -349,7 +353,7 @@ impl<'a> Search<'a> {
                     *m = if *c { *n } else { 0.0 };
                 }
                 let mut image = vec![0.0; self.p.len()];
-                (self.precondition)(&masked, &mut image);
+                (self.precondition)(&self.contact, &masked, &mut image);
                 self.preconditionings += 1;
                 self.images.push(image);
             }

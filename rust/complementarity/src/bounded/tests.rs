@@ -25,7 +25,7 @@ fn run(
     start: Vec<f64>,
 ) -> Result<Solution, crate::Error> {
     let apply = |x: &[f64], y: &mut [f64]| multiply(a, x, y);
-    let precondition = |x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+    let precondition = |_: &[bool], x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
     let options = Options {
         tolerance: 1e-11,
         max_iterations: 500,
@@ -161,7 +161,7 @@ fn stops_when_asked() {
         tolerance: 1e-10,
         max_iterations: 9,
     };
-    let copy = |x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+    let copy = |_: &[bool], x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
     let outcome = solve(&apply, &copy, &problem, vec![1.0; 4], options, &stop);
     assert!(matches!(outcome, Err(crate::Error::Interrupted)));
 }

@@ -4,9 +4,10 @@
 //! Bodies of any kind are a [`Compliance`] on the cells. Half-spaces under uniformly loaded cells make the influence matrix a convolution. The solver
 //! climbs from coarse grids to fine ones: each level starts from the pressure of the one before, works
 //! on the rectangle around the contact only, and inverts roughly by the Fourier transform of the
-//! same kernel, wrapped around. Few cells are solved by the dense active-set method instead.
+//! same kernel, wrapped around, of displacements that are continued smoothly beyond the contact. Few cells are solved by the dense active-set method instead.
 
 mod dense;
+mod extension;
 mod level;
 mod nested;
 mod product;

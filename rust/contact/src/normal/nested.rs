@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 
 use mtb_complementarity::bounded::{self, Judgement, Solution, Status};
 use mtb_operator::{Grid, Monitor, Progress, check_memory, report};
 
+use super::extension::Extension;
 use super::level::{Level, Region, half_sides};
 use super::product::{Product, sizes};
 use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, memory};
@@ -246,12 +247,25 @@ fn on_region(
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
     let product = Product::influence(contact.surface, grid, shape, monitor);
     let inverse = Product::inverse(contact.surface, grid, shape, monitor);
+    let is_periodic = matches!(contact.surface, super::Surface::Periodic(_));
+    let extension = RefCell::new((
+        Extension::new(shape, is_periodic),
+        vec![0.0; region.points()],
+    ));
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
     let solution = bounded::solve(
         &|x, y| product.apply(x, y, monitor),
-        &|x, y| inverse.apply(x, y, monitor),
+        &|set, x, y| {
+            let mut extension = extension.borrow_mut();
+            let (extension, room) = &mut *extension;
+            extension.follow(set);
+            room.copy_from_slice(x);
+            extension.extend(room);
+            inverse.apply(room, y, monitor);
+            extension.gather(y);
+        },
         &bounded::Problem {
             offset: &offset,
             modes: &modes,
