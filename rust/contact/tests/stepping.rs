@@ -236,3 +236,53 @@ fn reversals_hardly_factorise() {
         "{factorisations} factorisations in 200 steps"
     );
 }
+
+#[test]
+fn sets_that_go_round_in_circles_end_one_point_at_a_time() {
+    // a P-matrix whose wrong signs, moved all at once, come back
+    let rows = [[2.0, -1.0, 1.0], [-1.0, 1.0, 2.0], [3.0, -3.0, 2.0]];
+    let gap = [3.0, -4.0, 3.0];
+    let columns = (0..9).map(|k| rows[k % 3][k / 3]).collect();
+    let influence = Influence::from_columns(3, columns, [None, None]).unwrap();
+    let mut stepper = SlidingStepper::new(Arc::new(influence));
+    let contact = SlidingContact {
+        gap: &gap,
+        area: &[1.0; 3],
+        friction: &[0.0; 3],
+        direction: &[0.0; 6],
+        motions: &[],
+    };
+    let (found, effort) = stepper.solve(&contact, &unmonitored).unwrap();
+    assert_eq!(found.status, Status::Solved);
+    assert!(!effort.fell_back, "{effort:?}");
+    for (row, initial) in rows.iter().zip(gap) {
+        let gap: f64 = initial
+            + row
+                .iter()
+                .zip(&found.pressure)
+                .map(|(a, p)| a * p)
+                .sum::<f64>();
+        assert!(gap > -1e-12, "{found:?}");
+    }
+    for (p, g) in found.pressure.iter().zip(&found.gap) {
+        assert!(*p >= 0.0 && *g >= 0.0 && p.min(*g) < 1e-12, "{found:?}");
+    }
+}
+
+#[test]
+fn sets_that_jump_need_no_new_factors() {
+    let walk: Vec<Walk> = slow(60)
+        .into_iter()
+        .enumerate()
+        .map(|(k, walk)| Walk {
+            friction: 0.3,
+            crown: [0.05, 1.0, 0.7][k % 3],
+            slope: [0.0, 0.3, -0.3, 0.1][k % 4],
+            ..walk
+        })
+        .collect();
+    let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+    assert!(efforts.iter().any(|e| e.sets > 1), "no jumps");
+    let factorisations: usize = efforts.iter().map(|e| e.factorisations).sum();
+    assert!(factorisations <= 2, "{factorisations} factorisations");
+}

@@ -77,74 +77,113 @@ pub struct Lu {
     sign: f64,
 }
 
+/// Gauss' factors on their way: panel after panel, so that the work may be spread over other work.
+#[derive(Clone, Debug)]
+pub struct LuInParts {
+    matrix: Mat<f64>,
+    order: Vec<usize>,
+    is_odd: bool,
+    start: usize,
+    width: usize,
+}
+
+impl LuInParts {
+    /// Begins with `matrix`, in panels of `width` columns.
+    pub fn new(matrix: Mat<f64>, width: usize) -> Self {
+        let n = matrix.nrows();
+        Self {
+            order: (0..n).collect(),
+            is_odd: false,
+            start: 0,
+            width: width.clamp(1, panel(n)),
+            matrix,
+        }
+    }
+
+    /// Factorises the next panel; whether it was the last one.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`], [`Error::Buffer`]; what is there then is of no use.
+    pub fn advance(&mut self, par: Par, watch: &mut Watch<'_>) -> Result<bool, Error> {
+        ready_products()?;
+        let (n, start) = (self.matrix.nrows(), self.start);
+        if start == n {
+            return Ok(true);
+        }
+        let (size, rows) = (self.width.min(n - start), n - start);
+        let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
+            rows,
+            size,
+            par,
+            Spec::default(),
+        ));
+        let (mut forward, mut backward) = (vec![0_usize; rows], vec![0_usize; rows]);
+        let (info, _) = lu_in_place(
+            self.matrix.as_mut().submatrix_mut(start, start, rows, size),
+            &mut forward,
+            &mut backward,
+            par,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        self.is_odd ^= info.transposition_count % 2 == 1;
+        watch.spend((rows * size * size) as f64)?;
+        // the few rows that the panel exchanged, in all other columns
+        let moved: Vec<(usize, usize)> = forward
+            .iter()
+            .enumerate()
+            .filter(|&(to, &from)| to != from)
+            .map(|(to, &from)| (start + to, start + from))
+            .collect();
+        exchange(&mut self.order, &moved);
+        for column in (0..start).chain(start + size..n) {
+            exchange(self.matrix.col_as_slice_mut(column), &moved);
+        }
+        watch.spend((moved.len() * (n - size)) as f64)?;
+        let (left, mut right) = self.matrix.as_mut().split_at_col_mut(start + size);
+        let left = left.rb();
+        let upper = left.submatrix(start, start, size, size);
+        let lower = left.submatrix(start + size, start, rows - size, size);
+        let each = (size * size + 2 * size * (rows - size)) as f64;
+        let columns = right.ncols();
+        let step = piece(each, columns);
+        for first in (0..columns).step_by(step) {
+            let count = step.min(columns - first);
+            let below = right.rb_mut().submatrix_mut(start, first, rows, count);
+            let (mut x, y) = below.split_at_row_mut(size);
+            solve_unit_lower_triangular_in_place(upper, x.rb_mut(), par);
+            matmul(y, Accum::Add, lower, x.rb(), -1.0, par);
+            watch.spend(each * count as f64)?;
+        }
+        self.start += size;
+        Ok(self.start == n)
+    }
+
+    /// The factors, once all panels are.
+    pub fn finish(self) -> Lu {
+        let mut sign = if self.is_odd { -1.0 } else { 1.0 };
+        for i in 0..self.matrix.nrows() {
+            sign *= self.matrix[(i, i)].signum();
+        }
+        Lu {
+            factors: self.matrix,
+            order: self.order,
+            sign,
+        }
+    }
+}
+
 impl Lu {
     /// Factorises `matrix` in its own memory, on the threads of `par`.
     ///
     /// # Errors
     /// [`Error::Interrupted`], [`Error::Buffer`].
-    pub fn new(mut matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Error> {
-        ready_products()?;
-        let n = matrix.nrows();
+    pub fn new(matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Error> {
         let mut watch = Watch::new(monitor);
-        let width = panel(n);
-        let mut order: Vec<usize> = (0..n).collect();
-        let mut is_odd = false;
-        let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
-            n,
-            width.min(n),
-            par,
-            Spec::default(),
-        ));
-        for start in (0..n).step_by(width) {
-            let (size, rows) = (width.min(n - start), n - start);
-            let (mut forward, mut backward) = (vec![0_usize; rows], vec![0_usize; rows]);
-            let (info, _) = lu_in_place(
-                matrix.as_mut().submatrix_mut(start, start, rows, size),
-                &mut forward,
-                &mut backward,
-                par,
-                MemStack::new(&mut memory),
-                Spec::default(),
-            );
-            is_odd ^= info.transposition_count % 2 == 1;
-            watch.spend((rows * size * size) as f64)?;
-            // the few rows that the panel exchanged, in all other columns
-            let moved: Vec<(usize, usize)> = forward
-                .iter()
-                .enumerate()
-                .filter(|&(to, &from)| to != from)
-                .map(|(to, &from)| (start + to, start + from))
-                .collect();
-            exchange(&mut order, &moved);
-            for column in (0..start).chain(start + size..n) {
-                exchange(matrix.col_as_slice_mut(column), &moved);
-            }
-            watch.spend((moved.len() * (n - size)) as f64)?;
-            let (left, mut right) = matrix.as_mut().split_at_col_mut(start + size);
-            let left = left.rb();
-            let upper = left.submatrix(start, start, size, size);
-            let lower = left.submatrix(start + size, start, rows - size, size);
-            let each = (size * size + 2 * size * (rows - size)) as f64;
-            let columns = right.ncols();
-            let step = piece(each, columns);
-            for first in (0..columns).step_by(step) {
-                let count = step.min(columns - first);
-                let below = right.rb_mut().submatrix_mut(start, first, rows, count);
-                let (mut x, y) = below.split_at_row_mut(size);
-                solve_unit_lower_triangular_in_place(upper, x.rb_mut(), par);
-                matmul(y, Accum::Add, lower, x.rb(), -1.0, par);
-                watch.spend(each * count as f64)?;
-            }
-        }
-        let mut sign = if is_odd { -1.0 } else { 1.0 };
-        for i in 0..n {
-            sign *= matrix[(i, i)].signum();
-        }
-        Ok(Self {
-            factors: matrix,
-            order,
-            sign,
-        })
+        let width = panel(matrix.nrows());
+        let mut parts = LuInParts::new(matrix, width);
+        while !parts.advance(par, &mut watch)? {}
+        Ok(parts.finish())
     }
 
     /// Sign of the determinant.
@@ -394,6 +433,19 @@ mod tests {
             let x = lu.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
             assert!(is_solved(&a, &x, &rhs), "LU of {n}");
             assert_eq!(lu.sign(), a.determinant().signum(), "sign of {n}");
+            let mut parts = LuInParts::new(a.clone(), 40);
+            let mut count = 1;
+            while !parts
+                .advance(Par::Seq, &mut Watch::new(&unmonitored))
+                .unwrap()
+            {
+                count += 1;
+            }
+            assert_eq!(count, n.div_ceil(40));
+            let lu = parts.finish();
+            let x = lu.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
+            assert!(is_solved(&a, &x, &rhs), "LU in parts of {n}");
+            assert_eq!(lu.sign(), a.determinant().signum(), "sign in parts of {n}");
             let a = definite(n);
             let llt = Cholesky::new(a.clone(), Par::Seq, &unmonitored)
                 .unwrap()

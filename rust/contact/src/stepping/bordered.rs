@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use faer::Mat;
-use mtb_operator::dense::Watch;
+use faer::{Mat, Par};
+use mtb_operator::dense::{LuInParts, Watch};
 use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
@@ -58,23 +58,25 @@ impl Bordered {
         set: &[usize],
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        let n = influence.points();
-        let mut matrix = Mat::zeros(set.len(), set.len());
-        for (j, &point) in set.iter().enumerate() {
-            let column = matrix.col_as_slice_mut(j);
-            for (a, value) in column.iter_mut().zip(influence.column(point, drag, set)) {
-                *a = value;
-            }
-        }
+        let lu = Lu::of(block(influence, drag, set), monitor)?;
+        Ok(Self::of(
+            lu,
+            influence.points(),
+            drag.to_vec(),
+            set.to_vec(),
+        ))
+    }
+
+    fn of(lu: Lu, n: usize, drag: Vec<f64>, factorised: Vec<usize>) -> Self {
         let mut place = vec![ABSENT; n];
-        for (i, &point) in set.iter().enumerate() {
+        for (i, &point) in factorised.iter().enumerate() {
             place[point] = i;
         }
-        Ok(Self {
-            lu: Lu::of(matrix, monitor)?,
-            factorised: set.to_vec(),
+        Self {
+            lu,
+            factorised,
             place,
-            drag: drag.to_vec(),
+            drag,
             entered: std::iter::repeat_with(|| None).take(n).collect(),
             left: vec![None; n],
             motions: Vec::new(),
@@ -85,7 +87,7 @@ impl Bordered {
                 schur: None,
             },
             work: Work::default(),
-        })
+        }
     }
 
     /// Whether the set is the one factorised.
@@ -96,23 +98,25 @@ impl Bordered {
             .all(|(place, active)| (*place != ABSENT) == *active)
     }
 
-    /// Whether the way to the set `active` is so long that new factors are cheaper.
+    /// Whether the set `active` is so far away that factors of its own are cheaper than its borders.
+    ///
+    /// Of factors of all points, borders are the points that left: up to half of all, these are fewer than the
+    /// points that are there. Factors of fewer points serve the neighbourhood of their own set.
     pub(super) fn is_far_from(&self, active: &[bool]) -> bool {
-        let (mut changes, mut unknown) = (0, 0);
-        for (point, active) in active.iter().enumerate() {
-            let there = self.place[point] != ABSENT;
-            if there != *active {
-                changes += 1;
-                let known = if there {
-                    self.left[point].is_some()
-                } else {
-                    self.entered[point].is_some()
-                };
-                unknown += usize::from(!known);
-            }
-        }
+        let changes = self
+            .place
+            .iter()
+            .zip(active)
+            .filter(|(place, active)| (**place != ABSENT) != **active)
+            .count();
         let k = self.factorised.len();
-        changes > 4 + k / 8 || unknown > 4 + k / 16
+        let most = if k == active.len() { k / 2 } else { 4 + k / 8 };
+        changes > most
+    }
+
+    /// Friction of the factors.
+    pub(super) fn drag(&self) -> &[f64] {
+        &self.drag
     }
 
     /// Whether the factors are those of `drag` itself.
@@ -148,35 +152,8 @@ impl Bordered {
         self.now
             .left
             .extend((0..absent.len()).filter(|&i| absent[i]));
-        for &(_, point) in &self.now.entered {
-            if self.entered[point].is_none() {
-                let mut solved: Vec<f64> = influence
-                    .column(point, &self.drag, &self.factorised)
-                    .collect();
-                self.lu.solve(&mut solved, &mut self.work.lu);
-                let row = self
-                    .factorised
-                    .iter()
-                    .map(|&j| influence.entry(point, j, &self.drag));
-                self.entered[point] = Some(Entered {
-                    row: row.collect(),
-                    solved,
-                });
-                solves += 1;
-                watch.spend(each)?;
-            }
-        }
-        for &place in &self.now.left {
-            let kept = &mut self.left[self.factorised[place]];
-            if kept.is_none() {
-                let mut solved = vec![0.0; self.factorised.len()];
-                solved[place] = -1.0;
-                self.lu.solve(&mut solved, &mut self.work.lu);
-                *kept = Some(solved);
-                solves += 1;
-                watch.spend(each)?;
-            }
-        }
+        solves += self.solve_columns(influence);
+        watch.spend(each * solves as f64)?;
         self.now.balance = contact
             .motions
             .iter()
@@ -189,6 +166,46 @@ impl Bordered {
             .collect();
         self.now.schur = Some(Small::of(self.schur(influence, contact), monitor)?);
         Ok(solves)
+    }
+
+    /// Solves at once for the border columns that are not known yet; returns how many these are.
+    fn solve_columns(&mut self, influence: &Influence) -> usize {
+        let k = self.factorised.len();
+        let come: Vec<usize> = (self.now.entered.iter().map(|&(_, point)| point))
+            .filter(|&point| self.entered[point].is_none())
+            .collect();
+        let gone: Vec<usize> = (self.now.left.iter().copied())
+            .filter(|&place| self.left[self.factorised[place]].is_none())
+            .collect();
+        let count = come.len() + gone.len();
+        if count == 0 {
+            return 0;
+        }
+        let mut columns = Mat::zeros(k, count);
+        for (j, &point) in come.iter().enumerate() {
+            let to = columns.col_as_slice_mut(j);
+            for (to, a) in to
+                .iter_mut()
+                .zip(influence.column(point, &self.drag, &self.factorised))
+            {
+                *to = a;
+            }
+        }
+        for (j, &place) in gone.iter().enumerate() {
+            columns[(place, come.len() + j)] = -1.0;
+        }
+        let solved = self.lu.solve_many(&columns);
+        for (j, &point) in come.iter().enumerate() {
+            let row = (self.factorised.iter()).map(|&i| influence.entry(point, i, &self.drag));
+            self.entered[point] = Some(Entered {
+                row: row.collect(),
+                solved: solved.col_as_slice(j).to_vec(),
+            });
+        }
+        for (j, &place) in gone.iter().enumerate() {
+            self.left[self.factorised[place]] = Some(solved.col_as_slice(come.len() + j).to_vec());
+        }
+        count
     }
 
     /// Overwrites `x` (pressures of the set, then motions) with the solution for the right-hand side `x`.
@@ -302,6 +319,61 @@ impl Bordered {
         }
         schur
     }
+}
+
+/// Factors that are being made a part at a time, between steps.
+pub(super) struct Making {
+    drag: Vec<f64>,
+    set: Vec<usize>,
+    /// `None` before the matrix is there.
+    lu: Option<LuInParts>,
+}
+
+/// Parts that the making of factors is divided into, about; and the least columns of one of them.
+pub(super) const PARTS: usize = 8;
+const NARROWEST: usize = 32;
+
+impl Making {
+    pub(super) fn new(drag: &[f64], set: Vec<usize>) -> Self {
+        Self {
+            drag: drag.to_vec(),
+            set,
+            lu: None,
+        }
+    }
+
+    /// Makes the next part; the factors, once all are made.
+    pub(super) fn advance(
+        mut self,
+        influence: &Influence,
+        monitor: Monitor<'_>,
+    ) -> Result<Result<Bordered, Self>, Error> {
+        let Some(mut lu) = self.lu.take() else {
+            let width = self.set.len().div_ceil(PARTS).max(NARROWEST);
+            let matrix = block(influence, &self.drag, &self.set);
+            self.lu = Some(LuInParts::new(matrix, width));
+            return Ok(Err(self));
+        };
+        if !lu.advance(Par::Seq, &mut Watch::new(monitor))? {
+            self.lu = Some(lu);
+            return Ok(Err(self));
+        }
+        let lu = Lu(lu.finish());
+        let n = influence.points();
+        Ok(Ok(Bordered::of(lu, n, self.drag, self.set)))
+    }
+}
+
+/// The equations of `set` without motions.
+fn block(influence: &Influence, drag: &[f64], set: &[usize]) -> Mat<f64> {
+    let mut matrix = Mat::zeros(set.len(), set.len());
+    for (j, &point) in set.iter().enumerate() {
+        let column = matrix.col_as_slice_mut(j);
+        for (to, a) in column.iter_mut().zip(influence.column(point, drag, set)) {
+            *to = a;
+        }
+    }
+    matrix
 }
 
 /// The solved border columns of the set of `now`: motions, points that entered, points that left.

@@ -3,7 +3,7 @@ use faer::{Mat, Par};
 use mtb_operator::{Error, Monitor, dense};
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
-pub(super) struct Lu(dense::Lu);
+pub(super) struct Lu(pub(super) dense::Lu);
 
 impl Lu {
     pub(super) fn of(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Error> {
@@ -13,6 +13,11 @@ impl Lu {
     /// Sign of the determinant.
     pub(super) fn sign(&self) -> f64 {
         self.0.sign()
+    }
+
+    /// The solutions for many right-hand sides at once.
+    pub(super) fn solve_many(&self, rhs: &Mat<f64>) -> Mat<f64> {
+        self.0.solve_few(rhs.as_ref(), Par::Seq)
     }
 
     /// Overwrites `x` with the solution; `work` has the same length.

@@ -152,6 +152,57 @@ impl Influence {
     }
 }
 
+/// Products with `C_nn + C_nx drag_x + C_ny drag_y`: the sum is formed once a friction has lasted for some of them.
+#[derive(Default)]
+pub(super) struct Sum {
+    drag: Vec<f64>,
+    products: usize,
+    columns: Vec<f64>,
+}
+
+/// Products with the parts that cost about as much as forming their sum.
+const WORTH: usize = 5;
+
+impl Sum {
+    /// Adds the product with `pressure` to `gap`.
+    pub(super) fn add_product(
+        &mut self,
+        influence: &Influence,
+        pressure: &[f64],
+        drag: &[f64],
+        gap: &mut [f64],
+    ) {
+        if influence.along.iter().all(Option::is_none) {
+            return influence.add_product(pressure, drag, gap);
+        }
+        let n = influence.points;
+        if self.drag != drag {
+            self.drag.clear();
+            self.drag.extend_from_slice(drag);
+            self.products = 0;
+            self.columns.clear();
+        }
+        if self.products < WORTH {
+            self.products += 1;
+            return influence.add_product(pressure, drag, gap);
+        }
+        if self.columns.is_empty() {
+            self.columns.extend_from_slice(&influence.normal);
+            for (axis, block) in influence.along.iter().enumerate() {
+                let Some(block) = block else { continue };
+                let factors = &drag[axis * n..(axis + 1) * n];
+                let pairs = self.columns.chunks_exact_mut(n).zip(block.chunks_exact(n));
+                for ((sum, part), factor) in pairs.zip(factors).filter(|(_, f)| **f != 0.0) {
+                    for (s, a) in sum.iter_mut().zip(part) {
+                        *s += factor * a;
+                    }
+                }
+            }
+        }
+        add_columns(&self.columns, n, |j| pressure[j], gap);
+    }
+}
+
 /// `out += sum_j factor(j) column_j`, four columns at a time, zero factors skipped.
 fn add_columns(columns: &[f64], n: usize, factor: impl Fn(usize) -> f64, out: &mut [f64]) {
     let column = |j: usize| &columns[j * n..(j + 1) * n];

@@ -14,9 +14,9 @@ use mtb_operator::{Monitor, report};
 
 use crate::error::{Error, check};
 use crate::sliding::{SlidingContact, SlidingSolution};
-use bordered::Bordered;
+use bordered::{Bordered, Making, PARTS};
 pub use influence::Influence;
-use influence::largest;
+use influence::{Sum, largest};
 
 /// Relative residual of the equations on an active set at which they count as solved ...
 const TOLERANCE: f64 = 1e-13;
@@ -31,19 +31,21 @@ const LEAST: f64 = 1e-5;
 /// Relative size below which a negative pressure or gap counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Active sets tried before the general solver takes over.
-const SETS: usize = 30;
+const SETS: usize = 60;
 /// A factorisation of k points is as dear as about k over this many products.
 const PRODUCTS: usize = 20;
 
 /// Solves a sliding pair again and again while loads, gap, friction and direction change.
 ///
 /// Equal to [`SlidingMatrix::solve`](crate::sliding::SlidingMatrix::solve) wherever the solution is unique.
-/// It keeps the points last in contact and their LU factors. While the set holds, a step costs a solve with
-/// these factors; a few points that came or left are borders of it; with another friction the factors are
-/// the preconditioner of GMRES [SaadSchultz1986]. They are made anew when a step has come to cost
-/// more than the average since they were made. Forwards and backwards are remembered apart, since factors
-/// for the one are no preconditioner for the other. Where the active sets do not settle, the general
-/// solver decides, so that wedging is found and named as without memory.
+/// It keeps the points last in contact, and LU factors of all points (of those in contact, where these are less
+/// than half). A step costs few solves with these factors: points that are not in contact are borders of them,
+/// and with another friction they are the preconditioner of GMRES [SaadSchultz1986]. When a step has come to
+/// cost more than the average since they were made, new ones are made, over some steps, so that no step pays for
+/// all of them. Forwards and backwards are remembered apart, since factors for the one are no preconditioner
+/// for the other. Sets that go round in circles change one point at a time until fewer signs are wrong
+/// [JudicePires1994]. Where the active sets do not settle at all, the general solver decides, so that wedging
+/// is found and named as without memory.
 pub struct SlidingStepper {
     influence: Arc<Influence>,
     memory: Memory,
@@ -60,6 +62,8 @@ struct Memory {
     /// Friction of the last of them.
     drag: Vec<f64>,
     factors: Option<Bordered>,
+    /// The next factors, on their way.
+    making: Option<Making>,
     /// Products since the factors were made, the factorisation counted as so many, and steps that shared them.
     spent: (usize, usize),
     /// Products of a step, those of the last steps counting most.
@@ -75,7 +79,8 @@ pub struct Effort {
     pub sets: usize,
     /// Factorisations.
     pub factorisations: usize,
-    /// Products with the influence matrix, and solves with the factors: each about as dear as the other.
+    /// Products with the influence matrix, and solves with the factors: each about as dear as the other. What few
+    /// points add to a product that is known does not count.
     pub products: usize,
     /// Whether the general solver had to take over.
     pub fell_back: bool,
@@ -91,6 +96,10 @@ struct Point {
 struct Scratch {
     gap: Vec<f64>,
     pressure: Vec<f64>,
+    /// Pressures of this step whose gaps by the pressure are known, without the motions; empty before there are any.
+    known: Vec<f64>,
+    pressed: Vec<f64>,
+    sum: Sum,
 }
 
 /// The equations solved on a set of points.
@@ -169,7 +178,9 @@ impl SlidingStepper {
             let (matrix, symmetric) = self.influence.rows(&drag);
             contact.solve_with(matrix, symmetric, None, monitor)?
         };
-        self.account(effort);
+        if !effort.fell_back {
+            self.account(&mut effort, &drag, &solution.pressure, monitor)?;
+        }
         if solution.status == Status::Solved {
             let now = Point {
                 pressure: solution.pressure.clone(),
@@ -214,13 +225,17 @@ impl SlidingStepper {
         if active.iter().filter(|a| **a).count() <= m {
             active.fill(true);
         }
+        self.scratch.known.clear();
         let mut visited = HashSet::new();
         let mut guess = self.promise(m);
         let mut tolerance = ROUGH;
+        let mut is_rough = true;
+        let mut is_single = false;
+        let mut fewest = usize::MAX;
         for iteration in 1..=SETS {
             effort.sets = iteration;
             // roughly, until the set holds or comes again
-            let (changes, OnSet { point, sign, .. }) = loop {
+            let (mut next, changes, OnSet { point, sign, .. }) = loop {
                 let found =
                     self.on_set(contact, drag, &active, &guess, tolerance, effort, monitor)?;
                 let Some(mut found) = found else {
@@ -230,8 +245,7 @@ impl SlidingStepper {
                 let mut next = active.clone();
                 let changes = flip(&mut next, &mut found.point.pressure, &mut self.scratch.gap);
                 if found.error <= ACCEPTED || (changes > 0 && !visited.contains(&next)) {
-                    active = next;
-                    break (changes, found);
+                    break (next, changes, found);
                 }
                 tolerance = TOLERANCE;
                 guess = unclipped;
@@ -243,8 +257,34 @@ impl SlidingStepper {
                 return Ok(Some(solution).filter(|s| s.residual <= SOLVED));
             }
             report(monitor, iteration, changes as f64 / n as f64)?;
-            let empty = m > 0 && active.iter().all(|a| !a);
-            if empty || !visited.insert(active.clone()) {
+            if changes < fewest {
+                fewest = changes;
+                if is_single {
+                    is_single = false;
+                    visited.clear();
+                }
+            }
+            if is_single {
+                keep_last_change(&active, &mut next);
+            }
+            if m > 0 && next.iter().all(|a| !a) {
+                return Ok(None);
+            }
+            if visited.insert(next.clone()) {
+                active = next;
+            } else if is_rough {
+                // what was nearly solved may have come back by its errors
+                is_rough = false;
+                tolerance = TOLERANCE;
+                fewest = usize::MAX;
+                visited.clear();
+                active = next;
+            } else if !is_single {
+                is_single = true;
+                visited.clear();
+                keep_last_change(&active, &mut next);
+                active = next;
+            } else {
                 return Ok(None);
             }
             guess = point;
@@ -271,20 +311,18 @@ impl SlidingStepper {
         if points.len() < contact.motions.len() {
             return Ok(None);
         }
-        if self
-            .memory
-            .factors
-            .as_ref()
-            .is_none_or(|f| f.is_far_from(active))
-        {
-            self.factorise(drag, &points, effort, monitor)?;
+        let is_far = |f: &Bordered| f.is_far_from(active);
+        if self.memory.factors.as_ref().is_none_or(is_far) {
+            let set = factorisable(&points, active.len());
+            self.factorise(drag, &set, effort, monitor)?;
         }
         let start: Vec<f64> = points
             .iter()
             .map(|&i| guess.pressure[i])
             .chain(guess.motion.iter().copied())
             .collect();
-        for _ in 0..2 {
+        // with the factors that are there, with new ones, and with those of the set itself
+        for _ in 0..3 {
             let Some(factors) = self.memory.factors.as_mut() else {
                 return Ok(None);
             };
@@ -312,10 +350,16 @@ impl SlidingStepper {
                     error,
                 }));
             }
-            if factors.is_exact(drag) && factors.holds(active) {
+            let is_exact = factors.is_exact(drag);
+            if is_exact && factors.holds(active) {
                 return Ok(None);
             }
-            self.factorise(drag, &points, effort, monitor)?;
+            let set = if is_exact {
+                points.clone()
+            } else {
+                factorisable(&points, active.len())
+            };
+            self.factorise(drag, &set, effort, monitor)?;
         }
         Ok(None)
     }
@@ -328,14 +372,22 @@ impl SlidingStepper {
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
         self.memory.factors = Some(Bordered::new(&self.influence, drag, points, monitor)?);
+        self.memory.making = None;
         self.memory.spent = (points.len() / PRODUCTS, 0);
         self.memory.recent = 0.0;
         effort.factorisations += 1;
         Ok(())
     }
 
-    /// Gives the factors up once steps take more than those since they were made took on average.
-    fn account(&mut self, effort: Effort) {
+    /// Counts what a step took. Once steps take more than those since the factors were made took on average, new
+    /// ones are made, a part with each step, so that no step pays for all of them.
+    fn account(
+        &mut self,
+        effort: &mut Effort,
+        drag: &[f64],
+        pressure: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<(), Error> {
         let memory = &mut self.memory;
         let (products, steps) = memory.spent;
         let now = effort.products as f64;
@@ -344,10 +396,30 @@ impl SlidingStepper {
         } else {
             0.75 * memory.recent + 0.25 * now
         };
-        if steps > 0 && memory.recent * steps as f64 > products as f64 {
-            memory.factors = None;
-        }
         memory.spent = (products + effort.products, steps + 1);
+        if let Some(making) = memory.making.take() {
+            match making.advance(&self.influence, monitor)? {
+                Ok(factors) => {
+                    memory.factors = Some(factors);
+                    memory.spent = (pressure.len() / PRODUCTS, 0);
+                    effort.factorisations += 1;
+                }
+                Err(making) => memory.making = Some(making),
+            }
+        } else if steps > 0
+            && memory.recent * steps as f64 > products as f64
+            && let Some(factors) = memory.factors.as_ref().filter(|f| !f.is_exact(drag))
+        {
+            let points: Vec<usize> = (0..pressure.len()).filter(|&i| pressure[i] > 0.0).collect();
+            let set = factorisable(&points, pressure.len());
+            // friction as it will be when they are ready, if it goes on like this
+            let ahead = (PARTS as f64 / steps as f64).min(1.0);
+            let there: Vec<f64> = (drag.iter().zip(factors.drag()))
+                .map(|(now, then)| now + ahead * (now - then))
+                .collect();
+            memory.making = Some(Making::new(&there, set));
+        }
+        Ok(())
     }
 
     /// What the last two steps promise for this one, with `m` motions.
@@ -402,8 +474,7 @@ impl Equations<'_> {
         let mut r = vec![0.0; x.len()];
         let mut scale = vec![1.0; x.len()];
         let mut step = vec![0.0; x.len()];
-        let mut error = self.residual(x, &mut r, &mut scale, scratch);
-        effort.products += 1;
+        let mut error = self.residual(x, &mut r, &mut scale, scratch, effort);
         // so near, the set will hold
         let tolerance = if error <= ROUGH { TOLERANCE } else { tolerance };
         let exact = factors.is_exact(self.drag);
@@ -453,18 +524,28 @@ impl Equations<'_> {
                 effort.products += 2 * report.steps + 1;
             }
             x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
-            error = self.residual(x, &mut r, &mut scale, scratch);
-            effort.products += 1;
+            error = self.residual(x, &mut r, &mut scale, scratch, effort);
         }
         (error <= ACCEPTED.max(tolerance)).then_some(error)
     }
 
     /// What is left of the equations at `x`, its size relative to `scale`, which is set to that of the data.
-    fn residual(&self, x: &[f64], r: &mut [f64], scale: &mut [f64], scratch: &mut Scratch) -> f64 {
+    ///
+    /// Leaves the gaps of all points in the scratch.
+    fn residual(
+        &self,
+        x: &[f64],
+        r: &mut [f64],
+        scale: &mut [f64],
+        scratch: &mut Scratch,
+        effort: &mut Effort,
+    ) -> f64 {
         let (k, m) = (self.points.len(), self.contact.motions.len());
+        self.press(x, scratch, effort);
         scratch.gap.clear();
-        scratch.gap.extend_from_slice(self.contact.gap);
-        self.add_gap(x, scratch);
+        let opened = self.contact.gap.iter().zip(&scratch.pressed);
+        scratch.gap.extend(opened.map(|(g, u)| g + u));
+        self.add_motions(x, &mut scratch.gap);
         let mut size = largest(self.contact.gap);
         for (motion, c) in self.contact.motions.iter().zip(&x[k..]) {
             size = size.max(largest(&motion.opening) * c.abs());
@@ -494,9 +575,16 @@ impl Equations<'_> {
     /// The homogeneous left-hand side at `x`.
     fn product(&self, x: &[f64], out: &mut [f64], scratch: &mut Scratch) {
         let k = self.points.len();
+        self.spread(x, &mut scratch.pressure);
         scratch.gap.clear();
         scratch.gap.resize(self.contact.gap.len(), 0.0);
-        self.add_gap(x, scratch);
+        (scratch.sum).add_product(
+            self.influence,
+            &scratch.pressure,
+            self.drag,
+            &mut scratch.gap,
+        );
+        self.add_motions(x, &mut scratch.gap);
         for (out, &point) in out.iter_mut().zip(self.points) {
             *out = scratch.gap[point];
         }
@@ -507,21 +595,71 @@ impl Equations<'_> {
         }
     }
 
-    /// Adds what the pressures and motions of `x` do to the gaps.
-    fn add_gap(&self, x: &[f64], scratch: &mut Scratch) {
-        let k = self.points.len();
-        scratch.pressure.clear();
-        scratch.pressure.resize(self.contact.gap.len(), 0.0);
-        for (p, &point) in x.iter().zip(self.points) {
-            scratch.pressure[point] = *p;
+    /// Puts what the pressures of `x` do to the gaps into the scratch; from the last pressures there, where few
+    /// points differ.
+    fn press(&self, x: &[f64], scratch: &mut Scratch, effort: &mut Effort) {
+        self.spread(x, &mut scratch.pressure);
+        let changed = scratch.pressure.iter().zip(&scratch.known);
+        let changed = changed.filter(|(p, known)| p != known).count();
+        if scratch.known.is_empty() || 4 * changed > self.points.len() {
+            scratch.pressed.clear();
+            scratch.pressed.resize(scratch.pressure.len(), 0.0);
+            (scratch.sum).add_product(
+                self.influence,
+                &scratch.pressure,
+                self.drag,
+                &mut scratch.pressed,
+            );
+            effort.products += 1;
+        } else if changed > 0 {
+            for (known, p) in scratch.known.iter_mut().zip(&scratch.pressure) {
+                *known = p - *known;
+            }
+            self.influence
+                .add_product(&scratch.known, self.drag, &mut scratch.pressed);
         }
-        self.influence
-            .add_product(&scratch.pressure, self.drag, &mut scratch.gap);
-        for (motion, c) in self.contact.motions.iter().zip(&x[k..]) {
-            for (g, o) in scratch.gap.iter_mut().zip(&motion.opening) {
+        scratch.known.clone_from(&scratch.pressure);
+    }
+
+    /// Pressures of all points.
+    fn spread(&self, x: &[f64], pressure: &mut Vec<f64>) {
+        pressure.clear();
+        pressure.resize(self.contact.gap.len(), 0.0);
+        for (p, &point) in x.iter().zip(self.points) {
+            pressure[point] = *p;
+        }
+    }
+
+    /// Adds what the motions of `x` do to the gaps.
+    fn add_motions(&self, x: &[f64], gap: &mut [f64]) {
+        for (motion, c) in self.contact.motions.iter().zip(&x[self.points.len()..]) {
+            for (g, o) in gap.iter_mut().zip(&motion.opening) {
                 *g += o * c;
             }
         }
+    }
+}
+
+/// Takes all changes from `active` to `next` back but the last one.
+///
+/// Changes of all wrong signs at once may go round in circles. One at a time, always the last one, they end for
+/// every P-matrix [Murty1974], so both together do [JudicePires1994].
+fn keep_last_change(active: &[bool], next: &mut [bool]) {
+    let last = (0..active.len()).rev().find(|&i| active[i] != next[i]);
+    for (i, (next, active)) in next.iter_mut().zip(active).enumerate() {
+        if Some(i) != last {
+            *next = *active;
+        }
+    }
+}
+
+/// The set whose factors serve `points` best: all points, of which any set of more than half is bordered by what
+/// left, or the points themselves.
+fn factorisable(points: &[usize], n: usize) -> Vec<usize> {
+    if 2 * points.len() >= n {
+        (0..n).collect()
+    } else {
+        points.to_vec()
     }
 }
 
