@@ -14,6 +14,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use rayon::prelude::*;
 
 use crate::monitor::{Interrupted, Monitor, report};
 use crate::{Error, ready_products};
@@ -257,9 +258,16 @@ impl From<Interrupted> for Unfactored {
     }
 }
 
+/// Columns of a panel of Cholesky's factor, and of what a thread takes of the columns right of it.
+const STRIP: usize = 128;
+
+/// Rows below a panel that a thread takes at once, at least.
+const ROWS: usize = 64;
+
 /// Puts the first columns of Cholesky's factor in the place of those of a symmetric positive definite matrix.
 ///
-/// There are as many rows as columns or more. Above the diagonal nothing is read or written.
+/// There are as many rows as columns or more. Above the diagonal nothing is read or written. The numbers do not
+/// depend on the number of threads.
 ///
 /// # Errors
 /// [`Unfactored`]; what then stands in `matrix` is of no use.
@@ -269,8 +277,8 @@ pub fn cholesky_columns(
     watch: &mut Watch<'_>,
 ) -> Result<(), Unfactored> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
-    let width = panel(rows);
-    let request = cholesky_in_place_scratch::<f64>(width.min(columns), par, Spec::default());
+    let width = panel(rows).min(STRIP);
+    let request = cholesky_in_place_scratch::<f64>(width.min(columns), Par::Seq, Spec::default());
     let mut memory = MemBuffer::new(request);
     for start in (0..columns).step_by(width) {
         let size = width.min(columns - start);
@@ -278,28 +286,51 @@ pub fn cholesky_columns(
         let (left, right) = matrix.rb_mut().split_at_col_mut(start + size);
         let panel = left.submatrix_mut(start, start, rows - start, size);
         let (mut top, mut lower) = panel.split_at_row_mut(size);
+        // of one thread: the work of a panel is below its rows, and too small a square only makes threads wait
         cholesky_in_place(
             top.rb_mut(),
             LltRegularization::default(),
-            par,
+            Par::Seq,
             MemStack::new(&mut memory),
             Spec::default(),
         )
         .map_err(|LltError::NonPositivePivot { index }| Unfactored::Pivot(start + index))?;
-        solve_lower_triangular_in_place(top.rb(), lower.rb_mut().transpose_mut(), par);
+        let top = top.rb();
+        let solve = |rows: MatMut<'_, f64>| {
+            solve_lower_triangular_in_place(top, rows.transpose_mut(), Par::Seq);
+        };
+        let parts = par.degree().min(below.div_ceil(ROWS));
+        if parts > 1 {
+            lower.rb_mut().par_row_partition_mut(parts).for_each(solve);
+        } else {
+            solve(lower.rb_mut());
+        }
         watch.spend((size * size * (below + size)) as f64)?;
         let lower = lower.rb();
         let mut rest = right.subrows_mut(start + size, below);
         let columns = rest.ncols();
-        let step = piece((2 * size * below) as f64, PANEL);
-        for first in (0..columns).step_by(step) {
-            let count = step.min(columns - first);
-            let part = rest
-                .rb_mut()
-                .submatrix_mut(first, first, below - first, count);
-            let rows = lower.subrows(first, below - first);
-            lower_product(part, Accum::Add, rows, -1.0, par);
-            watch.spend((2 * size * (below - first) * count) as f64)?;
+        let step = piece((2 * size * below) as f64, columns);
+        for group in (0..columns).step_by(step) {
+            let count = step.min(columns - group);
+            let update = |(strip, part): (usize, MatMut<'_, f64>)| {
+                let first = group + strip * STRIP;
+                let part = part.subrows_mut(first, below - first);
+                let rows = lower.subrows(first, below - first);
+                lower_product(part, Accum::Add, rows, -1.0, Par::Seq);
+            };
+            let mut strips = rest.rb_mut().subcols_mut(group, count);
+            if par.degree() > 1 && count > STRIP {
+                strips
+                    .par_col_chunks_mut(STRIP)
+                    .enumerate()
+                    .for_each(update);
+            } else {
+                for first in (0..count).step_by(STRIP) {
+                    let width = STRIP.min(count - first);
+                    update((first / STRIP, strips.rb_mut().subcols_mut(first, width)));
+                }
+            }
+            watch.spend((2 * size * (below - group) * count) as f64)?;
         }
     }
     Ok(())

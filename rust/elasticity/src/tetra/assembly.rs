@@ -31,19 +31,17 @@ const BATCH: usize = 512;
 /// Operations that an entry of an element's matrix counts for: quadrature, and a search for its place.
 const ENTRY: f64 = 100.0;
 
-/// Assembles the stiffness of `unknowns`, whose own unknowns are numbered node by node along `order`.
+/// Assembles the stiffness of `unknowns` in its [`pattern`].
 ///
 /// # Errors
 /// [`Error::Interrupted`].
 pub(super) fn assemble(
     mesh: &TetraMesh,
     material: Material,
-    graph: &Graph,
-    order: &[usize],
     unknowns: &Unknowns,
+    mut stiffness: Lower,
     monitor: Monitor<'_>,
 ) -> Result<System, Error> {
-    let mut stiffness = pattern(graph, order, unknowns);
     poll(monitor, 1)?;
     let mut watch = Watch::new(monitor);
     let entries = (3 * mesh.order().nodes_per_tet()).pow(2) as f64;
@@ -124,8 +122,9 @@ fn most_entries(graph: &Graph, unknowns: &Unknowns) -> usize {
     9 * pairs + 6 * graph.len() + unknowns.n_guided * unknowns.n
 }
 
-/// Sparsity: all unknowns of adjacent nodes; guided unknowns are coupled to everything.
-fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
+/// Sparsity, with zeros: all unknowns of adjacent nodes; guided unknowns are coupled to everything. Own unknowns
+/// are numbered node by node along `order`.
+pub(super) fn pattern(graph: &Graph, order: &[usize], unknowns: &Unknowns) -> Lower {
     let own = |node: usize| {
         unknowns.source[node].into_iter().filter_map(|s| match s {
             Source::Unknown(i) if i < unknowns.n - unknowns.n_guided => Some(i),

@@ -101,20 +101,23 @@ impl Symbolic {
 
     /// Multiplications and additions of the numeric factorisation.
     pub(super) fn flops(&self) -> f64 {
+        let supernodes = 0..self.structure.n_supernodes();
+        supernodes.map(|s| self.flops_of(s)).sum()
+    }
+
+    /// Those of one supernode, its products for all that it reaches among them.
+    pub(super) fn flops_of(&self, supernode: usize) -> f64 {
         let s = &self.structure;
-        let mut flops = 0.0;
-        for (k, (begin, end)) in s
-            .supernode_begin()
-            .iter()
-            .zip(s.supernode_end())
-            .enumerate()
-        {
-            for column in 0..end - begin {
-                let below = end - begin - column + s.nnz_per_super()[k];
-                flops += (below * below) as f64;
-            }
-        }
-        flops
+        let below = s.supernode(supernode).pattern().len();
+        let columns = s.supernode_end()[supernode] - s.supernode_begin()[supernode];
+        let heights = (0..columns).map(|column| (columns - column + below) as f64);
+        heights.map(|height| height * height).sum()
+    }
+
+    /// Parent of a supernode in the elimination tree.
+    pub(super) fn parent(&self, supernode: usize) -> Option<usize> {
+        let parent = self.parent[supernode];
+        (parent != usize::MAX).then_some(parent)
     }
 
     /// Rows below the square of the tallest supernode.
@@ -140,9 +143,14 @@ impl Symbolic {
         rows
     }
 
-    /// The factor itself.
-    pub(super) fn numeric(self, matrix: &Lower, monitor: Monitor<'_>) -> Result<Factor, Failure> {
-        let values = factorise(&self, matrix, &mut Watch::new(monitor))?;
+    /// The factor itself, in `values`: as many zeros as it has entries.
+    pub(super) fn numeric(
+        self,
+        matrix: &Lower,
+        mut values: Vec<f64>,
+        monitor: Monitor<'_>,
+    ) -> Result<Factor, Failure> {
+        factorise(&self, matrix, &mut values, &mut Watch::new(monitor))?;
         reset_workers();
         Ok(Factor {
             symbolic: self,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError};
-use std::time::Instant;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use mtb_operator::{Monitor, Progress, available_memory, ready_products};
 
@@ -125,21 +127,7 @@ impl TetraBody {
             });
         }
         let clock = Instant::now();
-        let system = assemble(
-            &self.mesh,
-            self.material,
-            &graph,
-            &order,
-            &unknowns,
-            monitor,
-        )?;
-        let mut case_load = system.pull;
-        for (load, case) in case_load.iter_mut().zip(&unknowns.cases) {
-            if let Some(unknown) = case.unknown {
-                *load = vec![0.0; unknowns.n];
-                load[unknown] = 1.0;
-            }
-        }
+        let stiffness = assembly::pattern(&graph, &order, &unknowns);
         cost.assembly_s = clock.elapsed().as_secs_f64();
         poll(monitor, 1)?;
 
@@ -157,7 +145,7 @@ impl TetraBody {
                 unknowns: unknowns.n,
             },
         };
-        let symbolic = Symbolic::new(&system.stiffness, monitor).map_err(describe)?;
+        let symbolic = Symbolic::new(&stiffness, monitor).map_err(describe)?;
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
         ready_products()?;
@@ -177,8 +165,22 @@ impl TetraBody {
         poll(monitor, 2)?;
 
         let clock = Instant::now();
+        let assemble = || assemble(&self.mesh, self.material, &unknowns, stiffness, monitor);
+        let (system, values) = with_zeros(entries, assemble, monitor)?;
+        let values = values.map_err(describe)?;
+        let mut case_load = system.pull;
+        for (load, case) in case_load.iter_mut().zip(&unknowns.cases) {
+            if let Some(unknown) = case.unknown {
+                *load = vec![0.0; unknowns.n];
+                load[unknown] = 1.0;
+            }
+        }
+        cost.assembly_s += clock.elapsed().as_secs_f64();
+        poll(monitor, 2)?;
+
+        let clock = Instant::now();
         let factor = symbolic
-            .numeric(&system.stiffness, monitor)
+            .numeric(&system.stiffness, values, monitor)
             .map_err(describe)?;
         let (ratio, unknown) = factor.pivot_ratio();
         if ratio < LOOSE_PIVOT {
@@ -197,6 +199,57 @@ impl TetraBody {
         })
     }
 }
+
+/// What `make` makes, and beside it, on another thread, as many zeros as `length`.
+///
+/// The system takes about as long to give memory as a body is assembled, and longer if two threads ask for it.
+fn with_zeros<T>(
+    length: usize,
+    make: impl FnOnce() -> Result<T, Error>,
+    monitor: Monitor<'_>,
+) -> Result<(T, Result<Vec<f64>, Failure>), Error> {
+    let mut zeros = match numeric::reserved(length) {
+        Ok(zeros) => zeros,
+        Err(failure) => return Ok((make()?, Err(failure))),
+    };
+    if rayon::current_num_threads() == 1 {
+        let made = make()?;
+        while zeros.len() < length {
+            zeros.resize(length.min(zeros.len() + AT_ONCE), 0.0);
+            poll(monitor, 2)?;
+        }
+        return Ok((made, Ok(zeros)));
+    }
+    let (is_stopped, is_done) = (AtomicBool::new(false), AtomicBool::new(false));
+    let made = rayon::in_place_scope(|scope| {
+        scope.spawn(|_| {
+            while zeros.len() < length && !is_stopped.load(Ordering::Relaxed) {
+                zeros.resize(length.min(zeros.len() + AT_ONCE), 0.0);
+            }
+            is_done.store(true, Ordering::Release);
+        });
+        let mut made = make();
+        let mut waited = 0;
+        while made.is_ok() && !is_done.load(Ordering::Acquire) {
+            // a thread of the pool itself may be the one that has to do it
+            if rayon::yield_now() != Some(rayon::Yield::Executed) {
+                sleep(Duration::from_millis(1));
+            }
+            waited += 1;
+            if waited % 100 == 0
+                && let Err(error) = poll(monitor, 2)
+            {
+                made = Err(error);
+            }
+        }
+        is_stopped.store(true, Ordering::Relaxed);
+        made
+    })?;
+    Ok((made, Ok(zeros)))
+}
+
+/// Zeros that are made between two looks at the monitor.
+const AT_ONCE: usize = 1 << 22;
 
 /// Reports a stage to the monitor.
 pub(super) fn poll(monitor: Monitor<'_>, iteration: usize) -> Result<(), Error> {

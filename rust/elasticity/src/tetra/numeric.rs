@@ -1,161 +1,493 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Numbers of the sparse Cholesky factor, supernode by supernode, with a look at the monitor between.
 
+use std::ops::Range;
+
 use faer::{Accum, MatMut, MatRef, Par};
 use mtb_operator::dense::{Unfactored, WORK_UNWATCHED, Watch, cholesky_columns, lower_product};
+use mtb_operator::unmonitored;
+use rayon::prelude::*;
 
 use super::assembly::Lower;
 use super::factor::{Failure, Symbolic};
 
-/// Columns of an update that are formed at once: bounds its memory.
-const COLUMNS: usize = 128;
+/// Columns of an update that are formed before they are subtracted: bounds its memory.
+const COLUMNS: usize = 512;
 
-/// Operations from which on threads share a product.
+/// Columns of them that a thread forms at once.
+const STRIP: usize = 128;
+
+/// Columns of the factor that are multiplied at once: a longer product leaves the caches.
+const DEPTH: usize = 256;
+
+/// Operations from which on threads share an update.
 const SHARED: f64 = 2e6;
 
-/// No supernode.
-const NONE: usize = usize::MAX;
+/// Operations of a part of the elimination tree that one thread takes, at most.
+const TASK: f64 = 0.125 * WORK_UNWATCHED;
 
-/// Memory [bytes] that [`factorise`] takes: the values and one update.
+/// Share of the memory of the factor that the updates of the parts of one round may take.
+const UPDATES: f64 = 0.03;
+
+/// A part of the elimination tree that depends on no other: supernodes, the last of them its root.
+#[derive(Clone)]
+struct Subtree {
+    supernodes: Range<usize>,
+    flops: f64,
+}
+
+impl Subtree {
+    fn root(&self) -> usize {
+        self.supernodes.end - 1
+    }
+
+    /// Entries of its update, and of the products that it takes.
+    fn scratch(&self, symbolic: &Symbolic) -> (usize, usize) {
+        let height = |s: usize| symbolic.structure.supernode(s).pattern().len();
+        let tallest = self.supernodes.clone().map(height).max().unwrap_or(0);
+        (height(self.root()).pow(2), tallest * STRIP)
+    }
+}
+
+/// Who does what: parts of the elimination tree, one thread for each, in rounds; then what is left, all threads
+/// at every supernode.
+///
+/// It does not depend on the number of threads, nor do the numbers.
+struct Plan {
+    rounds: Vec<Vec<Subtree>>,
+    top: Vec<usize>,
+}
+
+impl Plan {
+    fn new(symbolic: &Symbolic) -> Self {
+        let n_supernodes = symbolic.structure.n_supernodes();
+        let mut flops: Vec<f64> = (0..n_supernodes).map(|s| symbolic.flops_of(s)).collect();
+        let mut first: Vec<usize> = (0..n_supernodes).collect();
+        let mut count = vec![1; n_supernodes];
+        for s in 0..n_supernodes {
+            if let Some(parent) = symbolic.parent(s) {
+                flops[parent] += flops[s];
+                first[parent] = first[parent].min(first[s]);
+                count[parent] += count[s];
+            }
+        }
+        // one range of supernodes each: what is not in postorder is left to the end
+        let is_part = |s: usize| flops[s] <= TASK && count[s] == s + 1 - first[s];
+        let most = UPDATES * symbolic.entries() as f64;
+        let (mut rounds, mut top) = (vec![Vec::new()], Vec::new());
+        let (mut work, mut entries) = (0.0, 0.0);
+        let mut s = 0;
+        while s < n_supernodes {
+            let mut root = s;
+            while let Some(parent) = symbolic.parent(root).filter(|&p| is_part(p)) {
+                if first[parent] != s {
+                    break;
+                }
+                root = parent;
+            }
+            if !is_part(root) || first[root] != s {
+                top.push(s);
+                s += 1;
+                continue;
+            }
+            let update = symbolic.structure.supernode(root).pattern().len();
+            let update = (update * update) as f64;
+            if work + flops[root] > WORK_UNWATCHED || entries + update > most {
+                rounds.push(Vec::new());
+                (work, entries) = (0.0, 0.0);
+            }
+            work += flops[root];
+            entries += update;
+            rounds.last_mut().expect("one at least").push(Subtree {
+                supernodes: s..root + 1,
+                flops: flops[root],
+            });
+            s = root + 1;
+        }
+        rounds.retain(|round| !round.is_empty());
+        Plan { rounds, top }
+    }
+
+    /// Entries of all updates that are there at once: of the parts of a round, and of a supernode that is left.
+    fn scratch(&self, symbolic: &Symbolic) -> (usize, usize) {
+        let of_part = |part: &Subtree| {
+            let (update, product) = part.scratch(symbolic);
+            update + product
+        };
+        let rounds = self.rounds.iter();
+        let at_once = rounds.map(|round| round.iter().map(of_part).sum());
+        let height = |&s: &usize| symbolic.structure.supernode(s).pattern().len();
+        let tallest = self.top.iter().map(height).max();
+        (at_once.max().unwrap_or(0), tallest.unwrap_or(0) * COLUMNS)
+    }
+}
+
+/// Memory [bytes] that [`factorise`] takes: the values and the updates that are there at once.
 pub(super) fn memory(symbolic: &Symbolic) -> f64 {
-    8.0 * (symbolic.entries() + symbolic.longest() * COLUMNS) as f64
+    let (of_parts, of_top) = Plan::new(symbolic).scratch(symbolic);
+    8.0 * (symbolic.entries() + of_parts.max(of_top)) as f64
 }
 
 /// Values of the factor in faer's layout: supernodes one after the other, each by columns, its square first.
 ///
-/// Left-looking [GeorgeLiu1981]: a supernode takes its columns of the matrix, less the products of all earlier
-/// supernodes that reach it, and is factorised in its place.
+/// Right-looking: a supernode is factorised in its place, and its product subtracted from all columns that it
+/// reaches. A part of the elimination tree that one thread takes keeps for itself what reaches beyond it, as the
+/// update of a front in the multifrontal method, until its round is over.
+///
+/// `values` are as many zeros as the factor has entries, and become the factor.
 pub(super) fn factorise(
     symbolic: &Symbolic,
     matrix: &Lower,
-    watch: &mut Watch<'_>,
-) -> Result<Vec<f64>, Failure> {
-    let (structure, supernode_of) = (&symbolic.structure, &symbolic.supernode_of);
-    let n_supernodes = structure.n_supernodes();
-    let (begin, end) = (structure.supernode_begin(), structure.supernode_end());
-    let first_value = structure.col_ptr_for_val();
-    let pattern = |s: usize| structure.supernode(s).pattern();
-    let mut values = reserved(structure.len_val())?;
-    let mut product = reserved(symbolic.longest() * COLUMNS)?;
-    product.resize(product.capacity(), 0.0);
-    // row of the present supernode in which each unknown below it stands
-    let mut local_row = vec![0; structure.nrows()];
-    let mut targets = Vec::new();
-    // earlier supernodes that reach each one: lists, and where in its pattern each has come to
-    let mut reaches = vec![NONE; n_supernodes];
-    let mut next = vec![NONE; n_supernodes];
-    let mut passed = vec![0; n_supernodes];
-    for s in 0..n_supernodes {
-        let size = end[s] - begin[s];
-        let n_rows = size + pattern(s).len();
-        values.resize(first_value[s + 1], 0.0);
-        let (earlier, own) = values.split_at_mut(first_value[s]);
-        for (i, row) in (begin[s]..end[s])
-            .chain(pattern(s).iter().copied())
-            .enumerate()
-        {
-            local_row[row] = i;
-        }
-        for (column, own) in (begin[s]..end[s]).zip(own.chunks_exact_mut(n_rows)) {
-            let range = matrix.start[column]..matrix.start[column + 1];
-            for (&row, &value) in matrix.row[range.clone()].iter().zip(&matrix.value[range]) {
-                own[local_row[row]] = value;
-            }
-        }
-        let mut d = reaches[s];
-        while d != NONE {
-            let columns = end[d] - begin[d];
-            let rows = &pattern(d)[passed[d]..];
-            let reached = rows.partition_point(|&row| row < end[s]);
-            let all = &earlier[first_value[d]..first_value[d + 1]];
-            let all = MatRef::from_column_major_slice(all, columns + pattern(d).len(), columns);
-            let factor = all.subrows(columns + passed[d], rows.len());
-            targets.clear();
-            targets.extend(rows.iter().map(|&row| local_row[row]));
-            subtract(own, n_rows, factor, &targets, reached, &mut product, watch)?;
-            passed[d] += reached;
-            let following = next[d];
-            append(d, rows.get(reached), supernode_of, &mut reaches, &mut next);
-            d = following;
-        }
-        let own = MatMut::from_column_major_slice_mut(own, n_rows, size);
-        cholesky_columns(own, parallelism((n_rows * size * size) as f64), watch).map_err(
-            |unfactored| match unfactored {
-                Unfactored::Pivot(column) => Failure::Pivot(begin[s] + column),
-                Unfactored::Interrupted => Failure::Interrupted,
-            },
-        )?;
-        append(s, pattern(s).first(), supernode_of, &mut reaches, &mut next);
-    }
-    Ok(values)
-}
-
-/// Puts `d` on the list of the supernode that has its row `row`.
-fn append(
-    d: usize,
-    row: Option<&usize>,
-    supernode_of: &[usize],
-    reaches: &mut [usize],
-    next: &mut [usize],
-) {
-    if let Some(&row) = row {
-        let s = supernode_of[row];
-        next[d] = std::mem::replace(&mut reaches[s], d);
-    }
-}
-
-/// Subtracts the first `columns` columns of `factor factor^T` from a supernode of `n_rows` rows, the rows and
-/// columns being those of `targets`.
-fn subtract(
-    own: &mut [f64],
-    n_rows: usize,
-    factor: MatRef<'_, f64>,
-    targets: &[usize],
-    columns: usize,
-    product: &mut [f64],
+    values: &mut [f64],
     watch: &mut Watch<'_>,
 ) -> Result<(), Failure> {
-    let depth = 2 * factor.ncols() + 1;
-    let most = (WORK_UNWATCHED / (depth * targets.len()) as f64) as usize;
-    let step = most.clamp(1, COLUMNS);
-    for first in (0..columns).step_by(step) {
-        let count = step.min(columns - first);
-        let targets = &targets[first..];
-        let rows = factor.subrows(first, targets.len());
-        let part = &mut product[..targets.len() * count];
-        let work = (depth * part.len()) as f64;
-        lower_product(
-            MatMut::from_column_major_slice_mut(part, targets.len(), count),
-            Accum::Replace,
-            rows,
-            1.0,
-            parallelism(work),
-        );
-        for (j, part) in part.chunks_exact(targets.len()).enumerate() {
-            let own = &mut own[targets[j] * n_rows..][..n_rows];
-            for (&target, value) in targets[j..].iter().zip(&part[j..]) {
-                own[target] -= value;
-            }
+    let plan = Plan::new(symbolic);
+    let panels = Panels { symbolic, matrix };
+    let (of_parts, of_top) = plan.scratch(symbolic);
+    let mut scratch = zeros(of_parts)?;
+    for round in &plan.rounds {
+        let mut rest = &mut *values;
+        let mut start = 0;
+        let mut free = &mut *scratch;
+        let mut tasks = Vec::with_capacity(round.len());
+        for part in round {
+            let (update, product) = part.scratch(symbolic);
+            let (update, behind) = free.split_at_mut(update);
+            let (product, behind) = behind.split_at_mut(product);
+            free = behind;
+            let range = panels.values(part.supernodes.clone());
+            let (_, from) = rest.split_at_mut(range.start - start);
+            let (own, behind) = from.split_at_mut(range.len());
+            (rest, start) = (behind, range.end);
+            tasks.push((part, own, update, product));
         }
-        watch.spend(work).map_err(|_| Failure::Interrupted)?;
+        let updates: Vec<Result<&[f64], Failure>> = tasks
+            .into_par_iter()
+            .map(|(part, own, update, product)| {
+                panels.part(part, own, update, product)?;
+                Ok(&*update)
+            })
+            .collect();
+        for (part, update) in round.iter().zip(updates) {
+            let rows = panels.pattern(part.root());
+            let start = panels.values(part.supernodes.clone()).end;
+            panels.subtract_all(rows, update?, &mut values[start..], start);
+            watch.spend(part.flops).map_err(|_| Failure::Interrupted)?;
+        }
+    }
+    // one after the other: their memory is not there at once
+    drop(scratch);
+    let mut product = zeros(of_top)?;
+    for &s in &plan.top {
+        let range = panels.values(s..s + 1);
+        let (own, later) = values[range.start..].split_at_mut(range.len());
+        panels.eliminate(s, own, Par::rayon(rayon::current_num_threads()), watch)?;
+        panels.update(s, own, later, range.end, &mut product, watch)?;
     }
     Ok(())
 }
 
-/// All threads of the pool of this process, where there is work for them.
-fn parallelism(operations: f64) -> Par {
-    if operations < SHARED {
-        return Par::Seq;
-    }
-    Par::rayon(rayon::current_num_threads())
+/// The supernodes of a factor that is being made.
+#[derive(Clone, Copy)]
+struct Panels<'a> {
+    symbolic: &'a Symbolic,
+    matrix: &'a Lower,
 }
 
-fn reserved(length: usize) -> Result<Vec<f64>, Failure> {
+/// Columns of an update: rows and columns of a pattern from `first` on, as many columns as `width`, in `values`
+/// by columns of `height`.
+#[derive(Clone, Copy)]
+struct Columns<'a> {
+    rows: &'a [usize],
+    first: usize,
+    width: usize,
+    values: &'a [f64],
+    height: usize,
+}
+
+impl<'a> Panels<'a> {
+    fn begin(&self, s: usize) -> usize {
+        self.symbolic.structure.supernode_begin()[s]
+    }
+
+    fn end(&self, s: usize) -> usize {
+        self.symbolic.structure.supernode_end()[s]
+    }
+
+    /// Rows below the square of a supernode.
+    fn pattern(&self, s: usize) -> &'a [usize] {
+        self.symbolic.structure.supernode(s).pattern()
+    }
+
+    fn n_rows(&self, s: usize) -> usize {
+        self.end(s) - self.begin(s) + self.pattern(s).len()
+    }
+
+    /// Where the values of some supernodes stand.
+    fn values(&self, supernodes: Range<usize>) -> Range<usize> {
+        let first = self.symbolic.structure.col_ptr_for_val();
+        first[supernodes.start]..first[supernodes.end]
+    }
+
+    /// Where the values of a column begin.
+    fn column(&self, column: usize) -> usize {
+        let s = self.symbolic.supernode_of[column];
+        self.values(s..s + 1).start + (column - self.begin(s)) * self.n_rows(s)
+    }
+
+    /// Adds the columns of the matrix, and factorises them.
+    fn eliminate(
+        &self,
+        s: usize,
+        own: &mut [f64],
+        par: Par,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), Failure> {
+        let (begin, end, n_rows) = (self.begin(s), self.end(s), self.n_rows(s));
+        let pattern = self.pattern(s);
+        let mut at = Vec::new();
+        for (column, own) in (begin..end).zip(own.chunks_exact_mut(n_rows)) {
+            let range = self.matrix.start[column]..self.matrix.start[column + 1];
+            let rows = &self.matrix.row[range.clone()];
+            places(rows, begin, end, pattern, &mut at);
+            for (&at, value) in at.iter().zip(&self.matrix.value[range]) {
+                own[at] += value;
+            }
+        }
+        let size = end - begin;
+        let work = (n_rows * size * size) as f64;
+        let own = MatMut::from_column_major_slice_mut(own, n_rows, size);
+        let par = if work < SHARED { Par::Seq } else { par };
+        cholesky_columns(own, par, watch).map_err(|unfactored| match unfactored {
+            Unfactored::Pivot(column) => Failure::Pivot(begin + column),
+            Unfactored::Interrupted => Failure::Interrupted,
+        })
+    }
+
+    /// Factorises a part of the elimination tree; `update` is then what it subtracts from the rows of its root's
+    /// pattern.
+    fn part(
+        &self,
+        part: &Subtree,
+        own: &mut [f64],
+        update: &mut [f64],
+        product: &mut [f64],
+    ) -> Result<(), Failure> {
+        let outside = self.pattern(part.root());
+        update.fill(0.0);
+        let end = self.end(part.root());
+        let start = self.values(part.supernodes.clone()).start;
+        let mut watch = Watch::new(&unmonitored);
+        let mut at = Vec::new();
+        for s in part.supernodes.clone() {
+            let range = self.values(s..s + 1);
+            let (own, later) = own[range.start - start..].split_at_mut(range.len());
+            self.eliminate(s, own, Par::Seq, &mut watch)?;
+            let rows = self.pattern(s);
+            let size = self.end(s) - self.begin(s);
+            let factor = MatRef::from_column_major_slice(own, self.n_rows(s), size);
+            let factor = factor.subrows(size, rows.len());
+            let inside = rows.partition_point(|&row| row < end);
+            let mut first = 0;
+            while first < rows.len() {
+                let is_inside = first < inside;
+                let end = if is_inside { inside } else { rows.len() };
+                let (width, height) = (STRIP.min(end - first), rows.len() - first);
+                let values = &mut product[..height * width];
+                // what leaves is kept with its sign, to be subtracted once more
+                let sign = if is_inside { 1.0 } else { -1.0 };
+                let factor = factor.subrows(first, height);
+                multiply(values, factor, width, Accum::Replace, sign);
+                let strip = Columns {
+                    rows,
+                    first,
+                    width,
+                    values,
+                    height,
+                };
+                if is_inside {
+                    self.subtract(strip, later, range.end);
+                } else {
+                    places(&rows[first..], 0, 0, outside, &mut at);
+                    strip.subtract(width, &at, update, outside.len(), 0);
+                }
+                first += width;
+            }
+        }
+        Ok(())
+    }
+
+    /// Subtracts the product of a supernode from all columns that it reaches, `later` from `start` on.
+    fn update(
+        &self,
+        s: usize,
+        own: &[f64],
+        mut later: &mut [f64],
+        mut start: usize,
+        product: &mut [f64],
+        watch: &mut Watch<'_>,
+    ) -> Result<(), Failure> {
+        let rows = self.pattern(s);
+        let size = self.end(s) - self.begin(s);
+        let factor = MatRef::from_column_major_slice(own, self.n_rows(s), size);
+        let factor = factor.subrows(size, rows.len());
+        for group in (0..rows.len()).step_by(COLUMNS) {
+            let count = COLUMNS.min(rows.len() - group);
+            let mut strips = Vec::new();
+            let mut free = &mut *product;
+            for first in (group..group + count).step_by(STRIP) {
+                let width = STRIP.min(group + count - first);
+                let (values, rest) = free.split_at_mut((rows.len() - first) * width);
+                let last = rows[first + width - 1];
+                let end = self.column(last) + self.n_rows(self.symbolic.supernode_of[last]);
+                let (target, behind) = later.split_at_mut(end - start);
+                strips.push((first, width, values, target, start));
+                (free, later, start) = (rest, behind, end);
+            }
+            let area = ((rows.len() - group) * count) as f64;
+            let depth = ((0.5 * WORK_UNWATCHED / area) as usize).clamp(16, DEPTH);
+            for k in (0..size).step_by(depth) {
+                let depth = depth.min(size - k);
+                let accum = if k == 0 { Accum::Replace } else { Accum::Add };
+                let is_last = k + depth == size;
+                let work = |(first, width, values, target, start): &mut (
+                    usize,
+                    usize,
+                    &mut [f64],
+                    &mut [f64],
+                    usize,
+                )| {
+                    let height = rows.len() - *first;
+                    let factor = factor.submatrix(*first, k, height, depth);
+                    multiply(values, factor, *width, accum, 1.0);
+                    if is_last {
+                        let strip = Columns {
+                            rows,
+                            first: *first,
+                            width: *width,
+                            values,
+                            height,
+                        };
+                        self.subtract(strip, target, *start);
+                    }
+                };
+                let operations = 2.0 * area * depth as f64;
+                if operations < SHARED {
+                    strips.iter_mut().for_each(work);
+                } else {
+                    strips.par_iter_mut().for_each(work);
+                }
+                watch.spend(operations).map_err(|_| Failure::Interrupted)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Subtracts a whole square update from the columns of its `rows`, which stand in `later` from `start` on.
+    fn subtract_all(
+        &self,
+        rows: &[usize],
+        update: &[f64],
+        mut later: &mut [f64],
+        mut start: usize,
+    ) {
+        let height = rows.len();
+        let mut strips = Vec::new();
+        for first in (0..height).step_by(STRIP) {
+            let width = STRIP.min(height - first);
+            let last = rows[first + width - 1];
+            let end = self.column(last) + self.n_rows(self.symbolic.supernode_of[last]);
+            let (target, behind) = later.split_at_mut(end - start);
+            let strip = Columns {
+                rows,
+                first,
+                width,
+                values: &update[first * height + first..],
+                height,
+            };
+            strips.push((strip, target, start));
+            (later, start) = (behind, end);
+        }
+        strips
+            .into_par_iter()
+            .for_each(|(strip, target, start)| self.subtract(strip, target, start));
+    }
+
+    /// Subtracts columns of an update from supernodes that stand in `target` from `start` on.
+    fn subtract(&self, mut strip: Columns<'_>, target: &mut [f64], start: usize) {
+        let mut at = Vec::new();
+        while strip.width > 0 {
+            let rows = &strip.rows[strip.first..];
+            let s = self.symbolic.supernode_of[rows[0]];
+            let (begin, end) = (self.begin(s), self.end(s));
+            let here = rows[..strip.width].partition_point(|&row| row < end);
+            places(rows, begin, end, self.pattern(s), &mut at);
+            let base = self.column(rows[0]) - start;
+            let n_rows = self.n_rows(s);
+            strip.subtract(here, &at, &mut target[base..], n_rows, at[0]);
+            strip = strip.after(here);
+        }
+    }
+}
+
+impl Columns<'_> {
+    /// Subtracts the first `width` of them from columns of `n_rows`, the first of which is that of place `base`:
+    /// row and column `i` stand at place `at[i]`.
+    fn subtract(&self, width: usize, at: &[usize], own: &mut [f64], n_rows: usize, base: usize) {
+        for (j, values) in self.values.chunks(self.height).take(width).enumerate() {
+            let own = &mut own[(at[j] - base) * n_rows..][..n_rows];
+            for (&at, value) in at[j..].iter().zip(&values[j..]) {
+                own[at] -= value;
+            }
+        }
+    }
+
+    /// Those after the first `count`.
+    fn after(self, count: usize) -> Self {
+        let skipped = (count * (self.height + 1)).min(self.values.len());
+        Self {
+            first: self.first + count,
+            width: self.width - count,
+            values: &self.values[skipped..],
+            ..self
+        }
+    }
+}
+
+/// The first `width` columns of `sign rows rows^T`, on and below the diagonal.
+fn multiply(product: &mut [f64], rows: MatRef<'_, f64>, width: usize, accum: Accum, sign: f64) {
+    let product = MatMut::from_column_major_slice_mut(product, rows.nrows(), width);
+    lower_product(product, accum, rows, sign, Par::Seq);
+}
+
+/// Places of ascending `rows` among the columns `begin..end` of a supernode and the rows of its `pattern`.
+fn places(rows: &[usize], begin: usize, end: usize, pattern: &[usize], at: &mut Vec<usize>) {
+    at.clear();
+    let mut place = 0;
+    at.extend(rows.iter().map(|&row| {
+        if row < end {
+            return row - begin;
+        }
+        while pattern[place] < row {
+            place += 1;
+        }
+        end - begin + place
+    }));
+}
+
+/// Numbers that are made one after the other, in memory that is asked for first.
+pub(super) fn reserved(length: usize) -> Result<Vec<f64>, Failure> {
     let mut values = Vec::new();
     match values.try_reserve_exact(length) {
         Ok(()) => Ok(values),
         Err(_) => Err(Failure::Memory),
     }
+}
+
+fn zeros(length: usize) -> Result<Vec<f64>, Failure> {
+    let mut values = reserved(length)?;
+    values.resize(length, 0.0);
+    Ok(values)
 }
 
 #[cfg(test)]
@@ -249,7 +581,9 @@ mod tests {
         let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
             panic!("too little memory")
         };
-        factorise(&symbolic, matrix, watch)
+        let mut values = vec![0.0; symbolic.entries()];
+        factorise(&symbolic, matrix, &mut values, watch)?;
+        Ok(values)
     }
 
     /// The factor by faer's own loop.
