@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Convolution kernels and how they are made.
+
+use std::ops::Mul;
+
+use rustfft::num_complex::Complex;
+
+use super::Transform;
+use super::buffers::room;
+use super::chunks::each_chunk;
+use super::passes::Layout;
+use crate::monitor::{Monitor, unmonitored};
+
+/// Operations that a value of a kernel counts for: logarithms and roots.
+pub(super) const VALUE: f64 = 200.0;
+
+/// The spectrum of a convolution kernel, made by and for one [`Transform`].
+///
+/// Kept transposed (y fastest) and scaled by the reciprocal of the number of padded points.
+pub struct Kernel {
+    values: Values,
+}
+
+enum Values {
+    /// Even in both directions: the spectrum is real and even, a quarter is kept.
+    Even(Vec<f64>),
+    General(Vec<Complex<f64>>),
+}
+
+impl Kernel {
+    /// Writes (`is_first`) or adds the product with one column of a spectrum.
+    pub(super) fn multiply(
+        &self,
+        kx: usize,
+        x: &[Complex<f64>],
+        y: &mut [Complex<f64>],
+        is_first: bool,
+    ) {
+        let my = x.len();
+        match &self.values {
+            Values::Even(values) => {
+                let nky = my / 2 + 1;
+                let values = &values[kx * nky..(kx + 1) * nky];
+                multiply(values.iter(), x, y, is_first);
+                // the upper half runs backwards through the same values
+                let upper = values[1..=my - nky].iter().rev();
+                multiply(upper, &x[nky..], &mut y[nky..], is_first);
+            }
+            Values::General(values) => {
+                let values = &values[kx * my..(kx + 1) * my];
+                multiply(values.iter(), x, y, is_first);
+            }
+        }
+    }
+}
+
+/// Writes (`is_first`) or adds the products of numbers.
+fn multiply<'a, V: 'a + Copy>(
+    values: impl Iterator<Item = &'a V>,
+    x: &[Complex<f64>],
+    y: &mut [Complex<f64>],
+    is_first: bool,
+) where
+    Complex<f64>: Mul<V, Output = Complex<f64>>,
+{
+    let terms = x.iter().zip(values).map(|(x, v)| *x * *v);
+    if is_first {
+        for (y, term) in y.iter_mut().zip(terms) {
+            *y = term;
+        }
+    } else {
+        for (y, term) in y.iter_mut().zip(terms) {
+            *y += term;
+        }
+    }
+}
+
+impl Transform {
+    /// Kernel from its values at the offsets `(i, j)`, target index minus source index.
+    ///
+    /// Called for `-(nx_source - 1) ..= nx_target - 1` along x and likewise along y (periodic: for the
+    /// offsets nearest to zero).
+    pub fn kernel(&self, value: impl Fn(isize, isize) -> f64 + Sync) -> Kernel {
+        let [mx, my] = self.padded;
+        let (left, right) = self.offsets(0);
+        let (down, up) = self.offsets(1);
+        let layout = Layout {
+            columns: self.waves_x(),
+            inputs: 1,
+            outputs: 0,
+            rows_in: (up - down + 1) as usize,
+            rows_out: 0,
+        };
+        let mut buffer = self.buffers.field();
+        let spectra = room(&mut buffer, layout.len());
+        let fill = |row: &mut [f64], _: usize, j: usize| {
+            row.fill(0.0);
+            for i in left..=right {
+                row[i.rem_euclid(mx as isize) as usize] = value(i, down + j as isize);
+            }
+        };
+        self.forward_rows(layout, spectra, fill, |_| {}, 1.0, &unmonitored);
+        let normalisation = self.normalisation();
+        let mut values = vec![Complex::default(); self.waves_x() * my];
+        self.kernel_columns(
+            layout,
+            spectra,
+            |j| (down + j as isize).rem_euclid(my as isize) as usize,
+            |_| {},
+            &mut values,
+            my,
+            |column, values| {
+                for (value, wave) in values.iter_mut().zip(column) {
+                    *value = wave * normalisation;
+                }
+            },
+            &unmonitored,
+        );
+        Kernel {
+            values: Values::General(values),
+        }
+    }
+
+    /// Kernel that is even along x and along y, from its values at the offsets `i, j >= 0`.
+    ///
+    /// A quarter of the evaluations and an eighth of the memory of [`Transform::kernel`].
+    pub fn even_kernel(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        self.even_kernel_watched(value, &unmonitored)
+    }
+
+    /// [`Transform::even_kernel`] with looks at a monitor; of no use once that has asked to stop.
+    pub fn even_kernel_watched(
+        &self,
+        value: impl Fn(usize, usize) -> f64 + Sync,
+        monitor: Monitor<'_>,
+    ) -> Kernel {
+        let [mx, my] = self.padded;
+        let (nkx, nky) = (self.waves_x(), my / 2 + 1);
+        let reach = |(first, last): (isize, isize)| last.max(-first) as usize;
+        let (reach_x, reach_y) = (reach(self.offsets(0)), reach(self.offsets(1)));
+        // two real even columns ride in one complex transform
+        let layout = Layout {
+            columns: nkx.div_ceil(2),
+            inputs: 1,
+            outputs: 0,
+            rows_in: reach_y + 1,
+            rows_out: 0,
+        };
+        let mut buffer = self.buffers.field();
+        let spectra = room(&mut buffer, layout.len());
+        let fill = |row: &mut [f64], _: usize, j: usize| {
+            row.fill(0.0);
+            for i in 0..=reach_x {
+                let v = value(i, j);
+                row[i] = v;
+                row[(mx - i) % mx] = v;
+            }
+        };
+        let pair = |waves: &mut [Complex<f64>]| {
+            for k in 0..nkx.div_ceil(2) {
+                let second = waves.get(2 * k + 1).map_or(0.0, |v| v.re);
+                waves[k] = Complex::new(waves[2 * k].re, second);
+            }
+        };
+        let cost = VALUE * (reach_x + 1) as f64;
+        self.forward_rows(layout, spectra, fill, pair, cost, monitor);
+        let normalisation = self.normalisation();
+        let mut values = vec![0.0; nkx * nky];
+        self.kernel_columns(
+            layout,
+            spectra,
+            |j| j,
+            |column| {
+                for j in 1..=reach_y {
+                    column[my - j] = column[j];
+                }
+            },
+            &mut values,
+            2 * nky,
+            |column, values| {
+                let (first, second) = values.split_at_mut(nky);
+                for (value, wave) in first.iter_mut().zip(column) {
+                    *value = wave.re * normalisation;
+                }
+                for (value, wave) in second.iter_mut().zip(column) {
+                    *value = wave.im * normalisation;
+                }
+            },
+            monitor,
+        );
+        Kernel {
+            values: Values::Even(values),
+        }
+    }
+
+    /// Kernel from its spectrum at the wave indices `(kx, ky)`, `kx < mx / 2 + 1`, `ky < my`.
+    pub fn kernel_from_spectrum(
+        &self,
+        value: impl Fn(usize, usize) -> Complex<f64> + Sync,
+    ) -> Kernel {
+        let (my, normalisation) = (self.padded[1], self.normalisation());
+        let mut values = vec![Complex::default(); self.waves_x() * my];
+        each_chunk(
+            &unmonitored,
+            1.0,
+            self.is_parallel(),
+            &mut values,
+            my,
+            || (),
+            |(), kx, column| {
+                for (ky, v) in column.iter_mut().enumerate() {
+                    *v = value(kx, ky) * normalisation;
+                }
+            },
+        );
+        Kernel {
+            values: Values::General(values),
+        }
+    }
+
+    /// Even kernel from its real spectrum at the wave indices `kx <= mx / 2`, `ky <= my / 2`.
+    pub fn even_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        let (nky, normalisation) = (self.padded[1] / 2 + 1, self.normalisation());
+        let mut values = vec![0.0; self.waves_x() * nky];
+        each_chunk(
+            &unmonitored,
+            1.0,
+            self.is_parallel(),
+            &mut values,
+            nky,
+            || (),
+            |(), kx, column| {
+                for (ky, v) in column.iter_mut().enumerate() {
+                    *v = value(kx, ky) * normalisation;
+                }
+            },
+        );
+        Kernel {
+            values: Values::Even(values),
+        }
+    }
+
+    /// Value of the spectrum of `kernel` at the wave indices `(kx, ky)`.
+    pub fn spectrum(&self, kernel: &Kernel, kx: usize, ky: usize) -> Complex<f64> {
+        let my = self.padded[1];
+        let scale = (self.padded[0] * my) as f64;
+        match &kernel.values {
+            Values::Even(v) => Complex::new(v[kx * (my / 2 + 1) + ky.min(my - ky)] * scale, 0.0),
+            Values::General(v) => v[kx * my + ky] * scale,
+        }
+    }
+}
