@@ -168,8 +168,8 @@ impl Transform {
         debug_assert!(kernels.len() == outputs.len());
         let (first, end) = self.loaded_rows(inputs);
         if first == end {
-            if !adds {
-                outputs.iter_mut().for_each(|y| y.fill(0.0));
+            for y in outputs.iter_mut().filter(|_| !adds) {
+                y.fill(0.0);
             }
             return;
         }

@@ -4,7 +4,7 @@
 use mtb_complementarity::bounded::{Judgement, Status};
 use mtb_complementarity::linear;
 use mtb_operator::dense::Watch;
-use mtb_operator::{Component, Monitor, report, unmonitored};
+use mtb_operator::{Buffers, Component, Monitor, report, unmonitored};
 
 use super::level::{Level, Region, half_sides};
 use super::nested::{error_of, unpack_motion};
@@ -133,7 +133,13 @@ fn table(influence: Influence<'_>, level: &Level) -> Vec<f64> {
 /// Influence of a load on the first cell: over a period that is the influence at all offsets.
 fn column(surface: Surface<'_>, level: &Level) -> Vec<f64> {
     let (shape, n) = ([level.grid.nx, level.grid.ny], level.grid.points());
-    let product = Product::influence(surface, &level.grid, shape, &unmonitored);
+    let product = Product::influence(
+        surface,
+        &level.grid,
+        shape,
+        &Buffers::default(),
+        &unmonitored,
+    );
     let mut unit = vec![0.0; n];
     unit[0] = 1.0;
     let mut column = vec![0.0; n];

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 
 use mtb_complementarity::bounded::{self, Judgement, Solution, Status};
-use mtb_operator::{Grid, Monitor, Progress, check_memory, report};
+use mtb_operator::{Buffers, Grid, Monitor, Progress, check_memory, report};
 
 use super::extension::Extension;
 use super::level::{Level, Region, half_sides};
@@ -23,11 +23,12 @@ const TOLERANCE_SHARE: f64 = 0.05;
 
 const MAX_ITERATIONS: usize = 1000;
 
-/// Work in points transformed.
+/// Work in points transformed, and the memory for it.
 #[derive(Default)]
 struct Work {
     products: f64,
     preconditionings: f64,
+    buffers: Buffers,
 }
 
 pub(super) fn solve(
@@ -129,7 +130,8 @@ fn outside(
         return Ok((plain(&solution), solution));
     }
     let pressure = region.paste(&solution.pressure, &level.grid);
-    let product = Product::influence(contact.surface, &level.grid, [whole.nx, whole.ny], monitor);
+    let shape = [whole.nx, whole.ny];
+    let product = Product::influence(contact.surface, &level.grid, shape, &work.buffers, monitor);
     let mut displacement = vec![0.0; whole.points()];
     product.apply(&pressure, &mut displacement, monitor);
     report(monitor, 0, f64::NAN)?;
@@ -245,8 +247,8 @@ fn on_region(
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
-    let product = Product::influence(contact.surface, grid, shape, monitor);
-    let inverse = Product::inverse(contact.surface, grid, shape, monitor);
+    let product = Product::influence(contact.surface, grid, shape, &work.buffers, monitor);
+    let inverse = Product::inverse(contact.surface, grid, shape, &work.buffers, monitor);
     let is_periodic = matches!(contact.surface, super::Surface::Periodic(_));
     let extension = RefCell::new((
         Extension::new(shape, is_periodic),

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use mtb_operator::{Compliance, Component, Grid, Kernel, Monitor, Transform};
+use mtb_operator::{Buffers, Compliance, Component, Grid, Kernel, Monitor, Transform};
 
 use super::Surface;
 
@@ -32,22 +32,23 @@ impl<'a> Product<'a> {
         Self::Convolution { transform, kernel }
     }
 
-    /// Pressure [Pa] to closing of the gap [m].
+    /// Pressure [Pa] to closing of the gap [m], with memory that products of other shapes use as well.
     pub(super) fn influence(
         surface: Surface<'a>,
         grid: &Grid,
         shape: [usize; 2],
+        buffers: &Buffers,
         monitor: Monitor<'_>,
     ) -> Self {
         match surface {
             Surface::FreeSpace(influence) => {
-                let transform = Transform::new(shape, shape);
+                let transform = Transform::new(shape, shape).sharing(buffers);
                 let kernel =
                     transform.even_kernel_watched(|i, j| at_offset(influence, grid, i, j), monitor);
                 Self::of(transform, kernel)
             }
             Surface::Periodic(wave) => {
-                let transform = Transform::periodic(shape);
+                let transform = Transform::periodic(shape).sharing(buffers);
                 let kernel = transform
                     .even_kernel_from_spectrum(|kx, ky| wave(wave_number(grid, shape, kx, ky)));
                 Self::of(transform, kernel)
@@ -61,6 +62,7 @@ impl<'a> Product<'a> {
         surface: Surface<'_>,
         grid: &Grid,
         shape: [usize; 2],
+        buffers: &Buffers,
         monitor: Monitor<'_>,
     ) -> Self {
         match surface {
@@ -68,10 +70,11 @@ impl<'a> Product<'a> {
                 shape,
                 |i, j| at_offset(influence, grid, i, j),
                 f64::MIN_POSITIVE,
+                buffers,
                 monitor,
             ),
             Surface::Periodic(wave) => {
-                let transform = Transform::periodic(shape);
+                let transform = Transform::periodic(shape).sharing(buffers);
                 // the mean has no displacement of its own; any positive number of the right size will do
                 let longest = f64::min(
                     wave_number(grid, shape, 1, 0),
@@ -94,6 +97,7 @@ impl<'a> Product<'a> {
                     shape,
                     |i, j| from_middle(&response, shape, i, j),
                     (LEAST_WAVE * total).max(f64::MIN_POSITIVE),
+                    buffers,
                     monitor,
                 )
             }
@@ -102,12 +106,12 @@ impl<'a> Product<'a> {
 
     /// Overwrites `y` with the image of `x`; with nothing of use once the monitor has asked to stop.
     pub(super) fn apply(&self, x: &[f64], y: &mut [f64], monitor: Monitor<'_>) {
-        y.fill(0.0);
         match self {
             Self::Convolution { transform, kernel } => {
-                transform.apply_add_watched(kernel, 1.0, x, y, monitor);
+                transform.apply_watched(kernel, x, y, monitor);
             }
             Self::Body(body) => {
+                y.fill(0.0);
                 body.add_displacement(Component::Normal, Component::Normal, 1.0, x, y);
             }
         }
@@ -127,9 +131,10 @@ fn wrapped<'a>(
     shape: [usize; 2],
     value: impl Fn(usize, usize) -> f64 + Sync,
     least: f64,
+    buffers: &Buffers,
     monitor: Monitor<'_>,
 ) -> Product<'a> {
-    let transform = Transform::wrapped(shape);
+    let transform = Transform::wrapped(shape).sharing(buffers);
     let kernel = transform.even_kernel_watched(value, monitor);
     let kernel = transform.even_kernel_from_spectrum(|kx, ky| {
         1.0 / transform.spectrum(&kernel, kx, ky).re.abs().max(least)
