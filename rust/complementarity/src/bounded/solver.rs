@@ -83,6 +83,7 @@ struct Search<'a> {
     /// pressure, the direction and the next pressure vanish outside of the stretches.
     contact: Vec<bool>,
     spans: Spans,
+    whole: Spans,
     has_changed: bool,
     motion: [f64; 3],
     /// `N c`, and `N^T N` over the contact set.
@@ -127,7 +128,7 @@ impl<'a> Search<'a> {
         for p in &mut p {
             *p = p.max(0.0);
         }
-        let is_balanced = balance(problem.modes, &mut p, &Spans::whole(n));
+        let is_balanced = balance(problem.modes, &mut p, &Spans::whole(n), &vec![true; n]);
         let contact: Vec<bool> = p.iter().map(|p| *p > 0.0).collect();
         let zeros = || vec![0.0; n];
         let mut search = Self {
@@ -137,6 +138,7 @@ impl<'a> Search<'a> {
             modes: problem.modes,
             tolerance,
             spans: Spans::of(&contact),
+            whole: Spans::whole(n),
             contact,
             has_changed: true,
             g: problem.offset.to_vec(),
@@ -176,10 +178,21 @@ impl<'a> Search<'a> {
         let mut image = std::mem::replace(&mut self.r_old, field);
         (self.apply)(&self.r_old, &mut image);
         self.products += 1;
-        for (g, image) in self.g.iter_mut().zip(&image) {
-            *g += scale * image;
-        }
         self.q = image;
+        self.add_to_gap(scale);
+    }
+
+    /// Adds `scale` times the image in `q` to the gap.
+    fn add_to_gap(&mut self, scale: f64) {
+        let add = |[g]: [f64; 1], [q]: [f64; 1], _: bool| ([g + scale * q], []);
+        let Self {
+            g,
+            q,
+            contact,
+            whole,
+            ..
+        } = self;
+        whole.sum([g], [q], contact, add);
     }
 
     /// Fits the motions, lets penetrating points in, returns the relative residual.
@@ -188,11 +201,19 @@ impl<'a> Search<'a> {
         self.fit_motion();
         // a point that penetrates by far less than the tolerance need not disturb the search
         let threshold = -1e-2 * self.tolerance * self.scale;
-        let mut has_grown = false;
-        for ((c, g), shift) in self.contact.iter_mut().zip(&self.g).zip(&self.shift) {
-            let is_closed = g - shift < threshold;
-            has_grown |= is_closed && !*c;
-            *c |= is_closed;
+        let is_closed = |g: f64, shift: f64| g - shift < threshold;
+        let fields = [self.g.as_slice(), &self.shift];
+        let [closed] = self
+            .whole
+            .sum([], fields, &self.contact, |[], [g, shift], c| {
+                let is_new = !c && is_closed(g, shift);
+                ([], [f64::from(u8::from(is_new))])
+            });
+        let has_grown = closed > 0.0;
+        if has_grown {
+            for ((c, g), shift) in self.contact.iter_mut().zip(&self.g).zip(&self.shift) {
+                *c |= is_closed(*g, *shift);
+            }
         }
         self.has_changed |= has_grown;
         if self.has_changed {
@@ -249,12 +270,15 @@ impl<'a> Search<'a> {
         }
         self.motion = solve_small(&self.gram, sum, self.modes.len());
         for (k, (mode, c)) in self.modes.iter().zip(self.motion).enumerate() {
-            if k == 0 {
-                self.shift.fill(0.0);
-            }
-            for (shift, n) in self.shift.iter_mut().zip(&mode.shape) {
-                *shift += c * n;
-            }
+            let kept = if k == 0 { 0.0 } else { 1.0 };
+            let add = |[shift]: [f64; 1], [n]: [f64; 1], _: bool| ([kept * shift + c * n], []);
+            let Self {
+                shift,
+                contact,
+                whole,
+                ..
+            } = &mut *self;
+            whole.sum([shift], [&mode.shape], contact, add);
         }
     }
 
@@ -262,11 +286,12 @@ impl<'a> Search<'a> {
     fn step(&mut self) -> bool {
         self.find_direction();
         self.has_changed = false;
-        let is_cut = self.spans.iter().any(|span| {
-            let state = self.p[span.clone()].iter().zip(&self.t[span]);
-            state.into_iter().any(|(p, t)| p - self.tau * t < 0.0)
+        let tau = self.tau;
+        let fields = [self.p.as_slice(), &self.t];
+        let [cut] = self.spans.sum([], fields, &self.contact, |[], [p, t], _| {
+            ([], [f64::from(u8::from(p - tau * t < 0.0))])
         });
-        if is_cut && self.cut_step() {
+        if cut > 0.0 && self.cut_step() {
             return true;
         }
         self.free_step()
@@ -276,28 +301,15 @@ impl<'a> Search<'a> {
     fn find_direction(&mut self) {
         (self.precondition)(&self.contact, &self.r, &mut self.z);
         self.preconditionings += 1;
-        self.mask_z();
-        self.project_z();
-        let (rz, old) = (
-            self.spans.dot(&self.r, &self.z),
-            self.spans.dot(&self.r_old, &self.z),
-        );
+        let [rz, old] = self.project_z();
         let beta = if self.restart {
             0.0
         } else {
             ((rz - old) / self.rz).max(0.0)
         };
         self.rz = rz;
-        if beta > 0.0 {
-            for span in self.spans.iter() {
-                let state = self.t[span.clone()].iter_mut().zip(&self.z[span.clone()]);
-                for ((t, z), c) in state.zip(&self.contact[span]) {
-                    *t = if *c { z + beta * *t } else { 0.0 };
-                }
-            }
-            self.project_t();
-        }
-        if beta <= 0.0 || self.spans.dot(&self.r, &self.t) <= 0.0 {
+        let is_downhill = beta > 0.0 && self.conjugate(beta) > 0.0;
+        if !is_downhill {
             for span in self.spans.iter() {
                 self.t[span.clone()].copy_from_slice(&self.z[span]);
             }
@@ -305,35 +317,85 @@ impl<'a> Search<'a> {
         self.restart = false;
     }
 
-    fn mask_z(&mut self) {
-        for span in self.spans.iter() {
-            for (z, c) in self.z[span.clone()].iter_mut().zip(&self.contact[span]) {
-                *z = if *c { *z } else { 0.0 };
-            }
-        }
-    }
-
-    /// Takes the part that breaks the balance out of the preconditioned gap.
-    fn project_z(&mut self) {
-        if self.modes.is_empty() {
-            return;
-        }
-        if self.has_changed {
+    /// Takes the part that breaks the balance out of the preconditioned gap, and what is outside of the contact
+    /// set; returns its products with the gap and with that of one step earlier.
+    fn project_z(&mut self) -> [f64; 2] {
+        if self.has_changed && !self.modes.is_empty() {
             self.renew_images();
         }
         let mut sum = [0.0; 3];
         for (k, mode) in self.modes.iter().enumerate() {
-            sum[k] = self.spans.dot(&mode.shape, &self.z);
+            sum[k] = self.spans.dot_in(&mode.shape, &self.z, &self.contact);
         }
         let y = solve_small(&self.image_gram, sum, self.modes.len());
-        for (image, y) in self.images.iter().zip(y) {
-            for span in self.spans.iter() {
-                let state = self.z[span.clone()].iter_mut().zip(&image[span.clone()]);
-                for ((z, w), c) in state.zip(&self.contact[span]) {
-                    *z -= if *c { y * w } else { 0.0 };
-                }
+        let Self {
+            z,
+            r,
+            r_old,
+            images,
+            contact,
+            spans,
+            ..
+        } = self;
+        // the last motion together with the rest; without motions nothing is taken off
+        let (mut last, mut factor) = (&*r, 0.0);
+        for (k, (image, y)) in images.iter().zip(y).enumerate() {
+            if k + 1 < images.len() {
+                let take_off = |[z]: [f64; 1], [w]: [f64; 1], _: bool| ([z - y * w], []);
+                spans.sum([z], [image], contact, take_off);
+            } else {
+                (last, factor) = (image, y);
             }
         }
+        let project = |[z]: [f64; 1], [w, r, old]: [f64; 3], c: bool| {
+            let z = if c { z - factor * w } else { 0.0 };
+            ([z], [r * z, old * z])
+        };
+        spans.sum([z], [last, r, r_old], contact, project)
+    }
+
+    /// Makes the direction conjugate to the last one and balanced; returns its product with the gap.
+    fn conjugate(&mut self, beta: f64) -> f64 {
+        let Self {
+            t,
+            z,
+            contact,
+            spans,
+            ..
+        } = &mut *self;
+        let conjugate = |[t]: [f64; 1], [z]: [f64; 1], c: bool| {
+            let t = if c { z + beta * t } else { 0.0 };
+            ([t], [])
+        };
+        spans.sum([t], [z], contact, conjugate);
+        let mut sum = [0.0; 3];
+        for (k, mode) in self.modes.iter().enumerate() {
+            sum[k] = self.spans.dot(&mode.shape, &self.t, &self.contact);
+        }
+        let y = solve_small(&self.gram, sum, self.modes.len());
+        let Self {
+            t,
+            r,
+            contact,
+            modes,
+            spans,
+            ..
+        } = &mut *self;
+        let (mut last, mut factor) = (&*r, 0.0);
+        for (k, (mode, y)) in modes.iter().zip(y).enumerate() {
+            if k + 1 < modes.len() {
+                let take_off = |[t]: [f64; 1], [n]: [f64; 1], _: bool| ([t - y * n], []);
+                spans.sum([t], [&mode.shape], contact, take_off);
+            } else {
+                (last, factor) = (&mode.shape, y);
+            }
+        }
+        let project = |[t]: [f64; 1], [n, r]: [f64; 2], c: bool| {
+            let t = if c { t - factor * n } else { 0.0 };
+            ([t], [r * t])
+        };
+        let [slope] = spans.sum([t], [last, r], contact, project);
+        slope
     }
 
     /// Preconditions the motions anew where the contact set is no longer much the same.
@@ -366,42 +428,25 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes the part that breaks the balance out of the direction.
-    fn project_t(&mut self) {
-        let mut sum = [0.0; 3];
-        for (k, mode) in self.modes.iter().enumerate() {
-            sum[k] = self.spans.dot(&mode.shape, &self.t);
-        }
-        let y = solve_small(&self.gram, sum, self.modes.len());
-        for (mode, y) in self.modes.iter().zip(y) {
-            for span in self.spans.iter() {
-                let state = self.t[span.clone()]
-                    .iter_mut()
-                    .zip(&mode.shape[span.clone()]);
-                for ((t, n), c) in state.zip(&self.contact[span]) {
-                    *t -= if *c { y * n } else { 0.0 };
-                }
-            }
-        }
-    }
-
     /// Steps as far as the last time, cuts off what turns negative, and multiplies only then.
     ///
     /// False, with nothing done, where the cut direction leads uphill.
     fn cut_step(&mut self) -> bool {
-        for span in self.spans.iter() {
-            let state = self.next[span.clone()]
-                .iter_mut()
-                .zip(&self.p[span.clone()]);
-            for ((next, p), t) in state.zip(&self.t[span]) {
-                *next = (p - self.tau * t).max(0.0);
-            }
-        }
-        if !balance(self.modes, &mut self.next, &self.spans) {
+        let tau = self.tau;
+        let Self {
+            next,
+            p,
+            t,
+            contact,
+            spans,
+            ..
+        } = &mut *self;
+        let cut = |_: [f64; 1], [p, t]: [f64; 2], _: bool| ([(p - tau * t).max(0.0)], []);
+        spans.sum([next], [p, t], contact, cut);
+        if !balance(self.modes, &mut self.next, &self.spans, &self.contact) {
             return false;
         }
-        self.put_difference();
-        let slope = -self.spans.dot(&self.r, &self.q);
+        let slope = -self.put_difference();
         if slope <= 0.0 {
             return false;
         }
@@ -410,7 +455,7 @@ impl<'a> Search<'a> {
         let direction = std::mem::replace(&mut self.q, kept);
         (self.apply)(&direction, &mut self.q);
         self.products += 1;
-        let curvature = self.spans.dot(&direction, &self.q);
+        let curvature = self.spans.dot(&direction, &self.q, &self.contact);
         let optimum = if curvature > 0.0 {
             slope / curvature
         } else {
@@ -420,16 +465,14 @@ impl<'a> Search<'a> {
         let length = if optimum < 0.5 { optimum } else { 1.0 };
         if optimum < 0.5 {
             self.tau *= optimum.max(0.1);
-            for (p, d) in self.p.iter_mut().zip(&direction) {
-                *p += length * d;
-            }
+            let add = |[p]: [f64; 1], [d]: [f64; 1], _: bool| ([p + length * d], []);
+            self.spans
+                .sum([&mut self.p], [&direction], &self.contact, add);
         } else {
             self.tau *= optimum.min(2.0);
             std::mem::swap(&mut self.p, &mut self.next);
         }
-        for (g, q) in self.g.iter_mut().zip(&self.q) {
-            *g += length * q;
-        }
+        self.add_to_gap(length);
         for span in self.spans.iter() {
             for (c, p) in self.contact[span.clone()].iter_mut().zip(&self.p[span]) {
                 *c = *p > 0.0;
@@ -440,56 +483,84 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// Puts the way from the pressure to the next one into `q`.
-    fn put_difference(&mut self) {
+    /// Puts the way from the pressure to the next one into `q`, returns its product with the gap.
+    fn put_difference(&mut self) -> f64 {
         self.q.fill(0.0);
-        for span in self.spans.iter() {
-            let state = self.q[span.clone()]
-                .iter_mut()
-                .zip(&self.next[span.clone()]);
-            for ((q, next), p) in state.zip(&self.p[span]) {
-                *q = next - p;
-            }
-        }
+        let Self {
+            q,
+            next,
+            p,
+            r,
+            contact,
+            spans,
+            ..
+        } = &mut *self;
+        let difference = |_: [f64; 1], [next, p, r]: [f64; 3], _: bool| {
+            let d = next - p;
+            ([d], [r * d])
+        };
+        let [slope] = spans.sum([q], [next, p, r], contact, difference);
+        slope
     }
 
     /// The exact conjugate gradient step, with a second product where it has to be cut after all.
     fn free_step(&mut self) -> bool {
         (self.apply)(&self.t, &mut self.q);
         self.products += 1;
-        let curvature = self.spans.dot(&self.t, &self.q);
+        let fields = [self.t.as_slice(), &self.q, &self.r];
+        let [curvature, slope] = self
+            .spans
+            .sum([], fields, &self.contact, |[], [t, q, r], _| {
+                ([], [t * q, t * r])
+            });
         if curvature.is_nan() || curvature <= 0.0 {
             return false;
         }
-        self.tau = self.spans.dot(&self.r, &self.t) / curvature;
+        self.tau = slope / curvature;
+        let tau = self.tau;
         // the longest step without a negative pressure
-        let mut longest = f64::INFINITY;
-        for span in self.spans.iter() {
-            let state = self.next[span.clone()]
-                .iter_mut()
-                .zip(&self.p[span.clone()]);
-            for ((next, p), t) in state.zip(&self.t[span]) {
-                *next = (p - self.tau * t).max(0.0);
-                if p - self.tau * t < 0.0 {
-                    longest = longest.min(p / t);
+        let Self {
+            next,
+            p,
+            t,
+            contact,
+            spans,
+            ..
+        } = &mut *self;
+        let cut = |_: [f64; 1], [p, t]: [f64; 2], _: bool| {
+            let next = p - tau * t;
+            let longest = if next < 0.0 { p / t } else { f64::INFINITY };
+            ([next.max(0.0)], [longest])
+        };
+        let shorter = |[a]: [f64; 1], [b]: [f64; 1]| [if b < a { b } else { a }];
+        let [longest] = spans.fold([next], [p, t], contact, cut, [f64::INFINITY], shorter);
+        let is_cut = longest.is_finite();
+        // where what is left cannot be balanced, the step ends at the first bound
+        let is_balanced =
+            !is_cut || balance(self.modes, &mut self.next, &self.spans, &self.contact);
+        let length = if is_balanced { self.tau } else { longest };
+        self.add_to_gap(-length);
+        let Self {
+            p,
+            t,
+            contact,
+            spans,
+            ..
+        } = &mut *self;
+        let is_at_bound = |p: f64, t: f64| !is_balanced && t > 0.0 && p <= longest * t;
+        if is_cut {
+            for span in spans.iter() {
+                let state = p[span.clone()].iter().zip(&t[span.clone()]);
+                for ((p, t), c) in state.zip(&mut contact[span]) {
+                    *c &= p - length * t >= 0.0 && !is_at_bound(*p, *t);
                 }
             }
         }
-        let is_cut = longest.is_finite();
-        // where what is left cannot be balanced, the step ends at the first bound
-        let is_balanced = !is_cut || balance(self.modes, &mut self.next, &self.spans);
-        let length = if is_balanced { self.tau } else { longest };
-        for (g, q) in self.g.iter_mut().zip(&self.q) {
-            *g -= length * q;
-        }
-        for span in self.spans.iter() {
-            let state = self.p[span.clone()].iter_mut().zip(&self.t[span.clone()]);
-            for ((p, t), c) in state.zip(&mut self.contact[span]) {
-                let is_at_bound = !is_balanced && *t > 0.0 && *p <= longest * t;
-                *p = if is_at_bound { 0.0 } else { *p - length * t };
-                *c &= *p >= 0.0 && !is_at_bound;
-            }
-        }
+        let step = |[p]: [f64; 1], [t]: [f64; 1], _: bool| {
+            let next = p - length * t;
+            ([if is_at_bound(p, t) { 0.0 } else { next }], [])
+        };
+        spans.sum([p], [t], contact, step);
         if is_cut {
             if is_balanced {
                 self.put_difference();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums over the contact set, and the balance of the free motions.
 
+use std::array::from_fn;
+
 use super::Mode;
 use super::sums::Spans;
 
@@ -39,8 +41,8 @@ pub(super) fn solve_small(a: &[[f64; 3]; 3], b: [f64; 3], m: usize) -> [f64; 3] 
 }
 
 /// Restores the balance `N^T p = f` by factors `1 + N y` on the pressures, cutting off what turns
-/// negative; false where no such factors are found. The pressures vanish outside of `spans`.
-pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans) -> bool {
+/// negative; false where no such factors are found. The pressures vanish outside of `set`, which `spans` hold.
+pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans, set: &[bool]) -> bool {
     if modes.is_empty() {
         return true;
     }
@@ -49,10 +51,14 @@ pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans) -> bool {
         // sums, the same without cancellation, and the stiffness against factors
         let (mut sum, mut size, mut gram) = ([0.0; 3], [0.0; 3], [[0.0; 3]; 3]);
         for (k, mode) in modes.iter().enumerate() {
-            [sum[k], size[k], gram[k][k]] = spans.first_moments(p, &mode.shape);
+            let moments = |[]: [f64; 0], [p, n]: [f64; 2], _: bool| {
+                let part = p * n;
+                ([], [part, part.abs(), part * n])
+            };
+            [sum[k], size[k], gram[k][k]] = spans.sum([], [p, &mode.shape], set, moments);
             for (l, other) in modes[..k].iter().enumerate() {
-                let product = mode.shape.iter().zip(&other.shape).zip(&*p);
-                gram[k][l] = product.map(|((n, m), p)| n * m * p).sum();
+                let product = |[]: [f64; 0], [n, m, p]: [f64; 3], _: bool| ([], [n * m * p]);
+                [gram[k][l]] = spans.sum([], [&mode.shape, &other.shape, p], set, product);
                 gram[l][k] = gram[k][l];
             }
         }
@@ -72,18 +78,12 @@ pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans) -> bool {
         if y.iter().all(|y| *y == 0.0) {
             break;
         }
-        for span in spans.iter() {
-            if let [mode] = modes {
-                for (p, n) in p[span.clone()].iter_mut().zip(&mode.shape[span]) {
-                    *p *= (1.0 + y[0] * n).max(0.0);
-                }
-            } else {
-                for i in span {
-                    let change: f64 = modes.iter().zip(y).map(|(mode, y)| y * mode.shape[i]).sum();
-                    p[i] *= (1.0 + change).max(0.0);
-                }
-            }
-        }
+        // a motion that is none leaves its share of the factors out
+        let shapes = from_fn(|k| modes.get(k).unwrap_or(&modes[0]).shape.as_slice());
+        let scale = |[p]: [f64; 1], [n, m, l]: [f64; 3], _: bool| {
+            ([p * (1.0 + y[0] * n + y[1] * m + y[2] * l).max(0.0)], [])
+        };
+        spans.sum([p], shapes, set, scale);
     }
     // tilts at the edge of what is possible: the last digits are left to the next step
     worst <= 1e-6

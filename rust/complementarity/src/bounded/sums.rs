@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums over the points that may be in contact, in eight interleaved parts, which keeps them fast and their
-//! rounding small.
+//! Passes over the points that may be in contact: each reads and writes its fields once, on all threads, and sums in
+//! eight interleaved parts, which keeps the sums fast and their rounding small.
 
+use std::array::from_fn;
+use std::mem::take;
 use std::ops::Range;
 
 const PARTS: usize = 8;
@@ -9,12 +11,20 @@ const PARTS: usize = 8;
 /// Points that are taken or left out together.
 const STRETCH: usize = 64;
 
+/// Points that a thread works on at once, a multiple of [`STRETCH`]. The sums do not depend on the number of
+/// threads.
+const PIECE: usize = 1 << 14;
+
+/// Points from which a second thread pays.
+const PARALLEL_FROM: usize = 1 << 16;
+
 /// Stretches of points that hold a set.
 pub(super) struct Spans(Vec<Range<usize>>);
 
 impl Spans {
     pub(super) fn whole(n: usize) -> Self {
-        Self(std::iter::once(0..n).collect())
+        let firsts = (0..n).step_by(PIECE);
+        Self(firsts.map(|first| first..n.min(first + PIECE)).collect())
     }
 
     /// The stretches that hold `set`.
@@ -26,7 +36,7 @@ impl Spans {
             }
             let (from, to) = (k * STRETCH, k * STRETCH + stretch.len());
             match spans.last_mut() {
-                Some(last) if last.end == from => last.end = to,
+                Some(last) if last.end == from && last.len() < PIECE => last.end = to,
                 _ => spans.push(from..to),
             }
         }
@@ -45,62 +55,156 @@ impl Spans {
     }
 
     /// `a . b`
-    pub(super) fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
-        self.iter()
-            .map(|span| dot(&a[span.clone()], &b[span]))
-            .sum()
+    pub(super) fn dot(&self, a: &[f64], b: &[f64], set: &[bool]) -> f64 {
+        let [dot] = self.sum([], [a, b], set, |[], [a, b], _| ([], [a * b]));
+        dot
     }
 
     /// `a . b` over the points of a set.
     pub(super) fn dot_in(&self, a: &[f64], b: &[f64], set: &[bool]) -> f64 {
-        self.iter()
-            .map(|span| dot_in(&a[span.clone()], &b[span.clone()], &set[span]))
-            .sum()
+        let [dot] = self.sum([], [a, b], set, |[], [a, b], is_in| {
+            ([], [if is_in { a * b } else { 0.0 }])
+        });
+        dot
     }
 
-    /// Sums of `p n`, `|p n|` and `p n^2`.
-    pub(super) fn first_moments(&self, p: &[f64], n: &[f64]) -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for span in self.iter() {
-            let part = first_moments(&p[span.clone()], &n[span]);
-            for (sum, part) in sums.iter_mut().zip(part) {
-                *sum += part;
+    /// Hands each point to `work`, with its entries of the fields and whether it is in the set, writes what that
+    /// returns first and adds up what it returns then.
+    pub(super) fn sum<const W: usize, const R: usize, const K: usize>(
+        &self,
+        written: [&mut [f64]; W],
+        read: [&[f64]; R],
+        set: &[bool],
+        work: impl Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
+    ) -> [f64; K] {
+        let add = |a: [f64; K], b: [f64; K]| from_fn(|k| a[k] + b[k]);
+        self.fold(written, read, set, work, [0.0; K], add)
+    }
+
+    /// [`Spans::sum`] with another way to put two results together, and a result that changes none.
+    pub(super) fn fold<const W: usize, const R: usize, const K: usize>(
+        &self,
+        written: [&mut [f64]; W],
+        read: [&[f64]; R],
+        set: &[bool],
+        work: impl Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
+        neutral: [f64; K],
+        join: impl Fn([f64; K], [f64; K]) -> [f64; K] + Sync,
+    ) -> [f64; K] {
+        let points: usize = self.iter().map(|span| span.len()).sum();
+        let pass = Pass {
+            work: &work,
+            neutral,
+            join: &join,
+            is_parallel: points >= PARALLEL_FROM && rayon::current_num_threads() > 1,
+        };
+        pass.over(&self.0, 0, written, read, set)
+    }
+}
+
+struct Pass<'a, F, J, const K: usize> {
+    work: &'a F,
+    neutral: [f64; K],
+    join: &'a J,
+    is_parallel: bool,
+}
+
+impl<F, J, const K: usize> Pass<'_, F, J, K>
+where
+    J: Fn([f64; K], [f64; K]) -> [f64; K] + Sync,
+{
+    /// Goes over spans of the fields, of which the first entry is that of the point number `first`.
+    fn over<const W: usize, const R: usize>(
+        &self,
+        spans: &[Range<usize>],
+        first: usize,
+        mut written: [&mut [f64]; W],
+        read: [&[f64]; R],
+        set: &[bool],
+    ) -> [f64; K]
+    where
+        F: Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
+    {
+        let (Some(start), Some(end)) = (spans.first(), spans.last()) else {
+            return self.neutral;
+        };
+        if spans.len() == 1 || end.end - start.start <= PIECE {
+            let mut result = self.neutral;
+            for span in spans {
+                let span = span.start - first..span.end - first;
+                let written = written.each_mut().map(|w| &mut w[span.clone()]);
+                let read = read.map(|r| &r[span.clone()]);
+                result = (self.join)(result, self.piece(written, read, &set[span]));
+            }
+            return result;
+        }
+        let (before, after) = spans.split_at(spans.len() / 2);
+        let middle = after[0].start;
+        let mut written_after = from_fn(|_| Default::default());
+        let written_before = from_fn(|k| {
+            let (before, after) = take(&mut written[k]).split_at_mut(middle - first);
+            written_after[k] = after;
+            before
+        });
+        let read_before = read.map(|r| &r[..middle - first]);
+        let read_after = read.map(|r| &r[middle - first..]);
+        let (set_before, set_after) = set.split_at(middle - first);
+        let lower = || self.over(before, first, written_before, read_before, set_before);
+        let upper = || self.over(after, middle, written_after, read_after, set_after);
+        let (a, b) = if self.is_parallel {
+            rayon::join(lower, upper)
+        } else {
+            (lower(), upper())
+        };
+        (self.join)(a, b)
+    }
+
+    fn piece<const W: usize, const R: usize>(
+        &self,
+        mut written: [&mut [f64]; W],
+        read: [&[f64]; R],
+        set: &[bool],
+    ) -> [f64; K]
+    where
+        F: Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
+    {
+        let (set, set_rest) = set.as_chunks::<PARTS>();
+        let mut written_rest: [&mut [f64]; W] = from_fn(|_| Default::default());
+        let mut written: [&mut [[f64; PARTS]]; W] = from_fn(|k| {
+            let (chunks, rest) = take(&mut written[k]).as_chunks_mut();
+            written_rest[k] = rest;
+            chunks
+        });
+        let read_rest = read.map(|r| r.as_chunks::<PARTS>().1);
+        let read = read.map(|r| r.as_chunks::<PARTS>().0);
+        let mut parts = [self.neutral; PARTS];
+        for (i, set) in set.iter().enumerate() {
+            let old: [[f64; PARTS]; W] = from_fn(|k| written[k][i]);
+            let entries = read.map(|r| &r[i]);
+            let mut new = old;
+            for (part, result) in parts.iter_mut().enumerate() {
+                let (values, terms) =
+                    (self.work)(old.map(|w| w[part]), entries.map(|r| r[part]), set[part]);
+                for (new, value) in new.iter_mut().zip(values) {
+                    new[part] = value;
+                }
+                *result = (self.join)(*result, terms);
+            }
+            for (written, new) in written.iter_mut().zip(new) {
+                written[i] = new;
             }
         }
-        sums
-    }
-}
-
-/// `a . b`
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<PARTS>(), b.as_chunks::<PARTS>());
-    let mut parts = [0.0; PARTS];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..PARTS {
-            parts[k] += a[k] * b[k];
+        let mut result = parts.into_iter().fold(self.neutral, self.join);
+        for (i, is_in) in set_rest.iter().enumerate() {
+            let old = written_rest.each_ref().map(|w| w[i]);
+            let (new, terms) = (self.work)(old, read_rest.map(|r| r[i]), *is_in);
+            for (written, new) in written_rest.iter_mut().zip(new) {
+                written[i] = new;
+            }
+            result = (self.join)(result, terms);
         }
+        result
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    parts.iter().sum::<f64>() + rest
-}
-
-/// `a . b` over the points of a set.
-fn dot_in(a: &[f64], b: &[f64], set: &[bool]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<PARTS>(), b.as_chunks::<PARTS>());
-    let (set, set_rest) = set.as_chunks::<PARTS>();
-    let mut parts = [0.0; PARTS];
-    for ((a, b), set) in a.iter().zip(b).zip(set) {
-        for k in 0..PARTS {
-            parts[k] += if set[k] { a[k] * b[k] } else { 0.0 };
-        }
-    }
-    let rest: f64 = a_rest
-        .iter()
-        .zip(b_rest)
-        .zip(set_rest)
-        .map(|((a, b), c)| if *c { a * b } else { 0.0 })
-        .sum();
-    parts.iter().sum::<f64>() + rest
 }
 
 /// Writes the gap `g - shift` on the contact set to `r`, zero elsewhere; returns the largest of what is wrong (gaps
@@ -112,58 +216,15 @@ pub(super) fn judge(
     contact: &[bool],
     r: &mut [f64],
 ) -> (f64, f64) {
-    let one = |g: f64, shift: f64, offset: f64, contact: bool, r: &mut f64| -> (f64, f64) {
+    let one = |_: [f64; 1], [g, shift, offset]: [f64; 3], contact: bool| {
         let gap = g - shift;
-        *r = if contact { gap } else { 0.0 };
         let wrong = if contact { gap } else { gap.min(0.0) };
         let displacement = if contact { g - offset } else { 0.0 };
-        (wrong.abs(), displacement * displacement)
+        let r = if contact { gap } else { 0.0 };
+        ([r], [wrong.abs(), displacement * displacement])
     };
-    let ((g, g_rest), (shift, shift_rest)) = (g.as_chunks::<PARTS>(), shift.as_chunks::<PARTS>());
-    let (offset, offset_rest) = offset.as_chunks::<PARTS>();
-    let (contact, contact_rest) = contact.as_chunks::<PARTS>();
-    let (r, r_rest) = r.as_chunks_mut::<PARTS>();
-    let mut parts = [[0.0; PARTS]; 2];
-    for (i, r) in r.iter_mut().enumerate() {
-        let (g, shift, offset, contact) = (&g[i], &shift[i], &offset[i], &contact[i]);
-        for k in 0..PARTS {
-            let (wrong, size) = one(g[k], shift[k], offset[k], contact[k], &mut r[k]);
-            parts[0][k] = if wrong > parts[0][k] {
-                wrong
-            } else {
-                parts[0][k]
-            };
-            parts[1][k] += size;
-        }
-    }
-    let mut wrong = parts[0].iter().copied().fold(0.0, f64::max);
-    let mut size: f64 = parts[1].iter().sum();
-    for (i, r) in r_rest.iter_mut().enumerate() {
-        let more = one(g_rest[i], shift_rest[i], offset_rest[i], contact_rest[i], r);
-        wrong = wrong.max(more.0);
-        size += more.1;
-    }
+    let join = |a: [f64; 2], b: [f64; 2]| [if b[0] > a[0] { b[0] } else { a[0] }, a[1] + b[1]];
+    let whole = Spans::whole(g.len());
+    let [wrong, size] = whole.fold([r], [g, shift, offset], contact, one, [0.0; 2], join);
     (wrong, size)
-}
-
-/// Sums of `p n`, `|p n|` and `p n^2`.
-fn first_moments(p: &[f64], n: &[f64]) -> [f64; 3] {
-    let ((p, p_rest), (n, n_rest)) = (p.as_chunks::<PARTS>(), n.as_chunks::<PARTS>());
-    let mut parts = [[0.0; PARTS]; 3];
-    for (p, n) in p.iter().zip(n) {
-        for k in 0..PARTS {
-            let part = p[k] * n[k];
-            parts[0][k] += part;
-            parts[1][k] += part.abs();
-            parts[2][k] += part * n[k];
-        }
-    }
-    let mut sums = parts.map(|part| part.iter().sum::<f64>());
-    for (p, n) in p_rest.iter().zip(n_rest) {
-        let part = p * n;
-        sums[0] += part;
-        sums[1] += part.abs();
-        sums[2] += part * n;
-    }
-    sums
 }
