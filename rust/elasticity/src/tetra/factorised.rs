@@ -10,8 +10,9 @@ use mtb_operator::{Monitor, Progress, available_memory, ready_products};
 use super::assembly::{self, assemble};
 use super::body::TetraBody;
 use super::factor::{Factor, Failure, Symbolic};
+use super::layers;
 use super::numeric;
-use super::ordering::{Graph, nested_dissection, postordered};
+use super::ordering::{Graph, postordered};
 use super::support::{Source, Unknowns};
 use crate::Error;
 
@@ -113,7 +114,7 @@ impl TetraBody {
             self.mesh.cells().chunks_exact(per_tet),
         );
         poll(monitor, 0)?;
-        let dissected = nested_dissection(&graph, &active);
+        let dissected = layers::elimination(&graph, &active, self.mesh.nodes());
         poll(monitor, 0)?;
         let order = postordered(&graph, &dissected);
         poll(monitor, 0)?;

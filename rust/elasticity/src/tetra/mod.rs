@@ -23,6 +23,7 @@ mod condensed;
 mod element;
 mod factor;
 mod factorised;
+mod layers;
 mod locate;
 mod mesh;
 mod numeric;

@@ -83,7 +83,7 @@ pub(super) fn nested_dissection(graph: &Graph, active: &[bool]) -> Vec<usize> {
 }
 
 /// Elimination order of a graph, first vertex first.
-fn dissect(graph: &Graph) -> Vec<usize> {
+pub(super) fn dissect(graph: &Graph) -> Vec<usize> {
     let start: Vec<i32> = graph.start.iter().map(|&s| s as i32).collect();
     let neighbours: Vec<i32> = graph.neighbours.iter().map(|&v| v as i32).collect();
     CscPattern::new(graph.len(), &start, &neighbours)
