@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import gzip
 import itertools
+import json
 import math
 import pickle
 from pathlib import Path
@@ -281,6 +282,25 @@ def test_wheel_on_rail_of_contact(spacing: str) -> None:
             table = np.genfromtxt(file, delimiter=",", names=True)
         expected = table["pn"].reshape(gap.shape) * MPA
         assert relative(by_force.pressure, expected) < 1e-4
+
+
+@pytest.mark.parametrize("case", ["norm_problm_1p", "norm_problm_2p", "norm_problm_4p"])
+def test_measured_profile_of_contact(case: str) -> None:
+    table = json.loads((DATA / "paper_table_1.json").read_text(encoding="utf-8"))
+    row = table["cases"][case]
+    x, y = (row[low] + (np.arange(row[n]) + 0.5) * row["dx"] for low, n in (("xl", "nx"), ("yl", "ny")))
+    z = np.interp(y, table["y0"] + table["dy"] * np.arange(len(table["z"])), table["z"])
+    gap = (z[:, None] + x[None, :] ** 2 / (2.0 * table["radius"])) * MM
+    pair = {"lower": WHEEL, "upper": WHEEL, "tolerance": 1e-8}
+    found = mtb.solve_normal(gap, row["dx"] * MM, approach=row["approach"] * MM, **pair)
+    assert int(found.status.sum()) == row["ncon"]
+    # CONTACT iterates to 1e-6 and prints six digits
+    assert found.pressure.max() == pytest.approx(row["pmax"] * MPA, rel=2e-5)
+    assert found.normal_force == pytest.approx(row["FN"], rel=1e-5)
+    by_force = mtb.solve_normal(gap, row["dx"] * MM, force=found.normal_force, **pair)
+    assert by_force.approach == pytest.approx(found.approach, rel=1e-7)
+    # jagged as it is, a measured profile takes no more work on finer cells, nor by force than by approach
+    assert max(found.report.convolutions, by_force.report.convolutions) < 14.0
 
 
 def test_work_does_not_grow_with_the_grid() -> None:

@@ -198,6 +198,9 @@ impl<'a> Search<'a> {
     /// Fits the motions, lets penetrating points in, returns the relative residual.
     fn judge(&mut self) -> f64 {
         std::mem::swap(&mut self.r, &mut self.r_old);
+        if self.modes.is_empty() {
+            self.fit_size();
+        }
         self.fit_motion();
         // a point that penetrates by far less than the tolerance need not disturb the search
         let threshold = -1e-2 * self.tolerance * self.scale;
@@ -256,6 +259,41 @@ impl<'a> Search<'a> {
         self.spans = Spans::of(&self.contact);
     }
 
+    /// Work of the pressure, and of a direction on the contact set, on the image of the pressure.
+    fn works(&self, direction: &[f64]) -> [f64; 2] {
+        let fields = [self.g.as_slice(), self.offset, &self.p, direction];
+        let work = |[]: [f64; 0], [g, b, p, t]: [f64; 4], c: bool| {
+            ([], [p * (g - b), if c { t * (g - b) } else { 0.0 }])
+        };
+        self.spans.sum([], fields, &self.contact, work)
+    }
+
+    /// The multiple of the pressure that a direction has in terms of energy, where no balance tells how large the
+    /// pressure is.
+    fn share(&self, direction: &[f64]) -> f64 {
+        let [work, other] = self.works(direction);
+        let share = other / work;
+        if self.modes.is_empty() && work > 0.0 && share.is_finite() {
+            share
+        } else {
+            0.0
+        }
+    }
+
+    /// Where no balance tells how large the pressure is: the multiple of it that has the least energy, whose image is
+    /// known without a product.
+    fn fit_size(&mut self) {
+        let [work, _] = self.works(&self.p);
+        let size = -self.spans.dot(&self.p, self.offset, &self.contact) / work;
+        if !size.is_finite() || size <= 0.0 || (size - 1.0).abs() <= 1e-2 * self.tolerance {
+            return;
+        }
+        self.p.iter_mut().for_each(|p| *p *= size);
+        for (g, b) in self.g.iter_mut().zip(self.offset) {
+            *g = b + size * (*g - b);
+        }
+    }
+
     /// Motions that leave the smallest gap on the contact set.
     fn fit_motion(&mut self) {
         let mut sum = [0.0; 3];
@@ -302,7 +340,8 @@ impl<'a> Search<'a> {
         (self.precondition)(&self.contact, &self.r, &mut self.z);
         self.preconditionings += 1;
         let [rz, old] = self.project_z();
-        let beta = if self.restart {
+        // directions are conjugate on one set only: after a change a look back leads astray
+        let beta = if self.restart || self.has_changed {
             0.0
         } else {
             ((rz - old) / self.rz).max(0.0)
@@ -328,7 +367,9 @@ impl<'a> Search<'a> {
             sum[k] = self.spans.dot_in(&mode.shape, &self.z, &self.contact);
         }
         let y = solve_small(&self.image_gram, sum, self.modes.len());
+        let share = self.share(&self.z);
         let Self {
+            p,
             z,
             r,
             r_old,
@@ -337,8 +378,8 @@ impl<'a> Search<'a> {
             spans,
             ..
         } = self;
-        // the last motion together with the rest; without motions nothing is taken off
-        let (mut last, mut factor) = (&*r, 0.0);
+        // the last motion together with the rest; without motions it is the size of the pressure
+        let (mut last, mut factor) = (&*p, share);
         for (k, (image, y)) in images.iter().zip(y).enumerate() {
             if k + 1 < images.len() {
                 let take_off = |[z]: [f64; 1], [w]: [f64; 1], _: bool| ([z - y * w], []);
@@ -373,7 +414,9 @@ impl<'a> Search<'a> {
             sum[k] = self.spans.dot(&mode.shape, &self.t, &self.contact);
         }
         let y = solve_small(&self.gram, sum, self.modes.len());
+        let share = self.share(&self.t);
         let Self {
+            p,
             t,
             r,
             contact,
@@ -381,7 +424,7 @@ impl<'a> Search<'a> {
             spans,
             ..
         } = &mut *self;
-        let (mut last, mut factor) = (&*r, 0.0);
+        let (mut last, mut factor) = (&*p, share);
         for (k, (mode, y)) in modes.iter().zip(y).enumerate() {
             if k + 1 < modes.len() {
                 let take_off = |[t]: [f64; 1], [n]: [f64; 1], _: bool| ([t - y * n], []);

@@ -8,6 +8,7 @@
 
 mod dense;
 mod extension;
+mod inverse;
 mod level;
 mod nested;
 mod product;

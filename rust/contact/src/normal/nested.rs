@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Many cells: conjugate gradients with convolutions, from coarse grids to the finest.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::ops::ControlFlow;
 
 use mtb_complementarity::bounded::{self, Judgement, Solution, Status};
 use mtb_operator::{Buffers, Grid, Monitor, Progress, check_memory, report};
 
-use super::extension::Extension;
+use super::inverse::{Inverse, costs};
 use super::level::{Level, Region, half_sides};
-use super::product::{Product, sizes};
+use super::product::Product;
 use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, memory};
 use crate::Error;
 
@@ -80,7 +80,7 @@ pub(super) fn solve(
         contact, level, region, solution, tolerance, &mut work, monitor,
     )?;
     let difference = difference(&levels, 0, &found.pressure, known.as_ref());
-    let (product, inverse) = sizes(contact.surface, [level.grid.nx, level.grid.ny]);
+    let (product, inverse) = costs(contact.surface, [level.grid.nx, level.grid.ny]);
     let (approach, tilts) = unpack_motion(contact, &solution.motion, half_sides(&contact.grid));
     let is_met = found.residual <= tolerance;
     Ok(NormalSolution {
@@ -248,26 +248,21 @@ fn on_region(
 ) -> Result<Solution, Error> {
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
     let product = Product::influence(contact.surface, grid, shape, &work.buffers, monitor);
-    let inverse = Product::inverse(contact.surface, grid, shape, &work.buffers, monitor);
-    let is_periodic = matches!(contact.surface, super::Surface::Periodic(_));
-    let extension = RefCell::new((
-        Extension::new(shape, is_periodic),
-        vec![0.0; region.points()],
-    ));
+    let is_full = start.iter().all(|p| *p > 0.0);
+    let inverse = Inverse::new(
+        contact.surface,
+        grid,
+        shape,
+        is_full,
+        &work.buffers,
+        monitor,
+    );
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
     let solution = bounded::solve(
         &|x, y| product.apply(x, y, monitor),
-        &|set, x, y| {
-            let mut extension = extension.borrow_mut();
-            let (extension, room) = &mut *extension;
-            extension.follow(set);
-            room.copy_from_slice(x);
-            extension.extend(room);
-            inverse.apply(room, y, monitor);
-            extension.gather(y);
-        },
+        &|set, x, y| inverse.apply(set, x, y, monitor),
         &bounded::Problem {
             offset: &offset,
             modes: &modes,

@@ -144,7 +144,7 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
         // [Johnson1985, ch. 4]: p0 = 1, a = 0.75
         let curved = field(&grid, |x, y| (x * x + y * y) * PI * PI / 3.0);
         let flat = vec![0.0; grid.points()];
-        for (gap, force, limit) in [(&curved, 2.0 / 3.0 * PI * 0.5625, 15.0), (&flat, 1.0, 13.0)] {
+        for (gap, force, limit) in [(&curved, 2.0 / 3.0 * PI * 0.5625, 11.0), (&flat, 1.0, 13.0)] {
             let load = Load::Force(force);
             let contact = NormalContact {
                 gap,
