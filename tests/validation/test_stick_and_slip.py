@@ -555,3 +555,15 @@ def test_mirrored_and_turned_problems_have_mirrored_and_turned_tractions(
     turned = mtb.PressureField(patch.pressure.T[:, ::-1], patch.spacing[::-1], BODY, upper)
     along_y = traction(turned, (-eta, xi, phi), 0.5 * np.pi)
     assert relative(np.stack([along_y[1].T[::-1], -along_y[0].T[::-1]]), first) < 1e-7
+
+
+@pytest.mark.parametrize(
+    "motion", [mtb.Shift(displacement=(3e-6, 0.0)), mtb.Rolling((4e-4, 3e-4, 0.2), transient=True)]
+)
+def test_newton_steps_stay_few_on_finer_grids(motion: mtb.Rolling | mtb.Shift) -> None:
+    # each linear system is solved to the last reduction of the residual to the power of 1.5
+    steps = []
+    for n in (25, 50, 80):
+        patch = reference.elliptic_pressure(1e4, (3.2e-3, 3.2e-3), (n, n), BODY, BODY)
+        steps.append(mtb.solve_tangential(patch, motion, MU).report.iterations)
+    assert max(steps) <= 5

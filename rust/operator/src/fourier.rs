@@ -61,6 +61,12 @@ impl Transform {
         Self::planned(shape, shape, shape.map(fast_even_size), true)
     }
 
+    /// [`Transform::wrapped`] with periods of at least `room`, `[x, y]`, points.
+    pub fn wrapped_with_room(shape: [usize; 2], room: [usize; 2]) -> Self {
+        let periods = [0, 1].map(|k| fast_even_size(shape[k].max(room[k])));
+        Self::planned(shape, shape, periods, true)
+    }
+
     fn planned(source: [usize; 2], target: [usize; 2], padded: [usize; 2], periodic: bool) -> Self {
         let mut real = RealFftPlanner::new();
         let mut complex = FftPlanner::new();

@@ -8,8 +8,13 @@ use super::problem::{
 };
 use crate::error::{Error, check};
 
-/// Share of the Newton residual to which the linear system is solved.
+/// Largest share of the Newton residual to which the linear system is solved ...
 const FORCING: f64 = 0.1;
+/// ... and the power of the last reduction of the residual which it is below that: where the set of slipping points
+/// holds, the linear system is soon all that is left [EisenstatWalker1996].
+const FORCING_POWER: f64 = 1.5;
+/// Share of the tolerance below which no linear system is solved.
+const ENOUGH: f64 = 0.3;
 /// Shortest step of the line search.
 const SHORTEST_STEP: f64 = 1.0 / 16.0;
 
@@ -208,7 +213,14 @@ fn newton(
         && history.len() <= best_step + STALLED
     {
         report(monitor, history.len() - 1, iterate.relative())?;
-        let target = FORCING * iterate.merit() * iterate.bound_norm * problem.diagonal;
+        let reduction = match history[..] {
+            [.., before, now] => now / before,
+            _ => 1.0,
+        };
+        let share = FORCING
+            .min(reduction.powf(FORCING_POWER))
+            .max(ENOUGH * options.tolerance / iterate.relative());
+        let target = share * iterate.merit() * iterate.bound_norm * problem.diagonal;
         let step = LinearStep::new(problem, &iterate);
         let outcome = step.solve(target);
         products += outcome.products;

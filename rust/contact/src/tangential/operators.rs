@@ -74,6 +74,8 @@ pub(super) struct Level {
     pub(super) grid: Grid,
     pub(super) transform: Transform,
     pub(super) slip: BlockKernels,
+    /// Where the preconditioner works.
+    torus: Transform,
     inverse: BlockKernels,
     pub(super) diagonal: f64,
     pub(super) step: [f64; 2],
@@ -125,7 +127,7 @@ impl LinearOperator for InverseSymbol<'_> {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
-        self.0.inverse.apply_add(&self.0.transform, 1.0, x, y);
+        self.0.inverse.apply_add(&self.0.torus, 1.0, x, y);
     }
 }
 
@@ -240,7 +242,8 @@ impl Level {
         let step = motion.step();
         let padded = transform.padded();
         let table = Table::new(bodies, &grid, padded.map(|m| m / 2 + 1), step);
-        let inverse = inverse_symbol(&transform, &grid, &table, bodies.layer, motion);
+        let torus = Transform::wrapped_with_room(shape, room(&grid, motion, padded));
+        let inverse = inverse_symbol(&torus, &grid, &table, bodies.layer, motion);
         let length = motion.step_length();
         let slip = if let Motion::Steady { .. } = motion {
             let behind = LayerStencil::new(&grid, step);
@@ -284,6 +287,7 @@ impl Level {
             grid,
             transform,
             slip,
+            torus,
             inverse,
             diagonal,
             step,
@@ -400,24 +404,40 @@ impl LayerStencil {
     }
 }
 
+/// Room of the preconditioner's torus over the patch, where nothing travels: 1.25 to 2 serve alike, 1 does not.
+const ROOM: f64 = 1.25;
+
+/// Cells of the torus of the preconditioner: less than the `padded` grid of products, but along steady rolling,
+/// where tractions act all the way behind themselves.
+fn room(grid: &Grid, motion: Motion, padded: [usize; 2]) -> [usize; 2] {
+    let is_steady = matches!(motion, Motion::Steady { .. });
+    let (step, cells) = (motion.step(), [grid.nx, grid.ny]);
+    [0, 1].map(|axis| {
+        if is_steady && step[axis].abs() > 1e-9 * motion.step_length() {
+            padded[axis]
+        } else {
+            padded[axis].min((ROOM * cells[axis] as f64).ceil() as usize)
+        }
+    })
+}
+
 /// Decay of the memory of the preconditioner over the patch: `exp(-8)` to `exp(-16)` serve alike.
 const DECAY: f64 = 12.0;
 
 /// Kernels of the inverse of the symbol of the slip operator.
 ///
 /// In steady rolling the symbol has a line of zeros, as `C^ (1 - e^(i k d)) / |d|`, which is removed by
-/// letting the memory along the rolling direction decay over the patch. The symbol is that of the torus of
-/// the padded grid, without a gap between the furthest offsets; what lies a fraction of a
+/// letting the memory along the rolling direction decay over the patch. The symbol is that of a torus
+/// without a gap between the furthest offsets; what lies a fraction of a
 /// cell ahead has its own spectrum, since no phase turns the short waves of the one into the other's.
 fn inverse_symbol(
-    transform: &Transform,
+    torus: &Transform,
     grid: &Grid,
     table: &Table<'_>,
     layer: f64,
     motion: Motion,
 ) -> BlockKernels {
-    let padded = transform.padded();
-    let torus = Transform::periodic(padded);
+    let padded = torus.padded();
     let compliance = [
         torus.even_kernel(|i, j| table.here(i as isize, j as isize)[0]),
         torus.kernel(|i, j| table.here(i, j)[1]),
@@ -468,8 +488,8 @@ fn inverse_symbol(
         [yy / determinant, -xy / determinant, xx / determinant]
     };
     BlockKernels {
-        xx: transform.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[0]),
-        xy: Some(transform.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[1])),
-        yy: transform.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[2]),
+        xx: torus.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[0]),
+        xy: Some(torus.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[1])),
+        yy: torus.kernel_from_spectrum(|kx, ky| symbol(kx, ky)[2]),
     }
 }

@@ -14,7 +14,9 @@ use crate::error::{check, check_number, check_positive};
 use crate::friction::{Friction, Memory, Past, SlipFriction, SlipLaw};
 
 /// Residual to which the coarser grids are solved: they only provide a start.
-const COARSE_TOLERANCE: f64 = 1e-3;
+const COARSE_TOLERANCE: f64 = 3e-3;
+/// Residual of problems with fixed coefficients on the way to friction that depends on the slip.
+const APPROACH_TOLERANCE: f64 = 1e-3;
 const COARSE_ITERATIONS: usize = 40;
 const FINE_ITERATIONS: usize = 200;
 /// Attempts at friction that depends on the slip, and fixed problems before each.
@@ -258,7 +260,7 @@ impl<'a> Cascade<'a> {
                     multipliers: last.multipliers,
                 };
                 let options = DiscOptions {
-                    tolerance: COARSE_TOLERANCE.max(self.problem.tolerance),
+                    tolerance: APPROACH_TOLERANCE.max(self.problem.tolerance),
                     max_iterations: FINE_ITERATIONS,
                 };
                 last = self.solve_discs_at(0, &start, Radius::Fixed(&radius), options, monitor)?;
