@@ -5,10 +5,10 @@
 
 "smooth" solves the very gaps of `tests/data/contact` (new S1002 on a UIC60, 6.2 mm lateral shift), for
 which runs of CONTACT (2025) are at hand: its processor seconds and how far its numbers are from ours.
-"jagged" takes points of both profiles every 0.5 mm, heights to a micrometre, straight lines in between, so
-that irregularities remain as in the paper. The paper's own profile was worn and its load is
-not printed: its times stand beside cases of its size, not of its numbers. One thread, processor seconds,
-the median of the repeats; convolutions on all grids count in equivalents of one on the whole finest grid.
+"measured" is the paper's own gap: a worn wheel, whose measured profile leaves irregularities, from CONTACT's
+performance tests; 10 kN, or the approach of those tests, for which runs of CONTACT are at hand. One thread,
+processor seconds, the median of the repeats; convolutions on all grids count in equivalents of one on the
+whole finest grid.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import csv
 import gzip
+import json
 import os
 import statistics
 import time
@@ -44,6 +45,8 @@ DATA = Path(__file__).parents[1] / "tests" / "data" / "contact"
 MM, MPA = 1e-3, 1e6
 #: Steel of CONTACT's runs, and their force along the normal [N].
 STEEL, NORMAL_FORCE = mtb.Material.from_shear_modulus(82e9, 0.28), 39206.8
+MEASURED = json.loads((DATA / "paper_table_1.json").read_text(encoding="utf-8"))
+LOADS = {"smooth": NORMAL_FORCE, "measured": 10e3}
 #: Worst-case bar for counts: the solver's own residual.
 TOLERANCE = 1e-8
 #: [Vollebregt2012, Table 1]: spacing [mm] and what is prescribed; cells in contact, seconds of versions
@@ -64,19 +67,17 @@ def given_gap(spacing: str) -> Array:
         return np.asarray(np.loadtxt(file, delimiter=",") * MM)
 
 
-def jagged(name: str) -> mtb.Profile:
-    """Points of a profile as a table holds them, straight lines in between."""
-    whole = mtb.Profile.standard(name)
-    first, last = whole.range
-    y = np.arange(np.ceil(first / 0.5e-3), np.floor(last / 0.5e-3) + 1.0) * 0.5e-3
-    return mtb.Profile.from_points(y, np.round(whole.height(y), 6), "linear", name=f"{name}, jagged")
+def measured_gap(spacing: str) -> Array:
+    """The paper's own gap [m], on the cells of CONTACT's performance tests."""
+    row = measured_run(spacing)
+    x, y = (row[low] + (np.arange(row[n]) + 0.5) * row["dx"] for low, n in (("xl", "nx"), ("yl", "ny")))
+    z = np.interp(y, MEASURED["y0"] + MEASURED["dy"] * np.arange(len(MEASURED["z"])), MEASURED["z"])
+    return np.asarray((z[:, None] + x[None, :] ** 2 / (2.0 * MEASURED["radius"])) * MM)
 
 
-def jagged_gap(spacing: str) -> Array:
-    place = mtb.wheel_on_rail_gap(
-        jagged("S1002"), jagged("60E1"), spacing=float(spacing) * MM, scale=1.3, force=36e3
-    )
-    return np.asarray(place.gap)
+def measured_run(spacing: str) -> dict[str, Any]:
+    """CONTACT's run on the paper's own gap."""
+    return next(row for row in MEASURED["cases"].values() if row["dx"] == float(spacing))
 
 
 def contact_runs() -> dict[tuple[str, str], dict[str, str]]:
@@ -85,6 +86,13 @@ def contact_runs() -> dict[tuple[str, str], dict[str, str]]:
         rows = list(csv.DictReader(file))
     kinds = {"module3 N=1 (same gap)": "force", "module3 N=0 (same gap)": "approach"}
     return {(row["dx_mm"], kinds[row["case"]]): row for row in rows if row["case"] in kinds}
+
+
+def as_run(row: dict[str, Any]) -> dict[str, str]:
+    """What a run on the measured gap found, by the names of the other runs."""
+    area = row["ncon"] * row["dx"] ** 2
+    found = {"pmax_MPa": row["pmax"], "area_mm2": area, "approach_mm": row["approach"], "Fn_N": row["FN"]}
+    return {name: str(value) for name, value in found.items()}
 
 
 def timed(gap: Array, spacing: str, tolerance: float | None, load: dict[str, float]) -> Any:
@@ -101,15 +109,15 @@ def timed(gap: Array, spacing: str, tolerance: float | None, load: dict[str, flo
 
 def main() -> None:
     runs, rows, pictures = contact_runs(), [], {}
-    for profiles, field in (("smooth", given_gap), ("jagged", jagged_gap)):
+    for profiles, field in (("smooth", given_gap), ("measured", measured_gap)):
         for spacing in ("0.1", "0.05", "0.025"):
             gap = field(spacing)
-            approach = None
+            approach = measured_run(spacing)["approach"] * MM if profiles == "measured" else None
             for prescribed in ("force", "approach"):
-                load = {"force": NORMAL_FORCE} if approach is None else {"approach": approach}
+                load = {"force": LOADS[profiles]} if prescribed == "force" else {"approach": approach}
                 found, seconds = timed(gap, spacing, TOLERANCE, load)
                 default, default_seconds = timed(gap, spacing, None, load)
-                approach = found.approach
+                approach = approach or found.approach
                 if spacing == "0.05":
                     pictures[profiles] = found
                 cells, before, after = PAPER[spacing, prescribed]
@@ -126,6 +134,8 @@ def main() -> None:
                 other = runs[spacing, prescribed] if profiles == "smooth" else None
                 row["contact_2025_s"] = other["norm_cpu_s_median3"] if other else ""
                 row["contact_2025_iterations"] = other["itcg_or_ncalls"] if other else ""
+                if (profiles, prescribed) == ("measured", "approach"):
+                    other = as_run(measured_run(spacing))
                 row |= {"seconds": f"{seconds:.4f}", "iterations": found.report.iterations}
                 row["convolutions"] = f"{found.report.convolutions:.1f}"
                 row["preconditionings"] = f"{found.report.preconditionings:.1f}"
@@ -141,9 +151,9 @@ def main() -> None:
 def draw() -> None:
     """Solves what the picture shows of the contact, and takes the times from the table."""
     pictures = {}
-    for profiles, field in (("smooth", given_gap), ("jagged", jagged_gap)):
+    for profiles, field in (("smooth", given_gap), ("measured", measured_gap)):
         ARGUMENTS.repeats = 1
-        pictures[profiles], _ = timed(field("0.05"), "0.05", TOLERANCE, {"force": NORMAL_FORCE})
+        pictures[profiles], _ = timed(field("0.05"), "0.05", TOLERANCE, {"force": LOADS[profiles]})
     rows = records.read(ARGUMENTS.out / "paper_table_1.csv")
     chart(rows, pictures, ARGUMENTS.out / "paper_table_1.png")
 
@@ -168,10 +178,10 @@ def chart(rows: Sequence[records.Record], pictures: dict[str, mtb.NormalResult],
     kinds |= {
         "contact_2025_s": "CONTACT (2025)",
         "seconds": "mtb_rs, 1e-8",
-        "": "mtb_rs, jagged, 1e-8",
+        "": "mtb_rs, measured, 1e-8",
     }
     for (key, label), marker in zip(kinds.items(), "sDvo^", strict=True):
-        wanted = "smooth" if key else "jagged"
+        wanted = "smooth" if key and not key.startswith("paper") else "measured"
         mine = [row for row in rows if row["prescribed"] == "force" and row["profiles"] == wanted]
         size = "paper_cells_in_contact" if key.startswith("paper") else "cells_in_contact"
         ax.loglog(

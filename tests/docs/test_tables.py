@@ -28,7 +28,9 @@ def test_thesis_table(number: str) -> None:
 def test_paper_table_is_complete() -> None:
     found = {(r["profiles"], r["prescribed"], r["spacing_mm"]) for r in rows("charts/paper_table_1.csv")}
     spacings = ("0.1", "0.05", "0.025")
-    assert found == {(p, k, s) for p in ("smooth", "jagged") for k in ("force", "approach") for s in spacings}
+    assert found == {
+        (p, k, s) for p in ("smooth", "measured") for k in ("force", "approach") for s in spacings
+    }
 
 
 def test_paper_table_keeps_its_bars() -> None:
@@ -36,9 +38,10 @@ def test_paper_table_keeps_its_bars() -> None:
         # products and preconditionings do not grow with the grid, nor with irregularities of the profile
         assert float(row["convolutions"]) <= 20.0
         assert float(row["preconditionings"]) <= 20.0
-        if row["profiles"] == "smooth":
+        if row["peak_difference_percent"]:
             for name in ("peak", "area", "approach", "force"):
                 assert abs(float(row[f"{name}_difference_percent"])) < 0.2
+        if row["contact_2025_s"]:
             assert float(row["seconds"]) < float(row["contact_2025_s"])
 
 
