@@ -183,7 +183,7 @@ def measured_profile() -> Iterator[Row]:
     """The gap of [Vollebregt2012, Table 1], by force and by approach."""
     import mtb_rs as mtb
 
-    data = json.loads((HERE.parent / "tests" / "data" / "contact" / "table1_profile.json").read_text())
+    data = json.loads((HERE.parent / "tests" / "data" / "contact" / "paper_table_1.json").read_text())
     steel = mtb.Material.from_shear_modulus(82e9, 0.28)
     for spacing in (0.1, 0.05, 0.025, 0.0125):
         gap = measured_gap(data, spacing)

@@ -160,19 +160,21 @@ def draw() -> None:
 
 def chart(rows: Sequence[records.Record], pictures: dict[str, mtb.NormalResult], path: Path) -> None:
     """Both contact areas, and all times over the cells in contact."""
-    figure = plt.figure(figsize=(7.4, 8.6))
-    top, bottom = figure.subfigures(2, 1, height_ratios=(1.35, 1.2))
-    for name, found, ax in zip(pictures, pictures.values(), top.subplots(2, 1, sharex=True), strict=True):
+    figure = plt.figure(figsize=(7.4, 7.0))
+    top, bottom = figure.subfigures(2, 1, height_ratios=(1.2, 1.35))
+    maps = top.subplots(1, 2, width_ratios=(1.9, 1.0))
+    for name, found, ax in zip(pictures, pictures.values(), maps, strict=True):
         x, y = found.points[0] / MM, found.points[1] / MM
         pressure = np.where(found.status > 0, found.pressure / MPA, np.nan)
         shown = ax.pcolormesh(x, y, pressure, vmin=0.0, rasterized=True)
         closed = np.argwhere(found.status > 0)
-        (low_y, low_x), (high_y, high_x) = closed.min(axis=0) - 8, closed.max(axis=0) + 8
+        low_y, low_x = np.maximum(closed.min(axis=0) - 8, 0)
+        high_y, high_x = np.minimum(closed.max(axis=0) + 8, np.array(pressure.shape) - 1)
         ax.set(xlim=(x[0, low_x], x[0, high_x]), ylim=(y[low_y, 0], y[high_y, 0]), aspect="equal")
-        ax.set(title=f"{name} profiles: pressure [MPa]", ylabel="across [mm]")
+        ax.set(title=f"{name}: pressure [MPa]", xlabel="along the rail [mm]")
         ax.grid(visible=False)
         top.colorbar(shown, ax=ax, pad=0.01, shrink=0.8)
-    ax.set_xlabel("along the rail [mm]")
+    maps[0].set_ylabel("across [mm]")
     ax = bottom.subplots()
     kinds = {"paper_v11_1_s": "paper, version 11.1", "paper_v12_1_s": "paper, version 12.1"}
     kinds |= {

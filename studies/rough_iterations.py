@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Iterations of the Fourier solver on rough surfaces: contact fraction, roughness, shortest wave, grid.
 
-Self-affine surfaces of Hurst exponent 0.3, 0.6 and 0.9 with shortest waves of 2 to 32 cells, periodic and on a
-bowl in free space, pressed until 1 to 90 % of the cells touch; tolerance 1e-8 at the worst point. The map shows
-the most iterations of the three exponents, on 128 x 128 and on 512 x 512 cells.
+Self-affine surfaces of Hurst exponent 0.3, 0.6 and 0.9 with shortest waves of 2 to 32 cells, periodic and
+on a bowl in free space, pressed until 1 to 90 % of the cells touch; tolerance 1e-8 at the worst point. The
+map shows the most iterations of the three exponents, on 128 x 128 and on 512 x 512 cells.
 """
 
 import numpy as np
