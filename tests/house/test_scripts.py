@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 #: The package is checked whole elsewhere; of scripts, what would end them at once.
 ENDS_A_SCRIPT = ("[call-arg]", "[name-defined]", "[import-not-found]", "multiple values for keyword")
 #: Of the extra `bench`.
-NOT_INSTALLED = ("tamaas", "ContactMechanics", "SurfaceTopography")
+NOT_INSTALLED = ("tamaas", "ContactMechanics", "SurfaceTopography", "pyfftw")
 
 
 @pytest.fixture(scope="module")

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Nested dissection of meshes whose nodes stand in layers: every separator is a layer.
 
-use super::ordering::{Graph, dissect, nested_dissection};
+use super::ordering::{Graph, dissect, nested_dissection, operations};
 
 /// Largest set of vertices that is not cut.
 const LEAF: usize = 60;
 
 /// Parts from which on a cut is uneven, as shares of the whole.
 const LEAST: f64 = 0.3;
+
+/// Nodes up to which the graph is dissected as well, and the better order taken: a coarse mesh has few layers to choose
+/// from, and the comparison costs little.
+const COMPARED: usize = 8000;
 
 /// Steps of a coordinate below this share of its range are none.
 const STEP: f64 = 1e-9;
@@ -37,8 +41,16 @@ pub(super) fn elimination(graph: &Graph, active: &[bool], nodes: &[[f64; 3]]) ->
         order: Vec::with_capacity(set.len()),
     };
     dissection.mark(&set, PRESENT);
+    let is_small = set.len() <= COMPARED;
     dissection.order(set);
-    dissection.order
+    let layered = dissection.order;
+    if is_small {
+        let by_graph = nested_dissection(graph, active);
+        if operations(graph, &by_graph) < operations(graph, &layered) {
+            return by_graph;
+        }
+    }
+    layered
 }
 
 /// Vertices that are ordered, or not yet looked at.
@@ -198,6 +210,34 @@ mod tests {
         }
         let graph = Graph::of_groups(nodes.len(), cells.iter().map(Vec::as_slice));
         (graph, nodes)
+    }
+
+    #[test]
+    fn operations_are_those_of_an_elimination_by_hand() {
+        let (graph, nodes) = block([3, 4, 2], 0.0);
+        let order = elimination(&graph, &vec![true; graph.len()], &nodes);
+        let n = graph.len();
+        let mut linked = vec![vec![false; n]; n];
+        for v in 0..n {
+            for &w in graph.of(v) {
+                linked[v][w] = true;
+            }
+        }
+        let mut by_hand = 0.0;
+        for (k, &v) in order.iter().enumerate() {
+            let later: Vec<usize> = order[k + 1..]
+                .iter()
+                .copied()
+                .filter(|&w| linked[v][w])
+                .collect();
+            by_hand += (1.0 + later.len() as f64).powi(2);
+            for &a in &later {
+                for &b in &later {
+                    linked[a][b] = true;
+                }
+            }
+        }
+        assert_eq!(operations(&graph, &order), by_hand);
     }
 
     #[test]

@@ -94,17 +94,14 @@ pub(super) fn dissect(graph: &Graph) -> Vec<usize> {
         )
 }
 
-/// The same elimination with its tree in postorder: children before their parent, subtrees together.
-///
-/// `graph` over all vertices; `order` lists those that are eliminated. Supernodes form only between
-/// neighbours in the order, so this must precede the symbolic factorisation.
-pub(super) fn postordered(graph: &Graph, order: &[usize]) -> Vec<usize> {
+/// Rank of each vertex in the order (`usize::MAX` if it is not eliminated), and the parent of each rank in the
+/// elimination tree, by path compression [GeorgeLiu1981].
+fn elimination_tree(graph: &Graph, order: &[usize]) -> (Vec<usize>, Vec<usize>) {
     let n = order.len();
     let mut rank = vec![usize::MAX; graph.len()];
     for (k, &v) in order.iter().enumerate() {
         rank[v] = k;
     }
-    // elimination tree by path compression [GeorgeLiu1981]
     let mut parent = vec![usize::MAX; n];
     let mut ancestor = vec![usize::MAX; n];
     for k in 0..n {
@@ -124,6 +121,37 @@ pub(super) fn postordered(graph: &Graph, order: &[usize]) -> Vec<usize> {
             }
         }
     }
+    (rank, parent)
+}
+
+/// Operations of the elimination, in cubes of the unknowns of a vertex: the squares of the lengths of all columns.
+pub(super) fn operations(graph: &Graph, order: &[usize]) -> f64 {
+    let (rank, parent) = elimination_tree(graph, order);
+    let n = order.len();
+    let mut length = vec![1.0_f64; n];
+    let mut seen = vec![usize::MAX; n];
+    for k in 0..n {
+        seen[k] = k;
+        for &w in graph.of(order[k]) {
+            let mut i = rank[w];
+            // row k of the factor is a part of the tree, from its neighbours up to k
+            while i < k && seen[i] != k {
+                seen[i] = k;
+                length[i] += 1.0;
+                i = parent[i];
+            }
+        }
+    }
+    length.iter().map(|l| l * l).sum()
+}
+
+/// The same elimination with its tree in postorder: children before their parent, subtrees together.
+///
+/// `graph` over all vertices; `order` lists those that are eliminated. Supernodes form only between
+/// neighbours in the order, so this must precede the symbolic factorisation.
+pub(super) fn postordered(graph: &Graph, order: &[usize]) -> Vec<usize> {
+    let n = order.len();
+    let (_, parent) = elimination_tree(graph, order);
     let mut first_child = vec![usize::MAX; n];
     let mut sibling = vec![usize::MAX; n];
     for k in (0..n).rev() {
