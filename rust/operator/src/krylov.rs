@@ -108,7 +108,8 @@ pub fn gmres(
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// `a . b` of two vectors of the same length.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     // eight sums, so that the products need not wait for each other
     let mut sums = [0.0; 8];
     let (eights, others) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
 use mtb_operator::dense::{LuInParts, Watch};
+use mtb_operator::krylov::dot;
 use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
@@ -394,22 +395,4 @@ fn columns<'a>(
         .iter()
         .filter_map(|&place| left[factorised[place]].as_deref());
     motions.chain(entered).chain(left)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // four sums, so that the products need not wait for each other
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4
-        .remainder()
-        .iter()
-        .zip(b4.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a4.zip(b4) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    rest + sums.iter().sum::<f64>()
 }
