@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use std::collections::HashSet;
+
+use mtb_complementarity::linear::{Border, Problem, Status};
+use mtb_operator::{Monitor, report};
+
+use super::bordered::Bordered;
+use super::equations::{ACCEPTED, Equations, ROUGH, TOLERANCE};
+use super::influence::largest;
+use super::{Effort, Point, SlidingStepper};
+use crate::error::Error;
+use crate::sliding::{SlidingContact, SlidingSolution};
+
+/// Relative residual of a solution; each balance is relative to its own parts.
+const SOLVED: f64 = 1e-9;
+/// Relative size below which a negative pressure or gap counts as rounding.
+const ROUNDING: f64 = 1e-12;
+/// Active sets tried before the general solver takes over.
+const SETS: usize = 60;
+
+/// The equations solved on a set of points.
+struct OnSet {
+    point: Point,
+    /// Of the determinant.
+    sign: f64,
+    /// Relative residual.
+    error: f64,
+}
+
+impl SlidingStepper {
+    /// Active sets from the last one on; `None` where they do not settle.
+    pub(super) fn by_sets(
+        &mut self,
+        contact: &SlidingContact<'_>,
+        drag: &[f64],
+        effort: &mut Effort,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<SlidingSolution>, Error> {
+        let n = self.influence.points();
+        let m = contact.motions.len();
+        let mut active: Vec<bool> = match &self.memory.last {
+            Some(last) => last.pressure.iter().map(|p| *p > 0.0).collect(),
+            None => vec![true; n],
+        };
+        if active.iter().filter(|a| **a).count() <= m {
+            active.fill(true);
+        }
+        self.scratch.known.clear();
+        let mut visited = HashSet::new();
+        let mut guess = self.promise(m);
+        let mut tolerance = ROUGH;
+        let mut is_rough = true;
+        let mut is_single = false;
+        let mut fewest = usize::MAX;
+        for iteration in 1..=SETS {
+            effort.sets = iteration;
+            // roughly, until the set holds or comes again
+            let (mut next, changes, OnSet { point, sign, .. }) = loop {
+                let found =
+                    self.on_set(contact, drag, &active, &guess, tolerance, effort, monitor)?;
+                let Some(mut found) = found else {
+                    return Ok(None);
+                };
+                let unclipped = found.point.clone();
+                let mut next = active.clone();
+                let changes = flip(&mut next, &mut found.point.pressure, &mut self.scratch.gap);
+                if found.error <= ACCEPTED || (changes > 0 && !visited.contains(&next)) {
+                    break (next, changes, found);
+                }
+                tolerance = TOLERANCE;
+                guess = unclipped;
+            };
+            if changes == 0 {
+                let solution = finished(contact, point, &self.scratch.gap, sign, iteration);
+                // a body that carries next to nothing has its own scale: to this of all bodies its pressures
+                // may be rounding
+                return Ok(Some(solution).filter(|s| s.residual <= SOLVED));
+            }
+            report(monitor, iteration, changes as f64 / n as f64)?;
+            if changes < fewest {
+                fewest = changes;
+                if is_single {
+                    is_single = false;
+                    visited.clear();
+                }
+            }
+            if is_single {
+                keep_last_change(&active, &mut next);
+            }
+            if m > 0 && next.iter().all(|a| !a) {
+                return Ok(None);
+            }
+            if visited.insert(next.clone()) {
+                active = next;
+            } else if is_rough {
+                // what was nearly solved may have come back by its errors
+                is_rough = false;
+                tolerance = TOLERANCE;
+                fewest = usize::MAX;
+                visited.clear();
+                active = next;
+            } else if !is_single {
+                is_single = true;
+                visited.clear();
+                keep_last_change(&active, &mut next);
+                active = next;
+            } else {
+                return Ok(None);
+            }
+            guess = point;
+        }
+        Ok(None)
+    }
+
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a state of the search, and what it reports to"
+    )]
+    /// Pressures and motions that close the gaps of `active` to `tolerance`; the gaps of all points go to the scratch.
+    fn on_set(
+        &mut self,
+        contact: &SlidingContact<'_>,
+        drag: &[f64],
+        active: &[bool],
+        guess: &Point,
+        tolerance: f64,
+        effort: &mut Effort,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<OnSet>, Error> {
+        let points: Vec<usize> = (0..active.len()).filter(|&i| active[i]).collect();
+        if points.len() < contact.motions.len() {
+            return Ok(None);
+        }
+        let is_far = |f: &Bordered| f.is_far_from(active);
+        if self.memory.factors.as_ref().is_none_or(is_far) {
+            let set = factorisable(&points, active.len());
+            self.factorise(drag, &set, effort, monitor)?;
+        }
+        let start: Vec<f64> = points
+            .iter()
+            .map(|&i| guess.pressure[i])
+            .chain(guess.motion.iter().copied())
+            .collect();
+        // with the factors that are there, with new ones, and with those of the set itself
+        for _ in 0..3 {
+            let Some(factors) = self.memory.factors.as_mut() else {
+                return Ok(None);
+            };
+            effort.products += factors.turn_to(&self.influence, contact, &points, monitor)?;
+            let equations = Equations {
+                influence: &self.influence,
+                contact,
+                drag,
+                points: &points,
+            };
+            let mut x = start.clone();
+            let solved = equations.solve(factors, &mut x, tolerance, &mut self.scratch, effort);
+            if let Some(error) = solved {
+                let mut pressure = vec![0.0; active.len()];
+                for (p, &point) in x.iter().zip(&points) {
+                    pressure[point] = *p;
+                }
+                for &point in &points {
+                    self.scratch.gap[point] = 0.0;
+                }
+                let motion = x.split_off(points.len());
+                return Ok(Some(OnSet {
+                    point: Point { pressure, motion },
+                    sign: factors.sign(),
+                    error,
+                }));
+            }
+            let is_exact = factors.is_exact(drag);
+            if is_exact && factors.holds(active) {
+                return Ok(None);
+            }
+            let set = if is_exact {
+                points.clone()
+            } else {
+                factorisable(&points, active.len())
+            };
+            self.factorise(drag, &set, effort, monitor)?;
+        }
+        Ok(None)
+    }
+}
+
+/// Takes all changes from `active` to `next` back but the last one.
+///
+/// Changes of all wrong signs at once may go round in circles. One at a time, always the last one, they end for
+/// every P-matrix [Murty1974], so both together do [JudicePires1994].
+fn keep_last_change(active: &[bool], next: &mut [bool]) {
+    let last = (0..active.len()).rev().find(|&i| active[i] != next[i]);
+    for (i, (next, active)) in next.iter_mut().zip(active).enumerate() {
+        if Some(i) != last {
+            *next = *active;
+        }
+    }
+}
+
+/// The set whose factors serve `points` best: all points, of which any set of more than half is bordered by what
+/// left, or the points themselves.
+pub(super) fn factorisable(points: &[usize], n: usize) -> Vec<usize> {
+    if 2 * points.len() >= n {
+        (0..n).collect()
+    } else {
+        points.to_vec()
+    }
+}
+
+/// Moves what has the wrong sign to the other side; returns how much that was, and clips what is rounding.
+fn flip(active: &mut [bool], pressure: &mut [f64], gap: &mut [f64]) -> usize {
+    let (p_eps, g_eps) = (ROUNDING * largest(pressure), ROUNDING * largest(gap));
+    let mut changes = 0;
+    for ((active, p), g) in active.iter_mut().zip(pressure).zip(gap) {
+        if if *active { *p < -p_eps } else { *g < -g_eps } {
+            *active = !*active;
+            changes += 1;
+        }
+        // a point that carries rounding only does not touch
+        *p = if *p > p_eps { *p } else { 0.0 };
+        *g = g.max(0.0);
+    }
+    changes
+}
+
+fn finished(
+    contact: &SlidingContact<'_>,
+    point: Point,
+    gap: &[f64],
+    sign: f64,
+    iterations: usize,
+) -> SlidingSolution {
+    let n = gap.len();
+    let work = |motion| (0..n).map(move |i| -contact.work_of_pressure(motion, i));
+    let closing: Vec<f64> = contact
+        .motions
+        .iter()
+        .flat_map(|m| m.opening.iter().map(|o| -o))
+        .collect();
+    let balance: Vec<f64> = contact.motions.iter().flat_map(work).collect();
+    let target: Vec<f64> = contact.motions.iter().map(|m| m.work).collect();
+    let problem = Problem {
+        matrix: &[],
+        offset: contact.gap,
+        border: (!target.is_empty()).then_some(Border {
+            motion: &closing,
+            balance: &balance,
+            target: &target,
+        }),
+        symmetric: false,
+    };
+    SlidingSolution {
+        status: Status::Solved,
+        residual: problem.residual(&point.pressure, gap, &point.motion),
+        pressure: point.pressure,
+        gap: gap.to_vec(),
+        motion: point.motion,
+        iterations,
+        by_lemke: false,
+        unstable: sign < 0.0,
+    }
+}
