@@ -783,6 +783,26 @@ def normal_memory(cells: int, method: str) -> float: ...
 def sliding_memory(points: int, frictional: bool) -> float: ...
 
 @final
+class NormalTangent:
+    def __new__(
+        cls,
+        initial_gap: _Array,
+        spacing: tuple[float, float],
+        bodies: list[tuple[float, float]],
+        force: float | None,
+        approach: float | None,
+        moments: tuple[float | None, float | None],
+        is_periodic: bool,
+        found: tuple[_Array, _Array, float, tuple[float, float]],
+    ) -> NormalTangent: ...
+    def forward(
+        self, gap: _Array, load: _Array, moments: _Array, compliance: _Array
+    ) -> tuple[_Array, _Array, _Array, _Array, int]: ...
+    def adjoint(
+        self, pressure: _Array, gap: _Array, approach: _Array, tilts: _Array
+    ) -> tuple[_Array, _Array, _Array, _Array, int]: ...
+
+@final
 class NormalOutcome:
     @property
     def status(self) -> str: ...

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,7 @@ from ..geometry.geometries import slip_of_gap
 from ..results.plausible import of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
+from .normal_tangent import NormalTangent
 
 Array = NDArray[np.float64]
 
@@ -123,6 +124,19 @@ class NormalResult(Judged, Pictured):
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
+
+    def _tangent(self) -> NormalTangent:
+        """Its derivatives by all that was given, with the cells in contact held."""
+        problem: _Problem | None = vars(self).get("_problem")
+        if problem is None:
+            raise ValueError(
+                "this result was read from a file or put together, and does not know what was given: "
+                "derivatives are those of a result that solve_normal has just returned"
+            )
+        core = problem.linearised(self)
+        shape = (self.pressure.shape[0], self.pressure.shape[1])
+        load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
+        return NormalTangent(core, shape, load, problem.moments, (self.lower, self.upper))
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
@@ -325,6 +339,20 @@ class _Problem:
             tolerance,
             self.periodic,
             self.method,
+        )
+
+    def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
+        """The contact at its solution."""
+        base = float(result.initial_gap.min())
+        return _mtb_rs.NormalTangent(
+            np.ascontiguousarray(result.initial_gap - base),
+            self.spacing,
+            self.elastic,
+            self.force,
+            None if self.approach is None else self.approach - base,
+            self.moments,
+            self.periodic,
+            (result.pressure, result.gap, result.approach - base, result.tilts),
         )
 
 
@@ -556,7 +584,7 @@ def _result(
         time_s={"solve": seconds},
         history=tuple(solution.history),
     )
-    return NormalResult(
+    result = NormalResult(
         points=centres((gap.shape[0], gap.shape[1]), problem.spacing),
         area=np.full(gap.shape, cell),
         spacing=problem.spacing,
@@ -574,3 +602,6 @@ def _result(
         error_estimate=error,
         report=report,
     )
+    # what was given is no field of a result, but its derivatives need it
+    object.__setattr__(result, "_problem", problem)
+    return result

@@ -166,6 +166,11 @@ pub enum Error {
     /// Bytes that hold no prepared contact.
     #[error("not a prepared contact: {0}")]
     Stored(&'static str),
+    /// The linear problem of a derivative has no one solution.
+    #[error(
+        "the derivative was not found: the points in contact hardly determine the pressure, the tractions or the motions here"
+    )]
+    Singular,
     /// The complementarity solver refused the problem.
     #[error(transparent)]
     Complementarity(Complementarity),

@@ -43,8 +43,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::normal::{
-        PyNormalOutcome, available_address_space, available_memory, normal_memory, sliding_memory,
-        solve_normal,
+        PyNormalOutcome, PyNormalTangent, available_address_space, available_memory, normal_memory,
+        sliding_memory, solve_normal,
     };
     #[pymodule_export]
     use super::operator::PyCompliance;

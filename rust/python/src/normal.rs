@@ -3,12 +3,16 @@
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{
-    Load, Method, NormalContact, Options, Surface, memory, solve_normal as solve,
+    Load, Method, NormalChange, NormalContact, NormalResponse, NormalState, Options, Surface,
+    adjoint, forward, memory, solve_normal as solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{influence, wave_compliance};
-use mtb_operator::{Component, Grid};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use mtb_operator::{Component, Grid, Monitor};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -56,36 +60,19 @@ pub(crate) fn solve_normal<'py>(
         .as_slice()
         .map_err(|_| PyValueError::new_err("gap must be C-contiguous"))?;
     let grid = Grid::new(nx, ny, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
-    let bodies: Vec<Material> = bodies
-        .iter()
-        .map(|(shear_modulus, poisson_ratio)| Material::new(*shear_modulus, *poisson_ratio))
-        .collect::<Result<_, _>>()
-        .map_err(|e| bad_input(&e))?;
-    let pair = Material::joined(&bodies).map_err(|e| bad_input(&e))?;
-    let load = match (force, approach) {
-        (Some(force), None) => Load::Force(force),
-        (None, Some(approach)) => Load::Approach(approach),
-        _ => return Err(PyValueError::new_err("either force or approach is needed")),
-    };
+    let pair = joined(&bodies)?;
+    let load = load_of(force, approach)?;
     let method = method_named(method)?;
     let solution = enter(py, |monitor| {
-        let rectangle = |offset: [f64; 2], cell: [f64; 2]| -> f64 {
-            influence(&pair, Component::Normal, Component::Normal, offset, cell)
-        };
-        let wave = |k: f64| wave_compliance(&pair, k);
-        let surface = if is_periodic {
-            Surface::Periodic(&wave)
-        } else {
-            Surface::FreeSpace(&rectangle)
-        };
-        let contact = NormalContact {
-            gap: values,
+        posed(
+            &pair,
+            is_periodic,
+            values,
             grid,
-            surface,
             load,
-            moments: [moments.0, moments.1],
-        };
-        solve(&contact, Options { tolerance, method }, monitor)
+            moments.into(),
+            |contact| solve(contact, Options { tolerance, method }, monitor),
+        )
     })?;
     let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
         Ok(values.into_pyarray(py).reshape([ny, nx])?.unbind())
@@ -105,6 +92,258 @@ pub(crate) fn solve_normal<'py>(
         history: solution.history,
         discretisation_error: solution.discretisation_error,
     })
+}
+
+/// The material of which one body alone gives way as all of these do together.
+fn joined(bodies: &[(f64, f64)]) -> PyResult<Material> {
+    let bodies: Vec<Material> = bodies
+        .iter()
+        .map(|(shear_modulus, poisson_ratio)| Material::new(*shear_modulus, *poisson_ratio))
+        .collect::<Result<_, _>>()
+        .map_err(|e| bad_input(&e))?;
+    Material::joined(&bodies).map_err(|e| bad_input(&e))
+}
+
+fn load_of(force: Option<f64>, approach: Option<f64>) -> PyResult<Load> {
+    match (force, approach) {
+        (Some(force), None) => Ok(Load::Force(force)),
+        (None, Some(approach)) => Ok(Load::Approach(approach)),
+        _ => Err(PyValueError::new_err("either force or approach is needed")),
+    }
+}
+
+/// Runs `work` with the contact of half-spaces that are `pair` together.
+fn posed<T>(
+    pair: &Material,
+    is_periodic: bool,
+    gap: &[f64],
+    grid: Grid,
+    load: Load,
+    moments: [Option<f64>; 2],
+    work: impl FnOnce(&NormalContact<'_>) -> T,
+) -> T {
+    let rectangle = |offset: [f64; 2], cell: [f64; 2]| -> f64 {
+        influence(pair, Component::Normal, Component::Normal, offset, cell)
+    };
+    let wave = |k: f64| wave_compliance(pair, k);
+    let surface = if is_periodic {
+        Surface::Periodic(&wave)
+    } else {
+        Surface::FreeSpace(&rectangle)
+    };
+    work(&NormalContact {
+        gap,
+        grid,
+        surface,
+        load,
+        moments,
+    })
+}
+
+/// Pressure and gap (ny, nx), approach and tilts.
+type Found = (Py<PyArray2<f64>>, Py<PyArray2<f64>>, f64, (f64, f64));
+
+/// A solved contact of half-spaces, and its derivatives with the cells in contact held.
+#[pyclass(frozen, name = "NormalTangent", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyNormalTangent {
+    grid: Grid,
+    pair: Material,
+    load: Load,
+    moments: [Option<f64>; 2],
+    is_periodic: bool,
+    initial_gap: Py<PyArray2<f64>>,
+    pressure: Py<PyArray2<f64>>,
+    gap: Py<PyArray2<f64>>,
+    approach: f64,
+    tilts: [f64; 2],
+}
+
+type Fields<'py> = PyReadonlyArray3<'py, f64>;
+type Numbers<'py> = PyReadonlyArray1<'py, f64>;
+type Pairs<'py> = PyReadonlyArray2<'py, f64>;
+
+/// Fields (k, ny, nx), numbers (k,), pairs of them (k, 2), numbers (k,), and products with the influence matrix.
+type Changes<'py> = (
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    usize,
+);
+
+/// Fields (k, ny, nx), twice, numbers (k,), pairs of them (k, 2), and products with the influence matrix.
+type Responses<'py> = (
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    usize,
+);
+
+#[pymethods]
+impl PyNormalTangent {
+    /// Arguments of `solve_normal`, and what it found.
+    #[new]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a contact problem and its solution"
+    )]
+    fn new(
+        initial_gap: Py<PyArray2<f64>>,
+        spacing: (f64, f64),
+        bodies: Vec<(f64, f64)>,
+        force: Option<f64>,
+        approach: Option<f64>,
+        moments: (Option<f64>, Option<f64>),
+        is_periodic: bool,
+        found: Found,
+        py: Python<'_>,
+    ) -> PyResult<Self> {
+        let shape = initial_gap.bind(py).shape().to_vec();
+        let grid =
+            Grid::new(shape[1], shape[0], spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
+        Ok(Self {
+            grid,
+            pair: joined(&bodies)?,
+            load: load_of(force, approach)?,
+            moments: moments.into(),
+            is_periodic,
+            initial_gap,
+            pressure: found.0,
+            gap: found.1,
+            approach: found.2,
+            tilts: found.3.into(),
+        })
+    }
+
+    /// Changes of pressure and gap (k, ny, nx), approach (k,) and tilts (k, 2) by changes of the gap (k, ny, nx), of
+    /// the force or the approach (k,), of the first moments (k, 2) and of the compliance over itself (k,).
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        gap: Fields<'py>,
+        load: Numbers<'py>,
+        moments: Pairs<'py>,
+        compliance: Numbers<'py>,
+    ) -> PyResult<Responses<'py>> {
+        let (load, compliance) = (load.as_slice()?, compliance.as_slice()?);
+        let moments = moments.as_slice()?;
+        let fields = gap.as_slice()?.chunks_exact(self.grid.points());
+        let changes: Vec<NormalChange> = fields
+            .zip(moments.chunks_exact(2))
+            .zip(load.iter().zip(compliance))
+            .map(|((gap, moments), (load, compliance))| NormalChange {
+                gap: gap.to_vec(),
+                load: *load,
+                moments: [moments[0], moments[1]],
+                compliance: *compliance,
+            })
+            .collect();
+        let found = self.with(py, |contact, state, monitor| {
+            forward(contact, state, &changes, monitor)
+        })?;
+        let values = &found.values;
+        let pressure = values.iter().flat_map(|v| v.pressure.iter().copied());
+        let gap = values.iter().flat_map(|v| v.gap.iter().copied());
+        let tilts: Vec<f64> = values.iter().flat_map(|v| v.tilts).collect();
+        let approach: Vec<f64> = values.iter().map(|v| v.approach).collect();
+        Ok((
+            self.fields(py, pressure.collect())?,
+            self.fields(py, gap.collect())?,
+            approach.into_pyarray(py),
+            tilts.into_pyarray(py).reshape([values.len(), 2])?,
+            found.products,
+        ))
+    }
+
+    /// Derivatives of numbers by the gap (k, ny, nx), the force or the approach (k,), the first moments (k, 2) and the
+    /// logarithm of the compliance (k,), for their weights of pressure and gap (k, ny, nx), approach (k,) and
+    /// tilts (k, 2).
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        pressure: Fields<'py>,
+        gap: Fields<'py>,
+        approach: Numbers<'py>,
+        tilts: Pairs<'py>,
+    ) -> PyResult<Changes<'py>> {
+        let n = self.grid.points();
+        let (approach, tilts) = (approach.as_slice()?, tilts.as_slice()?);
+        let fields = pressure.as_slice()?.chunks_exact(n);
+        let weights: Vec<NormalResponse> = fields
+            .zip(gap.as_slice()?.chunks_exact(n))
+            .zip(approach.iter().zip(tilts.chunks_exact(2)))
+            .map(|((pressure, gap), (approach, tilts))| NormalResponse {
+                pressure: pressure.to_vec(),
+                gap: gap.to_vec(),
+                approach: *approach,
+                tilts: [tilts[0], tilts[1]],
+            })
+            .collect();
+        let found = self.with(py, |contact, state, monitor| {
+            adjoint(contact, state, &weights, monitor)
+        })?;
+        let values = &found.values;
+        let gap = values.iter().flat_map(|v| v.gap.iter().copied());
+        let load: Vec<f64> = values.iter().map(|v| v.load).collect();
+        let moments: Vec<f64> = values.iter().flat_map(|v| v.moments).collect();
+        let compliance: Vec<f64> = values.iter().map(|v| v.compliance).collect();
+        Ok((
+            self.fields(py, gap.collect())?,
+            load.into_pyarray(py),
+            moments.into_pyarray(py).reshape([values.len(), 2])?,
+            compliance.into_pyarray(py),
+            found.products,
+        ))
+    }
+}
+
+impl PyNormalTangent {
+    fn fields<'py>(
+        &self,
+        py: Python<'py>,
+        values: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let count = values.len() / self.grid.points();
+        values
+            .into_pyarray(py)
+            .reshape([count, self.grid.ny, self.grid.nx])
+    }
+
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(
+            &NormalContact<'_>,
+            &NormalState<'_>,
+            Monitor<'_>,
+        ) -> Result<T, mtb_contact::Error>
+        + Send,
+    ) -> PyResult<T> {
+        let values = |field: &Py<PyArray2<f64>>| -> PyResult<Vec<f64>> {
+            Ok(field.bind(py).readonly().as_slice()?.to_vec())
+        };
+        let initial_gap = values(&self.initial_gap)?;
+        let (pressure, gap) = (values(&self.pressure)?, values(&self.gap)?);
+        let state = NormalState {
+            pressure: &pressure,
+            gap: &gap,
+            approach: self.approach,
+            tilts: self.tilts,
+        };
+        let (grid, load, moments) = (self.grid, self.load, self.moments);
+        enter(py, |monitor| {
+            posed(
+                &self.pair,
+                self.is_periodic,
+                &initial_gap,
+                grid,
+                load,
+                moments,
+                |contact| work(contact, &state, monitor),
+            )
+        })
+    }
 }
 
 fn method_named(name: &str) -> PyResult<Method> {

@@ -12,10 +12,12 @@
 //! direction is known as well. And the image of the free motions under the preconditioner, needed to
 //! keep the balance, is renewed only once the set has changed by a fifth.
 
+mod held;
 mod solver;
 mod state;
 mod sums;
 
+pub use held::{Held, HeldSolution};
 pub use solver::solve;
 
 /// The data of the problem.

@@ -13,10 +13,10 @@ const STALE: f64 = 0.2;
 const PATIENCE: usize = 60;
 
 /// A product: overwrites its second argument with the image of the first.
-type Product<'a> = &'a dyn Fn(&[f64], &mut [f64]);
+pub(super) type Product<'a> = &'a dyn Fn(&[f64], &mut [f64]);
 
 /// A rough inverse: overwrites its third argument with the image of the second.
-type Inverse<'a> = &'a dyn Fn(&[bool], &[f64], &mut [f64]);
+pub(super) type Inverse<'a> = &'a dyn Fn(&[bool], &[f64], &mut [f64]);
 
 /// Solves the problem from `start` (n, negative entries count as zero).
 ///

@@ -19,19 +19,23 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// The finest grid first, then each with half the cells per side.
-    pub(super) fn pyramid(contact: &NormalContact<'_>) -> Vec<Self> {
+    /// The grid of the contact.
+    pub(super) fn finest(contact: &NormalContact<'_>) -> Self {
         let grid = contact.grid;
-        let is_periodic = matches!(contact.surface, Surface::Periodic(_));
-        let mut levels = vec![Self {
+        Self {
             grid,
             gap: contact.gap.to_vec(),
             origin: [
                 -0.5 * (grid.nx - 1) as f64 * grid.dx,
                 -0.5 * (grid.ny - 1) as f64 * grid.dy,
             ],
-            is_periodic,
-        }];
+            is_periodic: matches!(contact.surface, Surface::Periodic(_)),
+        }
+    }
+
+    /// The finest grid first, then each with half the cells per side.
+    pub(super) fn pyramid(contact: &NormalContact<'_>) -> Vec<Self> {
+        let mut levels = vec![Self::finest(contact)];
         if matches!(contact.surface, Surface::Body(_)) {
             return levels;
         }

@@ -12,11 +12,14 @@ mod inverse;
 mod level;
 mod nested;
 mod product;
+mod tangent;
 
 use mtb_complementarity::bounded::Status;
 use mtb_operator::{Compliance, Grid, Monitor, check_factors};
 
 use crate::error::{Error, check, check_number};
+
+pub use tangent::{Derived, NormalChange, NormalResponse, adjoint, forward};
 
 /// What surrounds the grid, and how a pressure on one cell moves the surface; both bodies together.
 #[derive(Clone, Copy)]
@@ -107,6 +110,31 @@ pub struct NormalSolution {
     /// Estimated relative error of the pressure by the size of the cells (L2 over the contact away from its
     /// border), from the coarser grids; `None` where there are none or no such points.
     pub discretisation_error: Option<f64>,
+}
+
+/// A solution as its derivatives see it.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalState<'a> {
+    /// Pressure (ny * nx) [Pa].
+    pub pressure: &'a [f64],
+    /// Deformed gap (ny * nx) [m].
+    pub gap: &'a [f64],
+    /// Approach [m].
+    pub approach: f64,
+    /// Closing tilts along x and y about the centre of the grid [-].
+    pub tilts: [f64; 2],
+}
+
+impl NormalSolution {
+    /// What derivatives need to know of it.
+    pub fn state(&self) -> NormalState<'_> {
+        NormalState {
+            pressure: &self.pressure,
+            gap: &self.gap,
+            approach: self.approach,
+            tilts: self.tilts,
+        }
+    }
 }
 
 /// Cells up to which the dense method is the quicker one.

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of a solved contact by everything that was given, with the cells in contact held.
+//!
+//! With the cells `I` that carry pressure, `A_II p_I - N_I c + b_I = 0` and `N^T p = f`. A change of what is given
+//! changes `b`, `f` or `A`, and one more linear solve gives the change of the pressure and of the motions. The
+//! matrix is symmetric up to the sign of `c`, so that the same solve gives all derivatives of one number.
+//! Where a cell only just touches or only just parts, the derivative holds to one side only.
+
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+use mtb_complementarity::bounded::{Held, HeldSolution, Mode};
+use mtb_operator::{Buffers, Monitor, Progress, report};
+
+use super::inverse::Inverse;
+use super::level::{Level, Region, half_sides};
+use super::nested::unpack_motion;
+use super::product::Product;
+use super::{Load, NormalContact, NormalState};
+use crate::Error;
+use crate::error::{check, check_number};
+
+/// A change of what is given; or the derivatives of a number by it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalChange {
+    /// Of the gap (ny * nx) [m].
+    pub gap: Vec<f64>,
+    /// Of the force [N] or of the approach [m], whichever is given.
+    pub load: f64,
+    /// Of the moments that are given [N m].
+    pub moments: [f64; 2],
+    /// Of the compliance of the bodies, over it [-].
+    pub compliance: f64,
+}
+
+/// A change of what is found; or the weights of a number in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalResponse {
+    /// Of the pressure (ny * nx) [Pa].
+    pub pressure: Vec<f64>,
+    /// Of the deformed gap (ny * nx) [m].
+    pub gap: Vec<f64>,
+    /// Of the approach [m].
+    pub approach: f64,
+    /// Of the tilts [-].
+    pub tilts: [f64; 2],
+}
+
+/// Derivatives, and what they cost.
+#[derive(Clone, Debug)]
+pub struct Derived<T> {
+    /// One for each change or number asked for.
+    pub values: Vec<T>,
+    /// Products with the influence matrix.
+    pub products: usize,
+    /// Applications of the preconditioner.
+    pub preconditionings: usize,
+}
+
+/// What changes of the solution follow from changes of what is given: one solve each.
+///
+/// # Errors
+/// As [`solve_normal`](super::solve_normal), and [`Error::Singular`] where the cells in contact do not determine
+/// the pressure and the motions.
+pub fn forward(
+    contact: &NormalContact<'_>,
+    solution: &NormalState<'_>,
+    changes: &[NormalChange],
+    monitor: Monitor<'_>,
+) -> Result<Derived<NormalResponse>, Error> {
+    let points = contact.grid.points();
+    for change in changes {
+        check("change of the gap", &change.gap, points)?;
+        let numbers = [change.load, change.compliance];
+        check("change of the load", &numbers, 2)?;
+        check("change of the moments", &change.moments, 2)?;
+    }
+    watched(monitor, &|monitor| {
+        let place = Place::new(contact, solution, monitor)?;
+        place.held(monitor, &mut |held| {
+            let change = |change: &NormalChange| place.response(held, change, monitor);
+            changes.iter().map(change).collect()
+        })
+    })
+}
+
+/// The derivatives by all that is given of numbers that are weighted sums of what was found: one solve each.
+///
+/// Weights of the gap count where it is open.
+///
+/// # Errors
+/// As [`forward`].
+pub fn adjoint(
+    contact: &NormalContact<'_>,
+    solution: &NormalState<'_>,
+    weights: &[NormalResponse],
+    monitor: Monitor<'_>,
+) -> Result<Derived<NormalChange>, Error> {
+    let points = contact.grid.points();
+    for weight in weights {
+        check("weights of the pressure", &weight.pressure, points)?;
+        check("weights of the gap", &weight.gap, points)?;
+        check_number(
+            "weight of the approach",
+            weight.approach,
+            true,
+            "a finite number is needed",
+        )?;
+        check("weights of the tilts", &weight.tilts, 2)?;
+    }
+    watched(monitor, &|monitor| {
+        let place = Place::new(contact, solution, monitor)?;
+        place.held(monitor, &mut |held| {
+            let gradient = |weight: &NormalResponse| place.gradient(held, weight, monitor);
+            weights.iter().map(gradient).collect()
+        })
+    })
+}
+
+/// Runs `work` with a monitor that, once it has asked to stop, goes on to do so: products break off without a word.
+fn watched<T>(
+    monitor: Monitor<'_>,
+    work: &dyn Fn(Monitor<'_>) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let is_stopped = Cell::new(false);
+    let result = work(&|progress: Progress| {
+        if is_stopped.get() || monitor(progress).is_break() {
+            is_stopped.set(true);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    });
+    if is_stopped.get() {
+        return Err(Error::Interrupted);
+    }
+    result
+}
+
+/// A solved contact as its derivatives see it.
+struct Place<'a> {
+    contact: &'a NormalContact<'a>,
+    /// The motions on the whole grid.
+    modes: Vec<Mode>,
+    whole: Region,
+    /// The rectangle of the solve, its cells in contact and its motions there.
+    region: Region,
+    set: Vec<bool>,
+    held_modes: Vec<Mode>,
+    is_open: Vec<bool>,
+    /// Normal displacement by the pressure [m].
+    displacement: Vec<f64>,
+    buffers: Buffers,
+    product: Product<'a>,
+    /// On the whole grid, where that is not the rectangle.
+    whole_product: Option<Product<'a>>,
+    whole_products: Cell<usize>,
+}
+
+impl<'a> Place<'a> {
+    fn new(
+        contact: &'a NormalContact<'a>,
+        solution: &NormalState<'_>,
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Error> {
+        let (grid, points) = (contact.grid, contact.grid.points());
+        check("pressure", solution.pressure, points)?;
+        check("gap of the solution", solution.gap, points)?;
+        let level = Level::finest(contact);
+        let whole = Region::whole(&grid);
+        let region = match contact.surface {
+            super::Surface::FreeSpace(_) => Region::around(solution.pressure, &grid),
+            super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
+        };
+        let part = region.cut(solution.pressure, grid.nx);
+        let modes = level.modes(&whole, contact);
+        // the gap is what is left of it once the bodies have moved and given way
+        let motion = motion_of(contact, solution);
+        let mut displacement = solution.gap.to_vec();
+        let offset = level.offset(&whole, contact.load);
+        for (i, u) in displacement.iter_mut().enumerate() {
+            let moved: f64 = modes.iter().zip(&motion).map(|(m, c)| c * m.shape[i]).sum();
+            *u += moved - offset[i];
+        }
+        let buffers = Buffers::default();
+        let made = |region: &Region| {
+            let shape = [region.nx, region.ny];
+            Product::influence(contact.surface, &grid, shape, &buffers, monitor)
+        };
+        let (product, whole_product) = (made(&region), (region != whole).then(|| made(&whole)));
+        Ok(Self {
+            contact,
+            held_modes: level.modes(&region, contact),
+            modes,
+            whole,
+            region,
+            set: part.iter().map(|p| *p > 0.0).collect(),
+            is_open: solution.pressure.iter().map(|p| *p <= 0.0).collect(),
+            displacement,
+            buffers,
+            product,
+            whole_product,
+            whole_products: Cell::new(0),
+        })
+    }
+
+    /// Runs `work` with the linear problem of the cells in contact.
+    fn held<T>(
+        &self,
+        monitor: Monitor<'_>,
+        work: &mut dyn FnMut(&mut Held<'_>) -> Result<Vec<T>, Error>,
+    ) -> Result<Derived<T>, Error> {
+        let inverse = Inverse::new(
+            self.contact.surface,
+            &self.contact.grid,
+            [self.region.nx, self.region.ny],
+            self.set.iter().all(|c| *c),
+            &self.buffers,
+            monitor,
+        );
+        report(monitor, 0, f64::NAN)?;
+        let apply = |x: &[f64], y: &mut [f64]| self.product.apply(x, y, monitor);
+        let precondition =
+            |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
+        let mut held = Held::new(&apply, &precondition, &self.held_modes, &self.set);
+        let values = work(&mut held)?;
+        Ok(Derived {
+            values,
+            products: held.products + self.whole_products.get(),
+            preconditionings: held.preconditionings,
+        })
+    }
+
+    fn response(
+        &self,
+        held: &mut Held<'_>,
+        change: &NormalChange,
+        monitor: Monitor<'_>,
+    ) -> Result<NormalResponse, Error> {
+        let width = self.contact.grid.nx;
+        let mut opened = change.gap.clone();
+        let approach = match self.contact.load {
+            Load::Force(_) => 0.0,
+            Load::Approach(_) => change.load,
+        };
+        for (gap, u) in opened.iter_mut().zip(&self.displacement) {
+            *gap += change.compliance * u - approach;
+        }
+        let mut right = self.region.cut(&opened, width);
+        for v in &mut right {
+            *v = -*v;
+        }
+        let found = solved(held, &right, &self.targets(change), monitor)?;
+        let pressure = self.region.paste(&found.pressure, &self.contact.grid);
+        let mut gap = self.image(&pressure, &found.image, monitor);
+        for (i, gap) in gap.iter_mut().enumerate() {
+            let moved: f64 = (self.modes.iter().zip(&found.motion))
+                .map(|(mode, c)| c * mode.shape[i])
+                .sum();
+            *gap = if self.is_open[i] {
+                *gap + opened[i] - moved
+            } else {
+                0.0
+            };
+        }
+        let (found_approach, tilts) =
+            unpack_motion(self.contact, &found.motion, half_sides(&self.contact.grid));
+        Ok(NormalResponse {
+            pressure,
+            gap,
+            approach: match self.contact.load {
+                Load::Force(_) => found_approach,
+                Load::Approach(_) => approach,
+            },
+            tilts,
+        })
+    }
+
+    fn gradient(
+        &self,
+        held: &mut Held<'_>,
+        weight: &NormalResponse,
+        monitor: Monitor<'_>,
+    ) -> Result<NormalChange, Error> {
+        let width = self.contact.grid.nx;
+        // where the gap is closed it stays so
+        let of_gap: Vec<f64> = (weight.gap.iter().zip(&self.is_open))
+            .map(|(w, is_open)| if *is_open { *w } else { 0.0 })
+            .collect();
+        let mut right = self.region.cut(&weight.pressure, width);
+        if of_gap.iter().any(|w| *w != 0.0) {
+            let by_gap = self.whole_image(&of_gap, monitor);
+            let by_gap = self.region.cut(&by_gap, width);
+            right.iter_mut().zip(by_gap).for_each(|(r, w)| *r += w);
+        }
+        // weights of the motions: their own, less what they close of the gap
+        let half = half_sides(&self.contact.grid);
+        let is_forced = matches!(self.contact.load, Load::Force(_));
+        let mut motion: Vec<f64> = is_forced.then_some(weight.approach).into_iter().collect();
+        for axis in 0..2 {
+            if self.contact.moments[axis].is_some() {
+                motion.push(weight.tilts[axis] / half[axis]);
+            }
+        }
+        for (w, mode) in motion.iter_mut().zip(&self.modes) {
+            *w = dot(&mode.shape, &of_gap) - *w;
+        }
+        let found = solved(held, &right, &motion, monitor)?;
+        let pressure = self.region.paste(&found.pressure, &self.contact.grid);
+        let gap: Vec<f64> = of_gap.iter().zip(&pressure).map(|(w, p)| w - p).collect();
+        let by_approach = -gap.iter().sum::<f64>();
+        let area = self.contact.grid.cell_area();
+        let mut by_targets = found.motion.iter().map(|c| -c / area);
+        let load = if is_forced {
+            by_targets.next().unwrap_or(0.0)
+        } else {
+            weight.approach + by_approach
+        };
+        let mut moments = [0.0; 2];
+        for axis in 0..2 {
+            if self.contact.moments[axis].is_some() {
+                moments[axis] = by_targets.next().unwrap_or(0.0) / half[axis];
+            }
+        }
+        Ok(NormalChange {
+            compliance: dot(&gap, &self.displacement),
+            gap,
+            load,
+            moments,
+        })
+    }
+
+    /// Changes of the balances.
+    fn targets(&self, change: &NormalChange) -> Vec<f64> {
+        let area = self.contact.grid.cell_area();
+        let half = half_sides(&self.contact.grid);
+        let mut targets = Vec::new();
+        if let Load::Force(_) = self.contact.load {
+            targets.push(change.load / area);
+        }
+        for axis in 0..2 {
+            if self.contact.moments[axis].is_some() {
+                targets.push(change.moments[axis] / (area * half[axis]));
+            }
+        }
+        targets
+    }
+
+    /// Displacement on the whole grid by a pressure of which that on the rectangle is known.
+    fn image(&self, pressure: &[f64], known: &[f64], monitor: Monitor<'_>) -> Vec<f64> {
+        if self.region == self.whole {
+            return known.to_vec();
+        }
+        self.whole_image(pressure, monitor)
+    }
+
+    fn whole_image(&self, field: &[f64], monitor: Monitor<'_>) -> Vec<f64> {
+        let mut image = vec![0.0; field.len()];
+        let product = self.whole_product.as_ref().unwrap_or(&self.product);
+        product.apply(field, &mut image, monitor);
+        self.whole_products.set(self.whole_products.get() + 1);
+        image
+    }
+}
+
+fn solved(
+    held: &mut Held<'_>,
+    right: &[f64],
+    target: &[f64],
+    monitor: Monitor<'_>,
+) -> Result<HeldSolution, Error> {
+    let found = held.solve(right, target, monitor)?;
+    if found.converged {
+        Ok(found)
+    } else {
+        Err(Error::Singular)
+    }
+}
+
+/// Amplitudes of the free motions of a solution.
+fn motion_of(contact: &NormalContact<'_>, solution: &NormalState<'_>) -> Vec<f64> {
+    let half = half_sides(&contact.grid);
+    let mut motion = Vec::new();
+    if let Load::Force(_) = contact.load {
+        motion.push(solution.approach);
+    }
+    for axis in 0..2 {
+        if contact.moments[axis].is_some() {
+            motion.push(solution.tilts[axis] * half[axis]);
+        }
+    }
+    motion
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of frictionless contacts against differences of solves, and against each other.
+
+use mtb_contact::normal::{
+    Load, Method, NormalChange, NormalContact, NormalResponse, NormalSolution, Options, Surface,
+    adjoint, forward, solve_normal,
+};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::{influence, wave_compliance};
+use mtb_operator::{Component, Grid, unmonitored};
+use proptest::prelude::*;
+
+/// A rough bowl, its load, and which way its cells are continued.
+#[derive(Clone, Debug)]
+struct Case {
+    grid: Grid,
+    gap: Vec<f64>,
+    load: Load,
+    moments: [Option<f64>; 2],
+    is_periodic: bool,
+    modulus: f64,
+}
+
+const MODULUS: f64 = 2e3;
+
+impl Case {
+    fn with<T>(&self, work: impl Fn(&NormalContact<'_>) -> T) -> T {
+        let material = Material::new(self.modulus, 0.3).expect("a material");
+        let rectangle = |offset: [f64; 2], cell: [f64; 2]| {
+            influence(
+                &material,
+                Component::Normal,
+                Component::Normal,
+                offset,
+                cell,
+            )
+        };
+        let wave = |k: f64| wave_compliance(&material, k);
+        work(&NormalContact {
+            gap: &self.gap,
+            grid: self.grid,
+            surface: if self.is_periodic {
+                Surface::Periodic(&wave)
+            } else {
+                Surface::FreeSpace(&rectangle)
+            },
+            load: self.load,
+            moments: self.moments,
+        })
+    }
+
+    fn solved(&self, method: Method) -> NormalSolution {
+        let tolerance = Some(if method == Method::Dense { 1e-8 } else { 1e-13 });
+        let options = Options { tolerance, method };
+        self.with(|contact| solve_normal(contact, options, &unmonitored).expect("a solution"))
+    }
+
+    fn changed(&self, change: &NormalChange, share: f64) -> Self {
+        let mut other = self.clone();
+        for (g, d) in other.gap.iter_mut().zip(&change.gap) {
+            *g += share * d;
+        }
+        other.load = match self.load {
+            Load::Force(f) => Load::Force(f + share * change.load),
+            Load::Approach(a) => Load::Approach(a + share * change.load),
+        };
+        for (m, d) in other.moments.iter_mut().zip(change.moments) {
+            *m = m.map(|m| m + share * d);
+        }
+        other.modulus = self.modulus / (1.0 + share * change.compliance);
+        other
+    }
+}
+
+fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
+    let shape = (10..24_usize, 10..24_usize, 0..5_usize, any::<u64>());
+    shape.prop_map(|(nx, ny, kind, seed)| {
+        let mut state = seed | 1;
+        let mut next = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let grid = Grid {
+            nx,
+            ny,
+            dx: 0.09,
+            dy: 0.11,
+        };
+        let (tilt, wave) = (next(), next());
+        let gap: Vec<f64> = (0..nx * ny)
+            .map(|k| {
+                let x = ((k % nx) as f64 + 0.5) / nx as f64 - 0.5;
+                let y = ((k / nx) as f64 + 0.5) / ny as f64 - 0.5;
+                let bowl = x * x + 1.3 * y * y + 0.05 * tilt * x;
+                0.3 * bowl + 0.02 * (9.0 * x + wave).sin() * (7.0 * y).cos() + 0.002 * next()
+            })
+            .collect();
+        let least = gap.iter().copied().fold(f64::INFINITY, f64::min);
+        let force = 300.0 + 200.0 * next();
+        let (load, moments) = match kind {
+            1 => (Load::Approach(least + 0.05 + 0.02 * next()), [None, None]),
+            2 => (Load::Force(force), [Some(0.05 * force * next()), None]),
+            3 => (
+                Load::Force(force),
+                [Some(0.05 * force * next()), Some(0.05 * force * next())],
+            ),
+            _ => (Load::Force(force), [None, None]),
+        };
+        let case = Case {
+            grid,
+            gap,
+            load,
+            moments,
+            is_periodic: kind == 4,
+            modulus: MODULUS,
+        };
+        let change = NormalChange {
+            gap: (0..nx * ny).map(|_| 1e-3 * next()).collect(),
+            load: if kind == 1 {
+                1e-3 * next()
+            } else {
+                20.0 * next()
+            },
+            moments: [0, 1].map(|k| moments[k].map_or(0.0, |_| next())),
+            compliance: 0.1 * next(),
+        };
+        let weights = NormalResponse {
+            pressure: (0..nx * ny).map(|_| next()).collect(),
+            gap: (0..nx * ny).map(|_| 1e4 * next()).collect(),
+            approach: 1e5 * next(),
+            tilts: [1e5 * next(), 1e5 * next()],
+        };
+        (case, change, weights)
+    })
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn work(
+    weights: &NormalResponse,
+    pressure: &[f64],
+    gap: &[f64],
+    approach: f64,
+    tilts: [f64; 2],
+) -> f64 {
+    dot(&weights.pressure, pressure)
+        + dot(&weights.gap, gap)
+        + weights.approach * approach
+        + dot(&weights.tilts, &tilts)
+}
+
+/// All that is found, one after the other, in units in which it is of like size.
+fn listed(pressure: &[f64], gap: &[f64], approach: f64, tilts: [f64; 2]) -> Vec<f64> {
+    let lengths = gap.iter().chain([&approach]).chain(&tilts);
+    pressure
+        .iter()
+        .copied()
+        .chain(lengths.map(|g| MODULUS * g))
+        .collect()
+}
+
+/// Central differences with Richardson's extrapolation; `None` where the contact set changes on the way.
+fn differences(case: &Case, solution: &NormalSolution, change: &NormalChange) -> Option<Vec<f64>> {
+    let set = |s: &NormalSolution| -> Vec<bool> { s.pressure.iter().map(|p| *p > 0.0).collect() };
+    let at = |share: f64| {
+        let s = case.changed(change, share).solved(Method::Dense);
+        (set(&s) == set(solution)).then(|| listed(&s.pressure, &s.gap, s.approach, s.tilts))
+    };
+    let slope = |h: f64| -> Option<Vec<f64>> {
+        let (a, b) = (at(h)?, at(-h)?);
+        Some(a.iter().zip(b).map(|(a, b)| (a - b) / (2.0 * h)).collect())
+    };
+    let (coarse, fine) = (slope(4e-3)?, slope(2e-3)?);
+    Some(
+        coarse
+            .iter()
+            .zip(fine)
+            .map(|(c, f)| (4.0 * f - c) / 3.0)
+            .collect(),
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn derivatives_are_limits_of_differences_and_adjoints_their_transposes(
+        (case, change, weights) in case(),
+        is_dense in any::<bool>(),
+    ) {
+        let solution = case.solved(if is_dense { Method::Dense } else { Method::Fourier });
+        let found = case
+            .with(|contact| forward(contact, &solution.state(), std::slice::from_ref(&change), &unmonitored))
+            .expect("a derivative");
+        let gradient = case
+            .with(|contact| adjoint(contact, &solution.state(), std::slice::from_ref(&weights), &unmonitored))
+            .expect("a gradient");
+        let (response, gradient) = (&found.values[0], &gradient.values[0]);
+        let (pressure, gap) = (&response.pressure, &response.gap);
+        let forward = work(&weights, pressure, gap, response.approach, response.tilts);
+        let adjoint = dot(&gradient.gap, &change.gap)
+            + gradient.load * change.load
+            + dot(&gradient.moments, &change.moments)
+            + gradient.compliance * change.compliance;
+        let size = dot(&weights.pressure, &weights.pressure).sqrt() * dot(pressure, pressure).sqrt()
+            + (weights.approach * response.approach).abs()
+            + dot(&weights.gap, &weights.gap).sqrt() * dot(gap, gap).sqrt();
+        prop_assert!((forward - adjoint).abs() < 1e-11 * size, "{forward} {adjoint} {size}");
+        if let Some(expected) = differences(&case, &solution, &change) {
+            let found = listed(pressure, gap, response.approach, response.tilts);
+            let size = dot(&expected, &expected).sqrt();
+            let wrong: Vec<f64> = expected.iter().zip(&found).map(|(a, b)| a - b).collect();
+            prop_assert!(dot(&wrong, &wrong).sqrt() < 1e-7 * size, "{}", dot(&wrong, &wrong).sqrt() / size);
+        }
+    }
+}
+
+#[test]
+fn a_contact_that_does_not_touch_changes_its_gap_only() {
+    let grid = Grid {
+        nx: 8,
+        ny: 9,
+        dx: 0.1,
+        dy: 0.1,
+    };
+    let case = Case {
+        grid,
+        gap: vec![1.0; 72],
+        load: Load::Approach(0.4),
+        moments: [None, None],
+        is_periodic: false,
+        modulus: MODULUS,
+    };
+    let change = NormalChange {
+        gap: vec![0.5; 72],
+        load: 0.2,
+        moments: [0.0; 2],
+        compliance: 1.0,
+    };
+    let solution = case.solved(Method::Fourier);
+    let found = case.with(|contact| {
+        forward(
+            contact,
+            &solution.state(),
+            std::slice::from_ref(&change),
+            &unmonitored,
+        )
+    });
+    let response = &found.expect("a derivative").values[0];
+    assert!(response.pressure.iter().all(|p| *p == 0.0));
+    assert!(response.gap.iter().all(|g| (g - 0.3).abs() < 1e-15));
+}
