@@ -648,6 +648,61 @@ class PatchOperators:
     ) -> TangentialOutcome: ...
 
 @final
+class TangentialTangent:
+    def __new__(
+        cls,
+        operators: PatchOperators,
+        pressure: _Array,
+        origin: tuple[float, float],
+        drive: list[tuple[float, bool]],
+        spin: float,
+        speed: float,
+        friction: Friction,
+        earlier: tuple[_Array, _Array, _Array] | None,
+        found: tuple[_Array, _Array, _Array, list[float]],
+        around: tuple[tuple[int, int], tuple[int, int]],
+    ) -> TangentialTangent: ...
+    def forward(
+        self,
+        pressure: _Array,
+        drive: list[float],
+        spin: float,
+        rigid_slip: _Array,
+        rigid_slip_behind: _Array,
+        coefficient: _Array,
+        law: _Array,
+        layer: float,
+        earlier: tuple[_Array, _Array, _Array],
+    ) -> tuple[_Array, _Array, _Array, list[float], _Array, int]: ...
+    def adjoint(
+        self, traction: _Array, slip: _Array, coefficient: _Array, drive: list[float], dissipation: _Array
+    ) -> TangentialChange: ...
+    def slip_by_bodies(self, other: PatchOperators) -> tuple[_Array, _Array]: ...
+
+@final
+class TangentialChange:
+    @property
+    def pressure(self) -> _Array: ...
+    @property
+    def drive(self) -> list[float]: ...
+    @property
+    def spin(self) -> float: ...
+    @property
+    def rigid_slip(self) -> _Array: ...
+    @property
+    def rigid_slip_behind(self) -> _Array: ...
+    @property
+    def coefficient(self) -> _Array: ...
+    @property
+    def law(self) -> _Array: ...
+    @property
+    def layer(self) -> float: ...
+    @property
+    def earlier(self) -> tuple[_Array, _Array, _Array]: ...
+    @property
+    def products(self) -> int: ...
+
+@final
 class TangentialOutcome:
     @property
     def traction(self) -> _Array: ...

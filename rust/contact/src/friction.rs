@@ -52,6 +52,37 @@ impl SlipLaw {
     }
 }
 
+impl SlipLaw {
+    /// Derivatives of the coefficient at the slip speed `s` [m/s] by the parameters of the law: the two coefficients
+    /// and the slip speed of an exponential law, the coefficients of a table.
+    pub fn parameters(&self, s: f64) -> Vec<f64> {
+        match self {
+            Self::Exponential {
+                at_rest,
+                kinetic,
+                half_slip,
+            } => {
+                let rate = std::f64::consts::LN_2 / half_slip;
+                let left = (-rate * s).exp();
+                let by_half = (at_rest - kinetic) * left * rate * s / half_slip;
+                vec![left, 1.0 - left, by_half]
+            }
+            Self::Table { slip_speed, .. } => {
+                let mut shares = vec![0.0; slip_speed.len()];
+                let above = slip_speed.partition_point(|v| *v <= s);
+                if above == 0 || above == slip_speed.len() {
+                    shares[above.saturating_sub(1)] = 1.0;
+                } else {
+                    let (s0, s1) = (slip_speed[above - 1], slip_speed[above]);
+                    shares[above] = (s - s0) / (s1 - s0);
+                    shares[above - 1] = 1.0 - shares[above];
+                }
+                shares
+            }
+        }
+    }
+}
+
 /// Memory of the coefficient of friction: it follows the steady law over a slip distance.
 ///
 /// `d mu / dt = -max(s, min_slip) / distance (mu - mu_s(s))` for a particle. [Vollebregt2012, eq. 4]
@@ -164,28 +195,49 @@ impl<'a> SlipFriction<'a> {
 
     /// Derivative of the coefficients at `speed` along `change`.
     pub(crate) fn derivative(&self, speed: &[f64], change: &[f64], derivative: &mut [f64]) {
-        for ((d, s), c) in derivative.iter_mut().zip(speed).zip(change) {
-            *d = self.law.evaluate(*s).1 * c;
+        derivative.copy_from_slice(&self.gains(speed));
+        for (d, c) in derivative.iter_mut().zip(change) {
+            *d *= c;
         }
+        self.pass_on(speed, derivative);
+    }
+
+    /// Derivative by `speed` of the sum of the coefficients with the weights in `derivative`, which it overwrites: the
+    /// transpose of [`SlipFriction::derivative`].
+    pub(crate) fn derivative_transposed(&self, speed: &[f64], derivative: &mut [f64]) {
+        self.pass_back(speed, derivative);
+        for (d, gain) in derivative.iter_mut().zip(self.gains(speed)) {
+            *d *= gain;
+        }
+    }
+
+    /// What a unit of speed adds at its own point to the right side of the equation of the coefficient: with a memory
+    /// `(1 + c) mu = mu_past + c mu_s`, so that `(1 + c) dmu = dmu_past + c dmu_s + (mu_s - mu) dc`.
+    fn gains(&self, speed: &[f64]) -> Vec<f64> {
+        let laws = speed.iter().map(|s| self.law.evaluate(*s));
         let Some((memory, past)) = &self.memory else {
-            return;
+            return laws.map(|(_, slope)| slope).collect();
         };
         let mut coefficient = vec![0.0; speed.len()];
         self.coefficients(speed, &mut coefficient);
-        // of (1 + c) mu = mu_past + c mu_s: (1 + c) dmu = dmu_past + c dmu_s + (mu_s - mu) dc
-        let local = |i: usize, time: f64, follow: f64| {
-            let (c, slope) = memory.rate(speed[i], time);
-            let steady = self.law.evaluate(speed[i]).0;
-            (
-                c,
-                c * follow + (steady - coefficient[i]) * slope * change[i],
-            )
+        laws.zip(speed)
+            .zip(&coefficient)
+            .map(|(((steady, follow), s), mu)| {
+                let (c, slope) = memory.rate(*s, past.time());
+                c * follow + (steady - mu) * slope
+            })
+            .collect()
+    }
+
+    /// Changes of the coefficients from those of the right sides of their equations, in place.
+    pub(crate) fn pass_on(&self, speed: &[f64], change: &mut [f64]) {
+        let Some((memory, past)) = &self.memory else {
+            return;
         };
         match past {
             Past::Known { time, .. } => {
-                for i in 0..speed.len() {
-                    let (c, own) = local(i, *time, derivative[i]);
-                    derivative[i] = own / (1.0 + c);
+                for (d, s) in change.iter_mut().zip(speed) {
+                    *d /= 1.0 + memory.rate(*s, *time).0;
                 }
             }
             Past::Upstream {
@@ -194,18 +246,106 @@ impl<'a> SlipFriction<'a> {
                 time,
             } => {
                 for &i in order {
-                    let (c, mut own) = local(i, *time, derivative[i]);
-                    let mut share = 1.0 + c;
+                    let mut share = 1.0 + memory.rate(speed[i], *time).0;
+                    let mut own = change[i];
                     for &(j, weight) in &sources[i] {
                         if j == i {
                             share -= weight;
                         } else {
-                            own += weight * derivative[j];
+                            own += weight * change[j];
                         }
                     }
-                    derivative[i] = own / share;
+                    change[i] = own / share;
                 }
             }
+        }
+    }
+
+    /// The transpose of [`SlipFriction::pass_on`].
+    pub(crate) fn pass_back(&self, speed: &[f64], weight: &mut [f64]) {
+        let Some((memory, past)) = &self.memory else {
+            return;
+        };
+        let Past::Upstream {
+            order,
+            sources,
+            time,
+        } = past
+        else {
+            // point by point it is its own transpose
+            return self.pass_on(speed, weight);
+        };
+        for &i in order.iter().rev() {
+            let mut share = 1.0 + memory.rate(speed[i], *time).0;
+            for &(j, part) in &sources[i] {
+                if j == i {
+                    share -= part;
+                }
+            }
+            weight[i] /= share;
+            for &(j, part) in &sources[i] {
+                if j != i {
+                    weight[j] += part * weight[i];
+                }
+            }
+        }
+    }
+
+    /// What the right side of the equation of each coefficient gains by the parameters of the law, then of the memory
+    /// (distance and slip speed) if there is one, then by the relative change of all speeds: (n) each.
+    ///
+    /// What particles bring along from an earlier state is left to the caller.
+    pub(crate) fn by_parameters(&self, speed: &[f64]) -> Vec<Vec<f64>> {
+        let n = speed.len();
+        let count = self.law.parameters(0.0).len();
+        let mut columns = vec![vec![0.0; n]; count];
+        for (i, s) in speed.iter().enumerate() {
+            for (column, slope) in columns.iter_mut().zip(self.law.parameters(*s)) {
+                column[i] = slope;
+            }
+        }
+        let mut by_speed: Vec<f64> = speed.iter().map(|s| s * self.law.evaluate(*s).1).collect();
+        let Some((memory, past)) = &self.memory else {
+            columns.push(by_speed);
+            return columns;
+        };
+        let mut coefficient = vec![0.0; n];
+        self.coefficients(speed, &mut coefficient);
+        let rest = self.law.parameters(0.0);
+        let (mut by_distance, mut by_least) = (vec![0.0; n], vec![0.0; n]);
+        for i in 0..n {
+            let (c, _) = memory.rate(speed[i], past.time());
+            let lag = self.law.evaluate(speed[i]).0 - coefficient[i];
+            let from_outside = past.share_of_rest(i);
+            for (column, rest) in columns.iter_mut().zip(&rest) {
+                column[i] = c * column[i] + from_outside * rest;
+            }
+            by_distance[i] = -lag * c / memory.distance;
+            by_speed[i] *= c;
+            if speed[i] <= memory.min_slip {
+                by_least[i] = lag * c / memory.min_slip;
+                // faster, a step takes less time
+                by_speed[i] -= lag * c;
+            }
+        }
+        columns.extend([by_distance, by_least, by_speed]);
+        columns
+    }
+}
+
+impl Past {
+    /// Time between two states of a particle [s].
+    fn time(&self) -> f64 {
+        match self {
+            Self::Known { time, .. } | Self::Upstream { time, .. } => *time,
+        }
+    }
+
+    /// Part of a particle that comes from outside at rest, where that is known here.
+    fn share_of_rest(&self, i: usize) -> f64 {
+        match self {
+            Self::Known { .. } => 0.0,
+            Self::Upstream { sources, .. } => 1.0 - sources[i].iter().map(|s| s.1).sum::<f64>(),
         }
     }
 }

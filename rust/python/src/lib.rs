@@ -59,8 +59,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tangential::{
-        PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialOutcome, fastsim_curve,
-        kalker_coefficients, polach_curve,
+        PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialChange, PyTangentialOutcome,
+        PyTangentialTangent, fastsim_curve, kalker_coefficients, polach_curve,
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};

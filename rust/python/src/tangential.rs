@@ -8,14 +8,15 @@ use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
 use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
-    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialProblem,
-    TangentialSolution, dissipation, solve,
+    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange,
+    TangentialProblem, TangentialResponse, TangentialSolution, TangentialState, TangentialTangent,
+    dissipation, solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, Pair};
-use mtb_operator::Grid;
+use mtb_operator::{Grid, Monitor};
 use numpy::{
-    IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -154,24 +155,13 @@ impl PyPatchOperators {
         spin: f64,
         speed: f64,
         friction: &PyFriction,
-        earlier: Option<(
-            PyReadonlyArray3<'py, f64>,
-            PyReadonlyArray2<'py, f64>,
-            PyReadonlyArray2<'py, f64>,
-        )>,
+        earlier: Option<Past<'py>>,
         tolerance: f64,
         start: Option<PyReadonlyArray3<'py, f64>>,
         around: Option<([usize; 2], [isize; 2])>,
     ) -> PyResult<PyTangentialOutcome> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
-        let earlier = match earlier {
-            Some((traction, pressure, coefficient)) => Some(Earlier {
-                traction: traction.as_slice()?.to_vec(),
-                pressure: pressure.as_slice()?.to_vec(),
-                coefficient: coefficient.as_slice()?.to_vec(),
-            }),
-            None => None,
-        };
+        let earlier = earlier_of(earlier)?;
         let pressure = pressure.as_slice()?;
         let start = match &start {
             Some(traction) => Some(traction.as_slice()?),
@@ -181,13 +171,7 @@ impl PyPatchOperators {
             let problem = TangentialProblem {
                 pressure,
                 origin: [origin.0, origin.1],
-                drive: drive.map(|(value, is_force)| {
-                    if is_force {
-                        Drive::Force(value)
-                    } else {
-                        Drive::Slip(value)
-                    }
-                }),
+                drive: drives(drive),
                 spin,
                 speed,
                 friction: &friction.0,
@@ -207,6 +191,262 @@ impl PyPatchOperators {
             Some(([nx, ny], heat)) => Some(heat.into_pyarray(py).reshape([ny, nx])?.unbind()),
         };
         PyTangentialOutcome::of(py, solution, shape, heat)
+    }
+}
+
+type Field<'py> = PyReadonlyArray2<'py, f64>;
+type Vectors<'py> = PyReadonlyArray3<'py, f64>;
+type Numbers<'py> = PyReadonlyArray1<'py, f64>;
+/// Traction, pressure and coefficient of friction of an earlier state.
+type Past<'py> = (Vectors<'py>, Field<'py>, Field<'py>);
+/// Traction, slip, coefficient of friction and creepage or displacement of a solution.
+type Solved<'py> = (Vectors<'py>, Vectors<'py>, Field<'py>, [f64; 2]);
+/// Shape of the grid around, and the first cell there.
+type Around = ([usize; 2], [isize; 2]);
+type OwnPast = (Py<PyArray3<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>);
+type OwnField<'py> = Bound<'py, PyArray2<f64>>;
+type OwnVectors<'py> = Bound<'py, PyArray3<f64>>;
+
+fn earlier_of(past: Option<Past<'_>>) -> PyResult<Option<Earlier>> {
+    let Some((traction, pressure, coefficient)) = past else {
+        return Ok(None);
+    };
+    Ok(Some(Earlier {
+        traction: traction.as_slice()?.to_vec(),
+        pressure: pressure.as_slice()?.to_vec(),
+        coefficient: coefficient.as_slice()?.to_vec(),
+    }))
+}
+
+fn drives(given: [(f64, bool); 2]) -> [Drive; 2] {
+    given.map(|(value, is_force)| {
+        if is_force {
+            Drive::Force(value)
+        } else {
+            Drive::Slip(value)
+        }
+    })
+}
+
+/// A solved shift or step of rolling, and its derivatives with the states of the points held.
+#[pyclass(frozen, name = "TangentialTangent", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyTangentialTangent {
+    operators: Py<PyPatchOperators>,
+    friction: Py<PyFriction>,
+    shape: [usize; 2],
+    pressure: Vec<f64>,
+    origin: [f64; 2],
+    drive: [Drive; 2],
+    spin: f64,
+    speed: f64,
+    earlier: Option<Earlier>,
+    traction: Vec<f64>,
+    slip: Vec<f64>,
+    coefficient: Vec<f64>,
+    found_drive: [f64; 2],
+    around: Surroundings,
+}
+
+/// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, layer, an
+/// earlier state, and products with the slip operator.
+#[pyclass(frozen, get_all, name = "TangentialChange", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyTangentialChange {
+    pressure: Py<PyArray2<f64>>,
+    drive: [f64; 2],
+    spin: f64,
+    rigid_slip: Py<PyArray3<f64>>,
+    rigid_slip_behind: Py<PyArray3<f64>>,
+    coefficient: Py<PyArray2<f64>>,
+    law: Py<PyArray1<f64>>,
+    layer: f64,
+    earlier: OwnPast,
+    products: usize,
+}
+
+#[pymethods]
+impl PyTangentialTangent {
+    /// Arguments of `PatchOperators.solve`, and what it found.
+    #[new]
+    #[allow(clippy::too_many_arguments, reason = "a problem and its solution")]
+    fn new(
+        operators: Py<PyPatchOperators>,
+        pressure: Field<'_>,
+        origin: (f64, f64),
+        drive: [(f64, bool); 2],
+        spin: f64,
+        speed: f64,
+        friction: Py<PyFriction>,
+        earlier: Option<Past<'_>>,
+        found: Solved<'_>,
+        around: Around,
+    ) -> PyResult<Self> {
+        let (shape, first) = around;
+        Ok(Self {
+            operators,
+            friction,
+            shape: [pressure.shape()[0], pressure.shape()[1]],
+            pressure: pressure.as_slice()?.to_vec(),
+            origin: [origin.0, origin.1],
+            drive: drives(drive),
+            spin,
+            speed,
+            earlier: earlier_of(earlier)?,
+            traction: found.0.as_slice()?.to_vec(),
+            slip: found.1.as_slice()?.to_vec(),
+            coefficient: found.2.as_slice()?.to_vec(),
+            found_drive: found.3,
+            around: Surroundings { shape, first },
+        })
+    }
+
+    /// Changes of traction and slip (2, ny, nx), coefficient of friction (ny, nx), drive and dissipation, and products
+    /// with the slip operator, by changes of what is given.
+    #[allow(clippy::too_many_arguments, reason = "all that is given")]
+    #[allow(clippy::type_complexity, reason = "all that is found")]
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        pressure: Field<'py>,
+        drive: [f64; 2],
+        spin: f64,
+        rigid_slip: Vectors<'py>,
+        rigid_slip_behind: Vectors<'py>,
+        coefficient: Field<'py>,
+        law: Numbers<'py>,
+        layer: f64,
+        earlier: Past<'py>,
+    ) -> PyResult<(
+        OwnVectors<'py>,
+        OwnVectors<'py>,
+        OwnField<'py>,
+        [f64; 2],
+        OwnField<'py>,
+        usize,
+    )> {
+        let (traction, before, past) = earlier;
+        let change = TangentialChange {
+            pressure: pressure.as_slice()?.to_vec(),
+            drive,
+            spin,
+            rigid_slip: rigid_slip.as_slice()?.to_vec(),
+            rigid_slip_behind: rigid_slip_behind.as_slice()?.to_vec(),
+            coefficient: coefficient.as_slice()?.to_vec(),
+            law: law.as_slice()?.to_vec(),
+            layer,
+            earlier: Earlier {
+                traction: traction.as_slice()?.to_vec(),
+                pressure: before.as_slice()?.to_vec(),
+                coefficient: past.as_slice()?.to_vec(),
+            },
+        };
+        let (found, products) =
+            self.with(py, |tangent, monitor| tangent.forward(&change, monitor))?;
+        Ok((
+            self.vectors(py, found.traction)?,
+            self.vectors(py, found.slip)?,
+            self.field(py, found.coefficient)?,
+            found.drive,
+            self.heat(py, found.dissipation)?,
+            products,
+        ))
+    }
+
+    /// Derivatives of a number by all that is given, from its weights of all that is found.
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        traction: Vectors<'py>,
+        slip: Vectors<'py>,
+        coefficient: Field<'py>,
+        drive: [f64; 2],
+        dissipation: Field<'py>,
+    ) -> PyResult<PyTangentialChange> {
+        let weights = TangentialResponse {
+            traction: traction.as_slice()?.to_vec(),
+            slip: slip.as_slice()?.to_vec(),
+            coefficient: coefficient.as_slice()?.to_vec(),
+            drive,
+            dissipation: dissipation.as_slice()?.to_vec(),
+        };
+        let (found, products) =
+            self.with(py, |tangent, monitor| tangent.adjoint(&weights, monitor))?;
+        Ok(PyTangentialChange {
+            pressure: self.field(py, found.pressure)?.unbind(),
+            drive: found.drive,
+            spin: found.spin,
+            rigid_slip: self.vectors(py, found.rigid_slip)?.unbind(),
+            rigid_slip_behind: self.vectors(py, found.rigid_slip_behind)?.unbind(),
+            coefficient: self.field(py, found.coefficient)?.unbind(),
+            law: found.law.into_pyarray(py).unbind(),
+            layer: found.layer,
+            earlier: (
+                self.vectors(py, found.earlier.traction)?.unbind(),
+                self.field(py, found.earlier.pressure)?.unbind(),
+                self.field(py, found.earlier.coefficient)?.unbind(),
+            ),
+            products,
+        })
+    }
+
+    /// The rigid slip here and one step behind, (2, ny, nx) each, that do the same as the bodies of other operators.
+    fn slip_by_bodies<'py>(
+        &self,
+        py: Python<'py>,
+        other: &PyPatchOperators,
+    ) -> PyResult<(OwnVectors<'py>, OwnVectors<'py>)> {
+        let ((here, behind), _) = self.with(py, |tangent, _| {
+            let here = tangent.slip_by_bodies(&other.0);
+            Ok((here, tangent.slip_behind_by_bodies(&other.0)))
+        })?;
+        Ok((self.vectors(py, here)?, self.vectors(py, behind)?))
+    }
+}
+
+impl PyTangentialTangent {
+    /// Runs `work` with the tangent; its result, and the products that it took.
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut TangentialTangent<'_>, Monitor<'_>) -> Result<T, Error> + Send,
+    ) -> PyResult<(T, usize)> {
+        let (operators, friction) = (self.operators.get(), self.friction.get());
+        enter(py, |monitor| {
+            let problem = TangentialProblem {
+                pressure: &self.pressure,
+                origin: self.origin,
+                drive: self.drive,
+                spin: self.spin,
+                speed: self.speed,
+                friction: &friction.0,
+                earlier: self.earlier.as_ref(),
+                start: None,
+                tolerance: 0.5,
+            };
+            let state = TangentialState {
+                traction: &self.traction,
+                slip: &self.slip,
+                coefficient: &self.coefficient,
+                drive: self.found_drive,
+            };
+            let mut tangent =
+                TangentialTangent::new(&operators.0, &problem, state, Some(self.around))?;
+            let result = work(&mut tangent, monitor)?;
+            Ok::<_, Error>((result, tangent.products))
+        })
+    }
+
+    fn field<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<OwnField<'py>> {
+        values.into_pyarray(py).reshape(self.shape)
+    }
+
+    fn vectors<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<OwnVectors<'py>> {
+        let [ny, nx] = self.shape;
+        values.into_pyarray(py).reshape([2, ny, nx])
+    }
+
+    fn heat<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<OwnField<'py>> {
+        let [nx, ny] = self.around.shape;
+        values.into_pyarray(py).reshape([ny, nx])
     }
 }
 

@@ -102,6 +102,11 @@ impl<'a> LinearStep<'a> {
         &self.stiffness
     }
 
+    /// Scale of the rows of the resultants.
+    pub(super) fn row_scale(&self) -> f64 {
+        self.row_scale
+    }
+
     /// Solves to an absolute residual `target`.
     pub(super) fn solve(&self, target: f64) -> Outcome {
         let n = self.iterate.radius.len();
@@ -178,7 +183,7 @@ impl<'a> LinearStep<'a> {
 
     /// Keeps the free part of a field: everything inside, along the tangent on the rim (and along
     /// the normal if asked), nothing where excluded.
-    fn reduce(&self, field: &mut [f64], keep_normal: bool) {
+    pub(super) fn reduce(&self, field: &mut [f64], keep_normal: bool) {
         let n = self.iterate.radius.len();
         for i in 0..n {
             match self.iterate.state[i] {
@@ -200,7 +205,7 @@ impl<'a> LinearStep<'a> {
 
     /// Change of the radii that follows a change of the image: `image` is the new image (with the
     /// old magnitudes given) or a change of it (without). `None` for fixed radii.
-    fn magnitude_change(&self, image: &[f64], old: Option<&[f64]>) -> Option<Vec<f64>> {
+    pub(super) fn magnitude_change(&self, image: &[f64], old: Option<&[f64]>) -> Option<Vec<f64>> {
         let law = law(self.problem)?;
         let n = self.iterate.radius.len();
         let normal = &self.iterate.normal;
@@ -221,7 +226,7 @@ impl<'a> LinearStep<'a> {
 
     /// Rows of the field: `image` inside; on the rim along the tangent `image + curvature field`,
     /// along the normal `diagonal (normal_part - radius_change)` where radii depend on the image.
-    fn assemble_rows(
+    pub(super) fn assemble_rows(
         &self,
         image: &[f64],
         field: &[f64],
@@ -258,7 +263,7 @@ impl<'a> LinearStep<'a> {
         }
     }
 
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
+    pub(super) fn apply(&self, x: &[f64], y: &mut [f64]) {
         let n = self.iterate.radius.len();
         let mut field = x[..2 * n].to_vec();
         self.reduce(&mut field, law(self.problem).is_some());
@@ -321,7 +326,7 @@ impl<'a> LinearStep<'a> {
         }
     }
 
-    fn precondition(&self, y: &[f64], x: &mut [f64]) {
+    pub(super) fn precondition(&self, y: &[f64], x: &mut [f64]) {
         let n2 = 2 * self.iterate.radius.len();
         let m = self.problem.resultants.len();
         let field = self.precondition_field(y);

@@ -5,6 +5,7 @@ mod dense;
 mod linear;
 mod newton;
 mod problem;
+mod tangent;
 #[cfg(test)]
 mod tests;
 
@@ -14,3 +15,4 @@ pub use problem::{
     DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
     Resultant,
 };
+pub use tangent::{DiscChange, DiscResponse, DiscTangent, transposed};

@@ -334,7 +334,7 @@ impl Iterate {
         Self::new(problem, field, multipliers.to_vec(), products)
     }
 
-    fn new(
+    pub(super) fn new(
         problem: &DiscProblem<'_>,
         field: Vec<f64>,
         mut multipliers: Vec<f64>,

@@ -19,6 +19,10 @@ pub trait DependentRadius: Send + Sync {
     /// Overwrites `derivative` (n) with the derivative of the radii at `magnitude` (n) along
     /// `change` (n).
     fn derivative(&self, magnitude: &[f64], change: &[f64], derivative: &mut [f64]);
+
+    /// Overwrites `derivative` (n) with the derivative by the magnitudes of the sum of the radii with `weight` (n):
+    /// the transpose of [`DependentRadius::derivative`].
+    fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]);
 }
 
 /// One scalar condition on the unknown field, with its own scalar unknown.

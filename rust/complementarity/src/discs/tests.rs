@@ -205,6 +205,10 @@ impl DependentRadius for Falling {
             *d = -self.0 * (-m).exp() * c;
         }
     }
+
+    fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]) {
+        self.derivative(magnitude, weight, derivative);
+    }
 }
 
 #[test]

@@ -44,19 +44,44 @@ pub fn dissipation(
         (_, Some(earlier)) => &earlier.traction,
         _ => return heat,
     };
-    let slip = slip_behind(operators, problem, solution);
-    let step = operators.motion.step().map(|d| -d);
-    for (to, weight) in upstream(&grid, step) {
-        for k in 0..n {
-            heat[around.cell(&grid, k, to)] += weight * work(before, &slip, k);
-        }
-    }
+    let slip = slip_behind(operators, problem, &solution.traction, solution.drive);
+    around.add_behind(operators, &mut heat, |k| work(before, &slip, k));
     heat
 }
 
 impl Surroundings {
+    /// Adds what every cell of the patch gives to those one step behind it.
+    pub(super) fn add_behind(
+        &self,
+        operators: &PatchOperators,
+        heat: &mut [f64],
+        given: impl Fn(usize) -> f64,
+    ) {
+        let grid = operators.grid();
+        let step = operators.motion.step().map(|d| -d);
+        for (to, weight) in upstream(&grid, step) {
+            for k in 0..grid.points() {
+                heat[self.cell(&grid, k, to)] += weight * given(k);
+            }
+        }
+    }
+
+    /// For every cell of the patch the mean of a field over those one step behind it: the transpose of
+    /// [`Surroundings::add_behind`].
+    pub(super) fn mean_behind(&self, operators: &PatchOperators, field: &[f64]) -> Vec<f64> {
+        let grid = operators.grid();
+        let step = operators.motion.step().map(|d| -d);
+        let mut mean = vec![0.0; grid.points()];
+        for (to, weight) in upstream(&grid, step) {
+            for (k, mean) in mean.iter_mut().enumerate() {
+                *mean += weight * field[self.cell(&grid, k, to)];
+            }
+        }
+        mean
+    }
+
     /// The cell that is `away` from the cell `k` of the patch, or next to it on the border.
-    fn cell(&self, patch: &Grid, k: usize, away: [isize; 2]) -> usize {
+    pub(super) fn cell(&self, patch: &Grid, k: usize, away: [isize; 2]) -> usize {
         let place = |c: usize, at: usize| {
             let there = self.first[c] + at as isize + away[c];
             there.clamp(0, self.shape[c] as isize - 1) as usize
@@ -69,16 +94,17 @@ impl Surroundings {
 ///
 /// Seen from there, all offsets have the other sign: what the tractions do is symmetric, what the pressure does
 /// antisymmetric, so no further kernels are needed.
-fn slip_behind(
+pub(super) fn slip_behind(
     operators: &PatchOperators,
     problem: &TangentialProblem<'_>,
-    solution: &TangentialSolution,
+    traction: &[f64],
+    drive: [f64; 2],
 ) -> Vec<f64> {
     let grid = operators.grid();
     let n = grid.points();
     let transform = operators.transform();
     let step = operators.motion.step();
-    let mut slip = rigid_slip(operators, problem, solution.drive, step.map(|d| -d));
+    let mut slip = rigid_slip(operators, problem, drive, step.map(|d| -d));
     let turned = |field: &[f64]| -> Vec<f64> {
         field
             .chunks_exact(n)
@@ -97,21 +123,16 @@ fn slip_behind(
     };
     if matches!(operators.motion, Motion::Steady { .. }) {
         let fine = &operators.levels[0].slip;
-        fine.apply_add(transform, 1.0, &turned(&solution.traction), &mut reversed);
+        fine.apply_add(transform, 1.0, &turned(traction), &mut reversed);
         add_pressure(&operators.pressure_now, 1.0, &pressure, &mut reversed);
     } else {
         if let Some(kernels) = &operators.earlier {
-            kernels.apply_add(transform, -1.0, &turned(&solution.traction), &mut reversed);
+            kernels.apply_add(transform, -1.0, &turned(traction), &mut reversed);
         }
         add_pressure(&operators.pressure_earlier, -1.0, &pressure, &mut reversed);
         for c in 0..2 {
             let part = c * n..(c + 1) * n;
-            let back = carried(
-                &grid,
-                step.map(|d| -d),
-                &solution.traction[part.clone()],
-                0.0,
-            );
+            let back = carried(&grid, step.map(|d| -d), &traction[part.clone()], 0.0);
             for (s, q) in slip[part].iter_mut().zip(back) {
                 *s -= operators.layer * q;
             }

@@ -12,13 +12,18 @@
 //! Sought is `|q| <= mu p` with `S = 0` where less, and `q = mu p S / |S|` where it slips. A layer adds
 //! `h / G` to the diagonal of `C`. [Kalker1990, ch. 4], [Vollebregt2012]
 
+mod change;
 mod dissipation;
+mod dissipation_tangent;
 mod levels;
 mod operators;
 mod problem;
 mod solve;
+mod tangent;
 
+pub use change::{TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
 pub use operators::{Bodies, Motion, PatchOperators};
 pub use problem::{Drive, Earlier, TangentialProblem, TangentialSolution};
 pub use solve::solve;
+pub use tangent::TangentialTangent;

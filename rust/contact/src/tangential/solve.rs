@@ -54,7 +54,7 @@ pub fn solve(
 }
 
 /// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
-fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
+pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
     let grid = operators.grid();
     let n = grid.points();
     let step = operators.motion.step();
@@ -139,7 +139,7 @@ fn neighbour(grid: &Grid, k: usize, d: [isize; 2]) -> Option<usize> {
 }
 
 /// One problem on all grids, finest first.
-struct Cascade<'a> {
+pub(super) struct Cascade<'a> {
     operators: &'a PatchOperators,
     problem: &'a TangentialProblem<'a>,
     pressure: Vec<Vec<f64>>,
@@ -152,7 +152,7 @@ struct Cascade<'a> {
 }
 
 impl<'a> Cascade<'a> {
-    fn new(
+    pub(super) fn new(
         operators: &'a PatchOperators,
         problem: &'a TangentialProblem<'a>,
         offset: Vec<f64>,
@@ -358,7 +358,7 @@ impl<'a> Cascade<'a> {
         Ok(solution)
     }
 
-    fn resultants(&self, level: usize) -> Vec<Resultant> {
+    pub(super) fn resultants(&self, level: usize) -> Vec<Resultant> {
         let grid = self.operators.levels[level].grid;
         let n = grid.points();
         let length = match self.operators.motion {
@@ -383,7 +383,7 @@ impl<'a> Cascade<'a> {
         resultants
     }
 
-    fn speed_dependent<'b>(
+    pub(super) fn speed_dependent<'b>(
         &'b self,
         level: usize,
         law: &'b SlipLaw,
@@ -399,7 +399,7 @@ impl<'a> Cascade<'a> {
     }
 
     /// Slip speed [m/s] per unit of the image.
-    fn speed(&self) -> f64 {
+    pub(super) fn speed(&self) -> f64 {
         match self.operators.motion {
             Motion::Transient { .. } => self.problem.speed / self.operators.motion.step_length(),
             _ => self.problem.speed,
@@ -559,8 +559,8 @@ impl<'a> Cascade<'a> {
 }
 
 /// Traction bound `mu(s) p` for the disc solver.
-struct SlipBound<'a> {
-    friction: SlipFriction<'a>,
+pub(super) struct SlipBound<'a> {
+    pub(super) friction: SlipFriction<'a>,
     pressure: &'a [f64],
     speed: f64,
 }
@@ -580,6 +580,17 @@ impl DependentRadius for SlipBound<'_> {
         self.friction.derivative(&speed, &change, derivative);
         for (g, p) in derivative.iter_mut().zip(self.pressure) {
             *g *= p.max(0.0);
+        }
+    }
+
+    fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]) {
+        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
+        for ((d, w), p) in derivative.iter_mut().zip(weight).zip(self.pressure) {
+            *d = w * p.max(0.0);
+        }
+        self.friction.derivative_transposed(&speed, derivative);
+        for d in derivative.iter_mut() {
+            *d *= self.speed;
         }
     }
 }

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of the heat of friction: of a sum of products of tractions and slips.
+
+use mtb_operator::{Kernel, LinearOperator};
+
+use super::change::{TangentialChange, TangentialResponse};
+use super::dissipation::{Surroundings, slip_behind};
+use super::operators::{Motion, SlipOperator};
+use super::problem::{Drive, TangentialProblem};
+use super::solve::{carried, rigid_slip};
+use super::tangent::{TangentialTangent, add, dot, turned};
+
+impl<'a> TangentialTangent<'a> {
+    /// Change of the dissipation by a change of what is given and what follows from it.
+    pub(super) fn dissipated(
+        &self,
+        around: Surroundings,
+        change: &TangentialChange,
+        response: &TangentialResponse,
+    ) -> Vec<f64> {
+        let (operators, problem, state) = (self.operators, self.problem, self.state);
+        let grid = operators.grid();
+        let n = grid.points();
+        let work = |traction: &[f64], slip: &[f64], k: usize| {
+            0.5 * (traction[k] * slip[k] + traction[n + k] * slip[n + k])
+        };
+        let mut heat = vec![0.0; around.shape[0] * around.shape[1]];
+        for k in 0..n {
+            heat[around.cell(&grid, k, [0, 0])] +=
+                work(state.traction, &response.slip, k) + work(&response.traction, state.slip, k);
+        }
+        let Some(before) = self.before() else {
+            return heat;
+        };
+        let changed_before = match operators.motion {
+            Motion::Steady { .. } => &response.traction,
+            _ => &change.earlier.traction,
+        };
+        let behind = slip_behind(operators, problem, state.traction, state.drive);
+        let pressure = self.in_contact(&change.pressure);
+        let moved = TangentialProblem {
+            pressure: &pressure,
+            drive: response.drive.map(Drive::Slip),
+            spin: change.spin,
+            earlier: problem.earlier.map(|_| &change.earlier),
+            ..problem.clone()
+        };
+        // it is linear in all of these
+        let mut changed_behind = slip_behind(operators, &moved, &response.traction, response.drive);
+        add(&mut changed_behind, 1.0, &change.rigid_slip_behind);
+        add(&mut changed_behind, change.layer, &self.behind_by_layer());
+        around.add_behind(operators, &mut heat, |k| {
+            work(before, &changed_behind, k) + work(changed_before, &behind, k)
+        });
+        heat
+    }
+
+    /// Puts the weights of the dissipation onto what it is made of: onto what is found, and onto what is given.
+    pub(super) fn weigh_dissipation(
+        &self,
+        around: Surroundings,
+        weights: &mut TangentialResponse,
+        change: &mut TangentialChange,
+    ) {
+        let (operators, problem, state) = (self.operators, self.problem, self.state);
+        let grid = operators.grid();
+        let n = grid.points();
+        for c in [0, n] {
+            for k in 0..n {
+                let weight = 0.5 * weights.dissipation[around.cell(&grid, k, [0, 0])];
+                weights.traction[c + k] += weight * state.slip[c + k];
+                weights.slip[c + k] += weight * state.traction[c + k];
+            }
+        }
+        let Some(before) = self.before() else {
+            return;
+        };
+        let mean = around.mean_behind(operators, &weights.dissipation);
+        let weighted = |field: &[f64]| -> Vec<f64> {
+            (0..2 * n).map(|k| 0.5 * mean[k % n] * field[k]).collect()
+        };
+        let behind = slip_behind(operators, problem, state.traction, state.drive);
+        let of_before = match operators.motion {
+            Motion::Steady { .. } => &mut weights.traction,
+            _ => &mut change.earlier.traction,
+        };
+        add(of_before, 1.0, &weighted(&behind));
+        // what is left are weights of the slip behind
+        let of_slip = weighted(before);
+        let length = self.length();
+        add(&mut change.rigid_slip_behind, 1.0, &of_slip);
+        for c in 0..2 {
+            weights.drive[c] += of_slip[c * n..(c + 1) * n].iter().sum::<f64>();
+        }
+        let turning = TangentialProblem {
+            spin: 1.0,
+            ..problem.clone()
+        };
+        let back = operators.motion.step().map(|d| -d);
+        change.spin += dot(&rigid_slip(operators, &turning, [0.0; 2], back), &of_slip) / length;
+        change.layer += dot(&self.behind_by_layer(), &of_slip);
+        self.weigh_slip_behind(&of_slip, weights, change);
+    }
+
+    /// The transpose of the displacements in the slip behind.
+    fn weigh_slip_behind(
+        &self,
+        of_slip: &[f64],
+        weights: &mut TangentialResponse,
+        change: &mut TangentialChange,
+    ) {
+        let operators = self.operators;
+        let n = operators.grid().points();
+        let transform = operators.transform();
+        let scale = 1.0 / self.length();
+        let fine = SlipOperator(&operators.levels[0]);
+        let sum_of = |kernels: &Option<[Kernel; 2]>, scale: f64, field: &[f64]| {
+            let mut sum = vec![0.0; n];
+            if let Some([along, across]) = kernels {
+                transform.apply_add(along, scale, &field[..n], &mut sum);
+                transform.apply_add(across, scale, &field[n..], &mut sum);
+            }
+            sum
+        };
+        if matches!(operators.motion, Motion::Steady { .. }) {
+            let mut image = vec![0.0; 2 * n];
+            fine.apply(of_slip, &mut image);
+            add(&mut weights.traction, scale, &image);
+            let by_pressure = sum_of(&operators.pressure_now, scale, of_slip);
+            add(&mut change.pressure, 1.0, &by_pressure);
+            return;
+        }
+        if let Some(kernels) = &operators.earlier {
+            kernels.apply_add(transform, -scale, of_slip, &mut weights.traction);
+        }
+        let step = operators.motion.step();
+        for c in 0..2 {
+            let part = c * n..(c + 1) * n;
+            let ahead = carried(&operators.grid(), step, &of_slip[part.clone()], 0.0);
+            add(
+                &mut weights.traction[part],
+                -scale * operators.layer,
+                &ahead,
+            );
+        }
+        let by_pressure = sum_of(&operators.pressure_earlier, -scale, of_slip);
+        add(&mut change.pressure, 1.0, &by_pressure);
+        let turned_slip = turned(of_slip);
+        let mut image = vec![0.0; 2 * n];
+        fine.apply(&turned_slip, &mut image);
+        add(&mut change.earlier.traction, scale, &turned(&image));
+        let by_pressure = sum_of(&operators.pressure_now, -scale, &turned_slip);
+        for (to, v) in change
+            .earlier
+            .pressure
+            .iter_mut()
+            .zip(by_pressure.iter().rev())
+        {
+            *to += v;
+        }
+    }
+
+    /// Tractions of the particles one step earlier, where they are now one step behind.
+    fn before(&self) -> Option<&'a [f64]> {
+        match (self.operators.motion, self.problem.earlier) {
+            (Motion::Steady { .. }, _) => Some(self.state.traction),
+            (_, Some(earlier)) => Some(&earlier.traction),
+            _ => None,
+        }
+    }
+
+    /// Slip one step behind by a unit of the layer, in the unit of the slip.
+    fn behind_by_layer(&self) -> Vec<f64> {
+        let operators = self.operators;
+        let n = operators.grid().points();
+        let step = operators.motion.step();
+        let is_steady = matches!(operators.motion, Motion::Steady { .. });
+        let length = if is_steady {
+            operators.motion.step_length()
+        } else {
+            self.length()
+        };
+        // in a steady state the particles there carry what those here do now
+        let mut slip = self
+            .before()
+            .map_or_else(|| vec![0.0; 2 * n], <[f64]>::to_vec);
+        let behind = step.map(|d| -d);
+        for c in 0..2 {
+            let part = c * n..(c + 1) * n;
+            let ahead = carried(
+                &operators.grid(),
+                behind,
+                &self.state.traction[part.clone()],
+                0.0,
+            );
+            add(&mut slip[part], -1.0, &ahead);
+        }
+        slip.iter().map(|s| s / length).collect()
+    }
+
+    /// The rigid slip (2n) one step behind that does the same as the bodies of `other` operators; see
+    /// [`TangentialTangent::slip_by_bodies`].
+    pub fn slip_behind_by_bodies(&self, other: &super::PatchOperators) -> Vec<f64> {
+        let still = TangentialProblem {
+            drive: [Drive::Slip(0.0); 2],
+            spin: 0.0,
+            ..self.problem.clone()
+        };
+        slip_behind(other, &still, self.state.traction, [0.0; 2])
+    }
+}

@@ -1,0 +1,578 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of a solved tangential problem by everything that was given, with its points in stick, in slip and out
+//! of contact held as they are.
+//!
+//! On a regular grid the transpose of a convolution is the same one seen from the other end, so that the transposed
+//! problem has the operators of the problem itself, on fields that are turned around.
+
+use mtb_complementarity::discs::{
+    DiscChange, DiscProblem, DiscResponse, DiscTangent, Radius, transposed,
+};
+use mtb_operator::{Kernel, LinearOperator, Monitor};
+
+use super::change::{TangentialChange, TangentialResponse, TangentialState};
+use super::dissipation::Surroundings;
+use super::operators::{InverseSymbol, Motion, PatchOperators, SlipOperator};
+use super::problem::{Drive, Earlier, TangentialProblem};
+use super::solve::{Cascade, SlipBound, carried, offset, rigid_slip};
+use crate::Error;
+use crate::error::{check, check_number};
+use crate::friction::Friction;
+
+/// The derivatives of one solution.
+pub struct TangentialTangent<'a> {
+    pub(super) operators: &'a PatchOperators,
+    pub(super) problem: &'a TangentialProblem<'a>,
+    pub(super) state: TangentialState<'a>,
+    around: Option<Surroundings>,
+    /// Products with the slip operator, or its transpose, so far.
+    pub products: usize,
+    /// Applications of the preconditioner so far.
+    pub preconditionings: usize,
+}
+
+impl<'a> TangentialTangent<'a> {
+    /// At a solution of a problem; with the dissipation `around`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] and [`Error::NotFinite`].
+    pub fn new(
+        operators: &'a PatchOperators,
+        problem: &'a TangentialProblem<'a>,
+        state: TangentialState<'a>,
+        around: Option<Surroundings>,
+    ) -> Result<Self, Error> {
+        let n = operators.grid().points();
+        check("pressure", problem.pressure, n)?;
+        check("traction", state.traction, 2 * n)?;
+        check("slip", state.slip, 2 * n)?;
+        check("coefficient", state.coefficient, n)?;
+        if let Some(earlier) = problem.earlier {
+            check("earlier traction", &earlier.traction, 2 * n)?;
+            check("earlier pressure", &earlier.pressure, n)?;
+            check("earlier coefficient", &earlier.coefficient, n)?;
+        }
+        Ok(Self {
+            operators,
+            problem,
+            state,
+            around,
+            products: 0,
+            preconditionings: 0,
+        })
+    }
+
+    /// No change.
+    pub fn no_change(&self) -> TangentialChange {
+        let n = self.operators.grid().points();
+        TangentialChange {
+            pressure: vec![0.0; n],
+            drive: [0.0; 2],
+            spin: 0.0,
+            rigid_slip: vec![0.0; 2 * n],
+            rigid_slip_behind: vec![0.0; 2 * n],
+            coefficient: vec![0.0; n],
+            law: vec![0.0; self.law_parameters()],
+            layer: 0.0,
+            earlier: Earlier {
+                traction: vec![0.0; 2 * n],
+                pressure: vec![0.0; n],
+                coefficient: vec![0.0; n],
+            },
+        }
+    }
+
+    /// Number of the parameters of a law that follows the slip, with those of its memory and the speed.
+    pub fn law_parameters(&self) -> usize {
+        match self.problem.friction {
+            Friction::SpeedDependent { law, memory } => {
+                law.parameters(0.0).len() + 1 + memory.map_or(0, |_| 2)
+            }
+            _ => 0,
+        }
+    }
+
+    /// What changes of the solution follow from a change of what is given: one linear solve.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, [`Error::Singular`], and the monitor's interruption.
+    pub fn forward(
+        &mut self,
+        change: &TangentialChange,
+        monitor: Monitor<'_>,
+    ) -> Result<TangentialResponse, Error> {
+        let n = self.operators.grid().points();
+        check("change of the pressure", &change.pressure, n)?;
+        check("change of the drive", &change.drive, 2)?;
+        let numbers = [change.spin, change.layer];
+        check("change of spin and layer", &numbers, 2)?;
+        check("change of the rigid slip", &change.rigid_slip, 2 * n)?;
+        check(
+            "change of the rigid slip behind",
+            &change.rigid_slip_behind,
+            2 * n,
+        )?;
+        check("change of the coefficient", &change.coefficient, n)?;
+        check("change of the law", &change.law, self.law_parameters())?;
+        check(
+            "change of the earlier traction",
+            &change.earlier.traction,
+            2 * n,
+        )?;
+        check(
+            "change of the earlier pressure",
+            &change.earlier.pressure,
+            n,
+        )?;
+        check(
+            "change of the earlier coefficient",
+            &change.earlier.coefficient,
+            n,
+        )?;
+        let (problem, state, length) = (self.problem, self.state, self.length());
+        let in_contact = |field: &[f64]| self.in_contact(field);
+        let pressure = in_contact(&change.pressure);
+        let mut offset = self.offset_by(change, &pressure);
+        if change.layer != 0.0 {
+            add(&mut offset, change.layer, &self.layer_image());
+        }
+        let (mut response, counts) = self.linear(&mut |place| {
+            let mut radius: Vec<f64> = (state.coefficient.iter().zip(&pressure))
+                .map(|(mu, p)| mu * p)
+                .collect();
+            if let Some(law) = place.law {
+                let speed = place.speeds();
+                let mut own = self.by_earlier(&change.earlier.coefficient);
+                for (column, value) in self.by_law(law, &speed).iter().zip(&change.law) {
+                    add(&mut own, *value, column);
+                }
+                law.friction.pass_on(&speed, &mut own);
+                for ((g, own), p) in radius.iter_mut().zip(own).zip(problem.pressure) {
+                    *g += own * p.max(0.0);
+                }
+            } else {
+                let coefficient = in_contact(&change.coefficient);
+                for ((g, mu), p) in radius.iter_mut().zip(coefficient).zip(problem.pressure) {
+                    *g += mu * p.max(0.0);
+                }
+            }
+            let forces = (problem.drive.iter().zip(change.drive))
+                .filter_map(|(drive, d)| matches!(drive, Drive::Force(_)).then_some(d));
+            let given = DiscChange {
+                offset: std::mem::take(&mut offset),
+                radius,
+                values: forces.collect(),
+            };
+            let found = place.discs.forward(&given, monitor)?;
+            let found = found.ok_or(Error::Singular)?;
+            let mut multipliers = found.multipliers.iter();
+            let mut drive = change.drive;
+            for (drive, given) in drive.iter_mut().zip(problem.drive) {
+                if let Drive::Force(_) = given {
+                    *drive = multipliers.next().copied().unwrap_or(0.0);
+                }
+            }
+            let coefficient = if place.law.is_some() {
+                (0..n)
+                    .map(|i| match problem.pressure[i] {
+                        p if p > 0.0 => (found.radius[i] - state.coefficient[i] * pressure[i]) / p,
+                        _ => 0.0,
+                    })
+                    .collect()
+            } else {
+                in_contact(&change.coefficient)
+            };
+            Ok(TangentialResponse {
+                traction: found.field,
+                slip: found.image.iter().map(|f| -f / length).collect(),
+                coefficient,
+                drive,
+                dissipation: Vec::new(),
+            })
+        })?;
+        self.count(counts);
+        if let Some(around) = self.around {
+            response.dissipation = self.dissipated(around, change, &response);
+        }
+        Ok(response)
+    }
+
+    /// The derivatives by all that is given of a number that weighs what was found: one transposed solve.
+    ///
+    /// # Errors
+    /// As [`TangentialTangent::forward`].
+    pub fn adjoint(
+        &mut self,
+        weights: &TangentialResponse,
+        monitor: Monitor<'_>,
+    ) -> Result<TangentialChange, Error> {
+        let n = self.operators.grid().points();
+        check("weights of the traction", &weights.traction, 2 * n)?;
+        check("weights of the slip", &weights.slip, 2 * n)?;
+        check("weights of the coefficient", &weights.coefficient, n)?;
+        for weight in weights.drive {
+            check_number(
+                "weight of the drive",
+                weight,
+                true,
+                "a finite number is needed",
+            )?;
+        }
+        let (problem, state, length) = (self.problem, self.state, self.length());
+        let mut weights = weights.clone();
+        let mut change = self.no_change();
+        if let Some(around) = self.around {
+            let cells = around.shape[0] * around.shape[1];
+            check("weights of the dissipation", &weights.dissipation, cells)?;
+            self.weigh_dissipation(around, &mut weights, &mut change);
+        }
+        let of_coefficient = self.in_contact(&weights.coefficient);
+        let ((), counts) = self.linear(&mut |place| {
+            let forced = (problem.drive.iter().zip(weights.drive))
+                .filter_map(|(drive, w)| matches!(drive, Drive::Force(_)).then_some(w));
+            let mut of_radius = vec![0.0; n];
+            if place.law.is_some() {
+                for i in 0..n {
+                    if problem.pressure[i] > 0.0 {
+                        of_radius[i] = of_coefficient[i] / problem.pressure[i];
+                        change.pressure[i] -= state.coefficient[i] * of_radius[i];
+                    }
+                }
+            } else {
+                add(&mut change.coefficient, 1.0, &of_coefficient);
+            }
+            let asked = DiscResponse {
+                field: weights.traction.clone(),
+                image: weights.slip.iter().map(|w| -w / length).collect(),
+                multipliers: forced.collect(),
+                radius: of_radius,
+            };
+            let found = place.discs.adjoint(&asked, monitor)?;
+            let found = found.ok_or(Error::Singular)?;
+            let by_radius = self.in_contact(&found.radius);
+            add_product(&mut change.pressure, state.coefficient, &by_radius);
+            if let Some(law) = place.law {
+                let speed = place.speeds();
+                let mut back = vec![0.0; n];
+                add_product(&mut back, problem.pressure, &by_radius);
+                law.friction.pass_back(&speed, &mut back);
+                let columns = self.by_law(law, &speed);
+                change.law = columns.iter().map(|column| dot(column, &back)).collect();
+                change.earlier.coefficient = self.to_earlier(&back);
+            } else {
+                add_product(&mut change.coefficient, problem.pressure, &by_radius);
+            }
+            self.by_offset(&found.offset, &mut change);
+            let mut values = found.values.iter();
+            for c in 0..2 {
+                match problem.drive[c] {
+                    Drive::Force(_) => change.drive[c] = values.next().copied().unwrap_or(0.0),
+                    Drive::Slip(_) => change.drive[c] += weights.drive[c],
+                }
+            }
+            Ok(())
+        })?;
+        self.count(counts);
+        change.pressure = self.in_contact(&change.pressure);
+        Ok(change)
+    }
+
+    fn count(&mut self, [products, preconditionings]: [usize; 2]) {
+        self.products += products;
+        self.preconditionings += preconditionings;
+    }
+
+    /// The rigid slip (2n) that does the same to the slip as the bodies of `other` operators, on the same grid and for
+    /// the same motion, would do under the tractions and pressures of this solution.
+    ///
+    /// Where the compliance of the bodies is a sum of parts with factors, the derivative by a factor is that
+    /// by [`TangentialChange::rigid_slip`] along what this gives for its part.
+    pub fn slip_by_bodies(&self, other: &PatchOperators) -> Vec<f64> {
+        let still = TangentialProblem {
+            drive: [Drive::Slip(0.0); 2],
+            spin: 0.0,
+            ..self.problem.clone()
+        };
+        let mut image = vec![0.0; self.state.traction.len()];
+        SlipOperator(&other.levels[0]).apply(self.state.traction, &mut image);
+        add(&mut image, 1.0, &offset(other, &still));
+        let length = self.length();
+        image.iter().map(|f| -f / length).collect()
+    }
+
+    /// Images [m] of a unit of slip.
+    pub(super) fn length(&self) -> f64 {
+        match self.operators.motion {
+            Motion::Transient { .. } => self.operators.motion.step_length(),
+            _ => 1.0,
+        }
+    }
+
+    pub(super) fn in_contact(&self, field: &[f64]) -> Vec<f64> {
+        let pairs = field.iter().zip(self.problem.pressure);
+        pairs
+            .map(|(v, p)| if *p > 0.0 { *v } else { 0.0 })
+            .collect()
+    }
+
+    /// What changes the offset, but for the layer.
+    fn offset_by(&self, change: &TangentialChange, pressure: &[f64]) -> Vec<f64> {
+        let drive = [0, 1].map(|c| match self.problem.drive[c] {
+            Drive::Slip(_) => change.drive[c],
+            Drive::Force(_) => 0.0,
+        });
+        let moved = TangentialProblem {
+            pressure,
+            drive: drive.map(Drive::Slip),
+            spin: change.spin,
+            earlier: self.problem.earlier.map(|_| &change.earlier),
+            ..self.problem.clone()
+        };
+        // the offset is linear in all of these
+        let mut changed = offset(self.operators, &moved);
+        add(&mut changed, -self.length(), &change.rigid_slip);
+        changed
+    }
+
+    /// The transpose of [`TangentialTangent::offset_by`], and the derivative by the layer.
+    fn by_offset(&self, of_offset: &[f64], change: &mut TangentialChange) {
+        let operators = self.operators;
+        let n = operators.grid().points();
+        for (slip, w) in change.rigid_slip.iter_mut().zip(of_offset) {
+            *slip -= self.length() * w;
+        }
+        for c in 0..2 {
+            if let Drive::Slip(_) = self.problem.drive[c] {
+                change.drive[c] = change.rigid_slip[c * n..(c + 1) * n].iter().sum();
+            }
+        }
+        let turning = TangentialProblem {
+            spin: 1.0,
+            ..self.problem.clone()
+        };
+        change.spin -= dot(
+            &rigid_slip(operators, &turning, [0.0; 2], [0.0; 2]),
+            of_offset,
+        );
+        change.layer += dot(&self.layer_image(), of_offset);
+        let turned = turned(of_offset);
+        let back = |kernels: &Option<[Kernel; 2]>, scale: f64, to: &mut [f64]| {
+            if let Some([along, across]) = kernels {
+                let mut sum = vec![0.0; n];
+                let transform = operators.transform();
+                transform.apply_add(along, scale, &turned[..n], &mut sum);
+                transform.apply_add(across, scale, &turned[n..], &mut sum);
+                for (to, v) in to.iter_mut().zip(sum.iter().rev()) {
+                    *to += v;
+                }
+            }
+        };
+        back(&operators.pressure_now, -1.0, &mut change.pressure);
+        if self.problem.earlier.is_none() {
+            return;
+        }
+        back(
+            &operators.pressure_earlier,
+            1.0,
+            &mut change.earlier.pressure,
+        );
+        if let Some(kernels) = &operators.earlier {
+            let mut sum = vec![0.0; 2 * n];
+            kernels.apply_add(operators.transform(), -1.0, &turned, &mut sum);
+            add(&mut change.earlier.traction, 1.0, &self::turned(&sum));
+            for c in 0..2 {
+                let part = c * n..(c + 1) * n;
+                let layer = self.carried_back(&of_offset[part.clone()]);
+                add(&mut change.earlier.traction[part], -operators.layer, &layer);
+            }
+        }
+    }
+
+    /// Image of the tractions by a unit of the layer.
+    fn layer_image(&self) -> Vec<f64> {
+        let grid = self.operators.grid();
+        let n = grid.points();
+        let step = self.operators.motion.step();
+        let (before, scale) = match (self.operators.motion, self.problem.earlier) {
+            (Motion::Steady { .. }, _) => (
+                Some(self.state.traction),
+                self.operators.motion.step_length(),
+            ),
+            (_, Some(earlier)) => (Some(earlier.traction.as_slice()), 1.0),
+            _ => (None, 1.0),
+        };
+        let mut image = self.state.traction.to_vec();
+        if let Some(before) = before {
+            for c in 0..2 {
+                let part = c * n..(c + 1) * n;
+                let ahead = carried(&grid, step, &before[part.clone()], 0.0);
+                add(&mut image[part], -1.0, &ahead);
+            }
+        }
+        image.iter().map(|q| q / scale).collect()
+    }
+
+    /// The transpose of carrying a field along by a step.
+    pub(super) fn carried_back(&self, field: &[f64]) -> Vec<f64> {
+        let step = self.operators.motion.step().map(|d| -d);
+        carried(&self.operators.grid(), step, field, 0.0)
+    }
+
+    /// What changed coefficients of the earlier state add to those that the particles bring along.
+    fn by_earlier(&self, coefficient: &[f64]) -> Vec<f64> {
+        let grid = self.operators.grid();
+        if !self.remembers() || self.problem.earlier.is_none() {
+            return vec![0.0; grid.points()];
+        }
+        carried(&grid, self.operators.motion.step(), coefficient, 0.0)
+    }
+
+    /// The transpose of [`TangentialTangent::by_earlier`].
+    fn to_earlier(&self, weights: &[f64]) -> Vec<f64> {
+        if !self.remembers() || self.problem.earlier.is_none() {
+            return vec![0.0; weights.len()];
+        }
+        self.carried_back(weights)
+    }
+
+    /// Whether the coefficients depend on those of an earlier state.
+    fn remembers(&self) -> bool {
+        let is_steady = matches!(self.operators.motion, Motion::Steady { .. });
+        let Friction::SpeedDependent { memory, .. } = self.problem.friction else {
+            return false;
+        };
+        memory.is_some() && !is_steady
+    }
+
+    /// What the equations of the coefficients gain by the parameters of the law.
+    fn by_law(&self, law: &SlipBound<'_>, speed: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns = law.friction.by_parameters(speed);
+        let Friction::SpeedDependent { law, .. } = self.problem.friction else {
+            return columns;
+        };
+        if self.remembers() {
+            // particles that come from outside, or have no past, come from rest
+            let grid = self.operators.grid();
+            let outside = if self.problem.earlier.is_some() {
+                let none = vec![0.0; grid.points()];
+                carried(&grid, self.operators.motion.step(), &none, 1.0)
+            } else {
+                vec![1.0; grid.points()]
+            };
+            for (column, rest) in columns.iter_mut().zip(law.parameters(0.0)) {
+                add(column, rest, &outside);
+            }
+        }
+        columns
+    }
+
+    /// Runs `work` with the linear problem; its result, and the products and preconditionings that it took.
+    fn linear<T>(
+        &self,
+        work: &mut dyn FnMut(&mut Place<'_, '_>) -> Result<T, Error>,
+    ) -> Result<(T, [usize; 2]), Error> {
+        let (operators, problem, state) = (self.operators, self.problem, self.state);
+        let offset = offset(operators, problem);
+        let cascade = Cascade::new(operators, problem, offset.clone());
+        let here = &operators.levels[0];
+        let resultants = cascade.resultants(0);
+        let exchanged = transposed(&resultants);
+        let law = match problem.friction {
+            Friction::SpeedDependent { law, memory } => {
+                Some(cascade.speed_dependent(0, law, *memory))
+            }
+            _ => None,
+        };
+        let bound: Vec<f64> = (state.coefficient.iter().zip(problem.pressure))
+            .map(|(mu, p)| mu * p.max(0.0))
+            .collect();
+        let radius = match &law {
+            Some(law) => Radius::Dependent(law),
+            None => Radius::Fixed(&bound),
+        };
+        let (slip, inverse) = (SlipOperator(here), InverseSymbol(here));
+        let given = DiscProblem {
+            operator: &slip,
+            preconditioner: &inverse,
+            offset: &offset,
+            radius,
+            resultants: &resultants,
+            diagonal: here.diagonal,
+        };
+        let (slip_back, inverse_back) = (Turned(&slip), Turned(&inverse));
+        let back = DiscProblem {
+            operator: &slip_back,
+            preconditioner: &inverse_back,
+            resultants: &exchanged,
+            ..given
+        };
+        let multipliers: Vec<f64> = (problem.drive.iter().zip(state.drive))
+            .filter_map(|(given, found)| matches!(given, Drive::Force(_)).then_some(found))
+            .collect();
+        let mut place = Place {
+            discs: DiscTangent::new(&given, &back, state.traction, &multipliers)?,
+            law: law.as_ref(),
+            speed: cascade.speed(),
+        };
+        let result = work(&mut place)?;
+        let counts = [place.discs.products, place.discs.preconditionings];
+        Ok((result, counts))
+    }
+}
+
+/// The linear problem of a solution.
+struct Place<'a, 'b> {
+    discs: DiscTangent<'b>,
+    law: Option<&'a SlipBound<'b>>,
+    speed: f64,
+}
+
+impl Place<'_, '_> {
+    /// Slip speeds [m/s], (n).
+    fn speeds(&self) -> Vec<f64> {
+        let magnitude = self.discs.magnitude();
+        magnitude.iter().map(|m| m * self.speed).collect()
+    }
+}
+
+/// An operator of convolutions, transposed.
+struct Turned<'a>(&'a dyn LinearOperator);
+
+impl LinearOperator for Turned<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let mut image = vec![0.0; y.len()];
+        self.0.apply(&turned(x), &mut image);
+        y.copy_from_slice(&turned(&image));
+    }
+}
+
+/// A field of two components seen from the other end of the grid.
+pub(super) fn turned(field: &[f64]) -> Vec<f64> {
+    let (first, second) = field.split_at(field.len() / 2);
+    first
+        .iter()
+        .rev()
+        .chain(second.iter().rev())
+        .copied()
+        .collect()
+}
+
+pub(super) fn add(to: &mut [f64], scale: f64, field: &[f64]) {
+    for (to, v) in to.iter_mut().zip(field) {
+        *to += scale * v;
+    }
+}
+
+fn add_product(to: &mut [f64], a: &[f64], b: &[f64]) {
+    for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+        *to += a * b;
+    }
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of shifts and of rolling against differences of solves, and against each other.
+
+use mtb_complementarity::discs::DiscState;
+use mtb_contact::friction::{Friction, Memory, SlipLaw};
+use mtb_contact::tangential::{
+    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange,
+    TangentialProblem, TangentialResponse, TangentialSolution, TangentialTangent, dissipation,
+    solve,
+};
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::Pair;
+use mtb_operator::{Grid, unmonitored};
+use proptest::prelude::*;
+
+/// A random contact and what happens to it.
+#[derive(Clone, Debug)]
+struct Case {
+    grid: Grid,
+    pressure: Vec<f64>,
+    motion: Motion,
+    drive: [Drive; 2],
+    spin: f64,
+    speed: f64,
+    friction: Friction,
+    layer: f64,
+    earlier: Option<Earlier>,
+    is_unlike: bool,
+}
+
+/// Pressures are of order one, and so is the shear modulus, over a thousand.
+const MODULUS: f64 = 1e3;
+
+struct Random(u64);
+
+impl Random {
+    /// From -0.5 to 0.5.
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    }
+
+    fn field(&mut self, n: usize, size: f64) -> Vec<f64> {
+        (0..n).map(|_| size * self.next()).collect()
+    }
+}
+
+fn operators(case: &Case) -> PatchOperators {
+    let material = |g: f64, nu: f64| Some(Material::new(g, nu).expect("a material"));
+    let pair = Pair {
+        lower: material(MODULUS, 0.3),
+        upper: if case.is_unlike {
+            None
+        } else {
+            material(MODULUS, 0.3)
+        },
+    };
+    let tangential = |cell, offset| pair.tangential(cell, offset);
+    let pushed = |cell, offset| pair.by_pressure(cell, offset);
+    let bodies = Bodies {
+        tangential: &tangential,
+        by_pressure: if case.is_unlike { Some(&pushed) } else { None },
+        layer: case.layer,
+    };
+    PatchOperators::new(&bodies, case.grid, case.motion).expect("operators")
+}
+
+impl Case {
+    fn problem(&self) -> TangentialProblem<'_> {
+        TangentialProblem {
+            pressure: &self.pressure,
+            origin: [-0.5 * (self.grid.nx - 1) as f64 * self.grid.dx + 0.03, -0.6],
+            drive: self.drive,
+            spin: self.spin,
+            speed: self.speed,
+            friction: &self.friction,
+            earlier: self.earlier.as_ref(),
+            start: None,
+            tolerance: 1e-13,
+        }
+    }
+
+    /// The patch with a cell more on all sides.
+    fn around(&self) -> Surroundings {
+        Surroundings {
+            shape: [self.grid.nx + 2, self.grid.ny + 2],
+            first: [1, 1],
+        }
+    }
+
+    fn solved(&self, operators: &PatchOperators) -> Option<TangentialSolution> {
+        solve(operators, &self.problem(), &unmonitored)
+            .ok()
+            .filter(|s| s.history.last() <= Some(&1e-11))
+    }
+
+    fn changed(&self, change: &TangentialChange, share: f64) -> Self {
+        let mut other = self.clone();
+        let add = |to: &mut [f64], by: &[f64]| {
+            for (to, by) in to.iter_mut().zip(by) {
+                *to += share * by;
+            }
+        };
+        for (p, d) in other.pressure.iter_mut().zip(&change.pressure) {
+            if *p > 0.0 {
+                *p += share * d;
+            }
+        }
+        for (drive, d) in other.drive.iter_mut().zip(change.drive) {
+            *drive = match *drive {
+                Drive::Slip(v) => Drive::Slip(v + share * d),
+                Drive::Force(v) => Drive::Force(v + share * d),
+            };
+        }
+        other.spin += share * change.spin;
+        other.layer += share * change.layer;
+        if let Some(earlier) = &mut other.earlier {
+            add(&mut earlier.traction, &change.earlier.traction);
+            add(&mut earlier.pressure, &change.earlier.pressure);
+            add(&mut earlier.coefficient, &change.earlier.coefficient);
+        }
+        match &mut other.friction {
+            Friction::Coulomb(mu) => add(mu, &change.coefficient),
+            Friction::StaticKinetic { .. } => {}
+            Friction::SpeedDependent { law, memory } => {
+                let mut parameters: Vec<&mut f64> = match law {
+                    SlipLaw::Exponential {
+                        at_rest,
+                        kinetic,
+                        half_slip,
+                    } => vec![at_rest, kinetic, half_slip],
+                    SlipLaw::Table { coefficient, .. } => coefficient.iter_mut().collect(),
+                };
+                if let Some(Memory { distance, min_slip }) = memory {
+                    parameters.extend([distance, min_slip]);
+                }
+                for (parameter, d) in parameters.into_iter().zip(&change.law) {
+                    *parameter += share * d;
+                }
+                other.speed *= 1.0 + share * change.law.last().copied().unwrap_or(0.0);
+            }
+        }
+        other
+    }
+}
+
+fn case(kind: usize, law: usize, seed: u64) -> Case {
+    let mut random = Random(seed | 1);
+    let (nx, ny) = (
+        11 + (8.0 * (random.next() + 0.5)) as usize,
+        9 + (8.0 * (random.next() + 0.5)) as usize,
+    );
+    let n = nx * ny;
+    let grid = Grid {
+        nx,
+        ny,
+        dx: 0.1,
+        dy: 0.12,
+    };
+    let pressure: Vec<f64> = (0..n)
+        .map(|k| {
+            let x = 2.0 * ((k % nx) as f64 + 0.5) / nx as f64 - 1.0;
+            let y = 2.0 * ((k / nx) as f64 + 0.5) / ny as f64 - 1.0;
+            (1.0 - x * x - 0.9 * y * y).max(0.0).sqrt() * (1.0 + 0.2 * random.next())
+        })
+        .collect();
+    let step = match (seed >> 8) % 3 {
+        0 => [grid.dx, 0.0],
+        1 => [-0.06, 0.09],
+        _ => [0.0, 0.7 * grid.dy],
+    };
+    let motion = match kind % 3 {
+        0 => Motion::Shift,
+        1 => Motion::Transient { step },
+        _ => Motion::Steady { step },
+    };
+    let is_steady = matches!(motion, Motion::Steady { .. });
+    let total: f64 = pressure.iter().sum::<f64>() * grid.cell_area();
+    let size = if kind.is_multiple_of(3) { 6e-4 } else { 1e-3 };
+    let drive = [0, 1].map(|c| {
+        if kind / 3 == c + 1 {
+            Drive::Force(0.2 * total * (0.3 + random.next().abs()))
+        } else {
+            Drive::Slip(size * random.next())
+        }
+    });
+    let falling = SlipLaw::Exponential {
+        at_rest: 0.34,
+        kinetic: 0.3,
+        half_slip: 1.0,
+    };
+    let memory = Some(Memory {
+        distance: 0.2,
+        min_slip: 0.02,
+    });
+    let friction = match law {
+        0 => Friction::Coulomb((0..n).map(|_| 0.3 * (1.0 + 0.2 * random.next())).collect()),
+        1 => Friction::StaticKinetic {
+            at_rest: 0.31,
+            kinetic: 0.3,
+        },
+        2 => Friction::SpeedDependent {
+            law: falling,
+            memory: None,
+        },
+        3 => Friction::SpeedDependent {
+            law: falling,
+            memory,
+        },
+        _ => Friction::SpeedDependent {
+            law: SlipLaw::Table {
+                slip_speed: vec![0.0, 0.3, 1.0, 4.0],
+                coefficient: vec![0.33, 0.32, 0.31, 0.3],
+            },
+            memory,
+        },
+    };
+    let is_unlike = random.next() > 0.0;
+    let layer = if random.next() > 0.0 { 2e-4 } else { 0.0 };
+    let earlier = (!is_steady && random.next() > -0.2).then(|| Earlier {
+        traction: (0..2 * n)
+            .map(|k| 0.2 * pressure[k % n] * random.next())
+            .collect(),
+        pressure: pressure.iter().map(|p| 0.9 * p).collect(),
+        coefficient: (0..n).map(|_| 0.32 + 0.01 * random.next()).collect(),
+    });
+    let spin = size * random.next();
+    Case {
+        grid,
+        pressure,
+        motion,
+        drive,
+        spin,
+        speed: 1e3,
+        friction,
+        layer,
+        earlier,
+        is_unlike,
+    }
+}
+
+fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> TangentialChange {
+    let mut random = Random(seed.wrapping_mul(77) | 1);
+    let n = case.grid.points();
+    let mut change = tangent.no_change();
+    change.pressure = random.field(n, 0.1);
+    change.drive = case.drive.map(|d| match d {
+        Drive::Slip(_) => 1e-4 * random.next(),
+        Drive::Force(f) => 0.1 * f * random.next(),
+    });
+    change.spin = 1e-4 * random.next();
+    change.coefficient = match case.friction {
+        Friction::Coulomb(_) => random.field(n, 0.03),
+        _ => change.coefficient,
+    };
+    if let Friction::SpeedDependent { law, memory } = &case.friction {
+        change.law = match law {
+            SlipLaw::Exponential { .. } => vec![
+                0.03 * random.next(),
+                0.03 * random.next(),
+                0.3 * random.next(),
+            ],
+            SlipLaw::Table { .. } => random.field(4, 0.03),
+        };
+        if memory.is_some() {
+            change
+                .law
+                .extend([0.05 * random.next(), 0.005 * random.next()]);
+        }
+        change.law.push(0.1 * random.next());
+    }
+    change.layer = if case.layer > 0.0 {
+        1e-4 * random.next()
+    } else {
+        0.0
+    };
+    if case.earlier.is_some() {
+        change.earlier = Earlier {
+            traction: random.field(2 * n, 0.02),
+            pressure: random.field(n, 0.05),
+            coefficient: random.field(n, 0.01),
+        };
+    }
+    change
+}
+
+/// Which branch of the law each point is on, and of its memory.
+fn branches(case: &Case, slip: &[f64]) -> Vec<usize> {
+    let n = case.grid.points();
+    let Friction::SpeedDependent { law, memory } = &case.friction else {
+        return Vec::new();
+    };
+    let mut kinks: Vec<f64> = memory.iter().map(|m| m.min_slip).collect();
+    if let SlipLaw::Table { slip_speed, .. } = law {
+        kinks.extend(slip_speed);
+    }
+    let speed = |i: usize| case.speed * slip[i].hypot(slip[n + i]);
+    (0..n)
+        .map(|i| kinks.iter().filter(|kink| **kink < speed(i)).count())
+        .collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn size(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// All that is found, in units in which it is of like size, of the cells in contact.
+fn listed(case: &Case, parts: &[&[f64]; 5], states: &[DiscState]) -> Vec<f64> {
+    let n = case.grid.points();
+    let [traction, slip, coefficient, drive, heat] = *parts;
+    let mut all = traction.to_vec();
+    all.extend((0..2 * n).map(|k| match states[k % n] {
+        DiscState::Rim => 100.0 * slip[k],
+        _ => 0.0,
+    }));
+    let loaded = (0..n).filter(|k| case.pressure[*k] > 0.0);
+    all.extend(loaded.map(|k| coefficient[k]));
+    all.extend(drive.iter().map(|d| 1e3 * d));
+    all.extend(heat.iter().map(|h| 300.0 * h));
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn derivatives_are_limits_of_differences_and_adjoints_their_transposes(
+        kind in 0..9_usize, law in 0..5_usize, seed in any::<u64>(),
+    ) {
+        let case = case(kind, law, seed);
+        let made = operators(&case);
+        let Some(solution) = case.solved(&made) else {
+            return Ok(()); // friction that falls may leave no solution that is found so exactly
+        };
+        let problem = case.problem();
+        let mut tangent = TangentialTangent::new(&made, &problem, solution.state(), Some(case.around())).expect("a solution");
+        let change = change(&case, &tangent, seed);
+        let derivative = tangent.forward(&change, &unmonitored).expect("a derivative");
+        let n = case.grid.points();
+        let mut random = Random(seed.wrapping_mul(31) | 1);
+        let plain = change;
+        let mut change = plain.clone();
+        change.rigid_slip = random.field(2 * n, 1e-4);
+        change.rigid_slip_behind = random.field(2 * n, 1e-4);
+        let found = tangent.forward(&change, &unmonitored).expect("a derivative");
+        let weights = TangentialResponse {
+            traction: random.field(2 * n, 1.0),
+            slip: random.field(2 * n, 100.0),
+            coefficient: random.field(n, 1.0),
+            drive: [1e3 * random.next(), 1e3 * random.next()],
+            dissipation: random.field((case.grid.nx + 2) * (case.grid.ny + 2), 1e3),
+        };
+        let gradient = tangent.adjoint(&weights, &unmonitored).expect("a gradient");
+        let parts = [
+            [dot(&weights.traction, &found.traction), -dot(&gradient.pressure, &change.pressure)],
+            [dot(&weights.slip, &found.slip), -dot(&gradient.drive, &change.drive)],
+            [dot(&weights.coefficient, &found.coefficient), -gradient.spin * change.spin],
+            [dot(&weights.drive, &found.drive), -dot(&gradient.coefficient, &change.coefficient)],
+            [dot(&weights.dissipation, &found.dissipation), -dot(&gradient.rigid_slip, &change.rigid_slip)],
+            [-dot(&gradient.rigid_slip_behind, &change.rigid_slip_behind), 0.0],
+            [-dot(&gradient.law, &change.law), -gradient.layer * change.layer],
+            [
+                -dot(&gradient.earlier.traction, &change.earlier.traction),
+                -dot(&gradient.earlier.pressure, &change.earlier.pressure)
+                    - dot(&gradient.earlier.coefficient, &change.earlier.coefficient),
+            ],
+        ].concat();
+        let whole: f64 = parts.iter().map(|p| p.abs()).sum();
+        prop_assert!(parts.iter().sum::<f64>().abs() < 1e-10 * whole, "{:?} {:?}", parts, case.motion);
+
+        let listed = |case: &Case, s: &TangentialSolution, heat: &[f64]| {
+            listed(case, &[&s.traction, &s.slip, &s.coefficient, &s.drive, heat], &solution.state)
+        };
+        let at = |share: f64| -> Option<Vec<f64>> {
+            let other = case.changed(&plain, share);
+            let again = (plain.layer != 0.0).then(|| operators(&other));
+            let made = again.as_ref().unwrap_or(&made);
+            let s = other.solved(made)?;
+            let is_same = branches(&other, &s.slip) == branches(&case, &solution.slip);
+            (s.state == solution.state && is_same)
+                .then(|| listed(&case, &s, &dissipation(made, &other.problem(), &s, case.around())))
+        };
+        let slope = |h: f64| -> Option<Vec<f64>> {
+            let (a, b) = (at(h)?, at(-h)?);
+            Some(a.iter().zip(b).map(|(a, b)| (a - b) / (2.0 * h)).collect())
+        };
+        let pair = slope(2e-4).and_then(|coarse| Some((coarse, slope(1e-4)?)));
+        let Some((coarse, fine)) = pair else { return Ok(()) };
+        let expected: Vec<f64> = coarse.iter().zip(&fine).map(|(c, f)| (4.0 * f - c) / 3.0).collect();
+        let found = TangentialSolution {
+            traction: derivative.traction,
+            slip: derivative.slip,
+            coefficient: derivative.coefficient,
+            drive: derivative.drive,
+            ..solution.clone()
+        };
+        let found = listed(&case, &found, &derivative.dissipation);
+        let wrong: Vec<f64> = expected.iter().zip(&found).map(|(a, b)| a - b).collect();
+        let error = size(&wrong) / size(&expected);
+        prop_assert!(error < 1e-6, "{error}");
+    }
+}
