@@ -10,7 +10,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
-    solve_upper_triangular_in_place,
+    solve_unit_upper_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
@@ -223,6 +223,20 @@ impl Lu {
         let mut x = self.ordered(rhs);
         self.substitute(x.as_mut(), par);
         x
+    }
+
+    /// The solution with the transposed matrix, for few columns.
+    pub fn solve_few_transposed(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
+        let mut x = rhs.to_owned();
+        solve_lower_triangular_in_place(self.factors().transpose(), x.as_mut(), par);
+        solve_unit_upper_triangular_in_place(self.factors().transpose(), x.as_mut(), par);
+        let mut put_back = Mat::zeros(x.nrows(), x.ncols());
+        for j in 0..x.ncols() {
+            for (i, &row) in self.order.iter().enumerate() {
+                put_back[(row, j)] = x[(i, j)];
+            }
+        }
+        put_back
     }
 
     fn ordered(&self, rhs: MatRef<'_, f64>) -> Mat<f64> {
@@ -463,6 +477,11 @@ mod tests {
             let lu = Lu::new(a.clone(), Par::Seq, &unmonitored).unwrap();
             let x = lu.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
             assert!(is_solved(&a, &x, &rhs), "LU of {n}");
+            let x = lu.solve_few_transposed(rhs.as_ref(), Par::Seq);
+            assert!(
+                is_solved(&a.transpose().to_owned(), &x, &rhs),
+                "transposed LU of {n}"
+            );
             assert_eq!(lu.sign(), a.determinant().signum(), "sign of {n}");
             let mut parts = LuInParts::new(a.clone(), 40);
             let mut count = 1;

@@ -2,6 +2,7 @@
 //! A sliding contact ready for a simulation: pose and velocity in, force and moment out.
 
 mod bytes;
+mod derivative;
 mod table;
 
 use std::sync::Arc;
@@ -13,6 +14,7 @@ use crate::error::{Error, check};
 use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
+pub use derivative::{Gradient, INPUTS, Jacobian, OUTPUTS, Taken};
 pub use table::Table;
 
 /// The components of a pose.
@@ -108,6 +110,7 @@ pub struct Step<'a> {
 pub struct PreparedContact {
     prepared: Arc<Prepared>,
     stepper: SlidingStepper,
+    taken: Option<Arc<Taken>>,
 }
 
 impl Prepared {
@@ -267,7 +270,11 @@ impl PreparedContact {
     /// A contact that has taken no step yet; several may share what is prepared.
     pub fn new(prepared: Arc<Prepared>) -> Self {
         let stepper = SlidingStepper::new(prepared.influence.clone());
-        Self { prepared, stepper }
+        Self {
+            prepared,
+            stepper,
+            taken: None,
+        }
     }
 
     /// What is prepared.
@@ -328,14 +335,17 @@ impl PreparedContact {
         };
         let work = gap.split_off(n);
         prepared.add_pose(&step.pose, &mut gap)?;
-        let motions: Vec<RigidMotion> = prepared
-            .motions
+        let balanced: Vec<usize> = (0..m)
+            .filter(|&k| {
+                let component = prepared.motions[k].component;
+                component.is_none_or(|c| step.pose[c].is_nan())
+            })
+            .collect();
+        let motions: Vec<RigidMotion> = balanced
             .iter()
-            .zip(work)
-            .filter(|(free, _)| free.component.is_none_or(|c| step.pose[c].is_nan()))
-            .map(|(free, work)| RigidMotion {
-                work,
-                ..free.motion.clone()
+            .map(|&k| RigidMotion {
+                work: work[k],
+                ..prepared.motions[k].motion.clone()
             })
             .collect();
         let area = &prepared.geometry.area;
@@ -360,8 +370,12 @@ impl PreparedContact {
             self.stepper = SlidingStepper::new(prepared.influence.clone());
             return Err(error);
         }
+        self.taken = None;
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
+            self.taken = Some(Arc::new(Taken::new(
+                &prepared, step, &outcome, direction, motions, balanced,
+            )));
         }
         Ok(outcome)
     }

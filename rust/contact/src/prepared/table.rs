@@ -75,10 +75,28 @@ impl Table {
                 last,
             });
         }
-        let upper = self.speed.partition_point(|v| *v < speed).max(1);
+        let upper = self.upper(speed);
         let (low, high) = (self.speed[upper - 1], self.speed[upper]);
         let weight = (speed - low) / (high - low);
         let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
         Ok(row.map(|(a, b)| (1.0 - weight) * a + weight * b).collect())
+    }
+
+    /// Derivative [1/(m/s)] of the row by the speed, at `speed` inside the table: at one of its speeds that on the
+    /// side that the row is taken from, the one below.
+    pub(super) fn slope(&self, speed: f64) -> Vec<f64> {
+        if let [row] = self.rows.as_slice() {
+            return vec![0.0; row.len()];
+        }
+        let upper = self.upper(speed);
+        let width = self.speed[upper] - self.speed[upper - 1];
+        let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
+        row.map(|(a, b)| (b - a) / width).collect()
+    }
+
+    /// The first row beyond `speed`.
+    fn upper(&self, speed: f64) -> usize {
+        let beyond = self.speed.partition_point(|v| *v < speed).max(1);
+        beyond.min(self.speed.len() - 1)
     }
 }

@@ -157,6 +157,28 @@ impl Geometry {
         out
     }
 
+    /// Weights (n) of the unknown pressures that sum up to that of the mean pressures with `weights` (n), about the
+    /// unknown `pressure` (n).
+    pub fn weights_of_means(&self, weights: &[f64], pressure: &[f64]) -> Vec<f64> {
+        let Some(means) = &self.means else {
+            return weights.to_vec();
+        };
+        let n = self.points();
+        let mut out = vec![0.0; n];
+        for i in 0..n {
+            for k in means.start[i]..means.start[i + 1] {
+                let j = means.column[k];
+                out[j] += means.share[k]
+                    * if pressure[i] > 0.0 {
+                        weights[i]
+                    } else {
+                        weights[j] * self.area[i] / self.area[j]
+                    };
+            }
+        }
+        out
+    }
+
     /// Load [N] of a point on the lower body from its tractions along both tangents and its pressure [Pa].
     fn load(&self, point: usize, [qx, qy, p]: [f64; 3]) -> [f64; 3] {
         let [tx, ty, normal] = [0, 1, 2].map(|axis| Self::vector(&self.mean_frame[axis], point));

@@ -260,6 +260,105 @@ impl Bordered {
         }
     }
 
+    /// The solutions for many right-hand sides at once (columns: gaps of the set, then balances): pressures of the
+    /// set, then motions. With `transposed` equations the other way round: for weights of pressures and motions,
+    /// those of gaps and balances.
+    pub(super) fn solve_many(
+        &self,
+        rhs: &Mat<f64>,
+        points: &[usize],
+        transposed: bool,
+    ) -> Mat<f64> {
+        let (size, cases, k) = (self.factorised.len(), rhs.ncols(), points.len());
+        let (m, e) = (self.motions.len(), self.now.entered.len());
+        let border = m + e + self.now.left.len();
+        let inside = |point: usize| Some(self.place[point]).filter(|place| *place != ABSENT);
+        let mut y = Mat::zeros(size, cases);
+        let mut t = Mat::zeros(border, cases);
+        for (i, &point) in points.iter().enumerate() {
+            if let Some(place) = inside(point) {
+                y.row_mut(place).copy_from(rhs.row(i));
+            }
+        }
+        for j in 0..m {
+            t.row_mut(j).copy_from(rhs.row(k + j));
+        }
+        for (j, &(at, _)) in self.now.entered.iter().enumerate() {
+            t.row_mut(m + j).copy_from(rhs.row(at));
+        }
+        if border == 0 {
+            y = self.solve_inside(&y, transposed);
+        } else {
+            let columns = self.border_columns();
+            if transposed {
+                // the columns are solved already: what is left is the rows
+                t -= columns.transpose() * &y;
+                t = self.solve_border(t, true);
+                y -= self.border_rows().transpose() * &t;
+                y = self.solve_inside(&y, true);
+            } else {
+                y = self.solve_inside(&y, false);
+                t -= self.border_rows() * &y;
+                t = self.solve_border(t, false);
+                y -= columns * &t;
+            }
+        }
+        let mut x = Mat::zeros(k + m, cases);
+        for (i, &point) in points.iter().enumerate() {
+            if let Some(place) = inside(point) {
+                x.row_mut(i).copy_from(y.row(place));
+            }
+        }
+        for j in 0..m {
+            x.row_mut(k + j).copy_from(t.row(j));
+        }
+        for (j, &(at, _)) in self.now.entered.iter().enumerate() {
+            x.row_mut(at).copy_from(t.row(m + j));
+        }
+        x
+    }
+
+    fn solve_inside(&self, rhs: &Mat<f64>, transposed: bool) -> Mat<f64> {
+        if transposed {
+            self.lu.solve_many_transposed(rhs)
+        } else {
+            self.lu.solve_many(rhs)
+        }
+    }
+
+    fn solve_border(&self, rhs: Mat<f64>, transposed: bool) -> Mat<f64> {
+        match &self.now.schur {
+            Some(schur) => schur.solve_many(rhs, transposed),
+            None => rhs,
+        }
+    }
+
+    /// The solved columns of the border.
+    fn border_columns(&self) -> Mat<f64> {
+        let (motions, entered, left) = (&self.motions, &self.entered, &self.left);
+        let solved = columns(motions, entered, left, &self.now, &self.factorised);
+        stacked(solved, self.factorised.len())
+    }
+
+    /// The rows of the border.
+    fn border_rows(&self) -> Mat<f64> {
+        let balance = self.now.balance.iter().map(Vec::as_slice);
+        let entered = self.now.entered.iter();
+        let entered = entered.filter_map(|&(_, point)| self.entered[point].as_ref());
+        let given = balance.chain(entered.map(|e| e.row.as_slice()));
+        let count = self.motions.len() + self.now.entered.len();
+        let mut rows = Mat::zeros(count + self.now.left.len(), self.factorised.len());
+        for (i, row) in given.enumerate() {
+            for (j, v) in row.iter().enumerate() {
+                rows[(i, j)] = *v;
+            }
+        }
+        for (i, &place) in self.now.left.iter().enumerate() {
+            rows[(count + i, place)] = 1.0;
+        }
+        rows
+    }
+
     /// Keeps the solved columns of the motions; returns those that had to be solved anew.
     fn keep_motions(&mut self, contact: &SlidingContact<'_>) -> usize {
         let mut solves = 0;
@@ -375,6 +474,12 @@ fn block(influence: &Influence, drag: &[f64], set: &[usize]) -> Mat<f64> {
         }
     }
     matrix
+}
+
+/// Vectors of a length as the columns of a matrix.
+fn stacked<'a>(vectors: impl Iterator<Item = &'a [f64]>, length: usize) -> Mat<f64> {
+    let vectors: Vec<&[f64]> = vectors.collect();
+    Mat::from_fn(length, vectors.len(), |i, j| vectors[j][i])
 }
 
 /// The solved border columns of the set of `now`: motions, points that entered, points that left.

@@ -20,6 +20,11 @@ impl Lu {
         self.0.solve_few(rhs.as_ref(), Par::Seq)
     }
 
+    /// The same with the transposed matrix.
+    pub(super) fn solve_many_transposed(&self, rhs: &Mat<f64>) -> Mat<f64> {
+        self.0.solve_few_transposed(rhs.as_ref(), Par::Seq)
+    }
+
     /// Overwrites `x` with the solution; `work` has the same length.
     pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {
         work.clear();
@@ -96,6 +101,31 @@ impl Small {
         self.lu.solve(x, work);
         for (x, c) in x.iter_mut().zip(&self.columns) {
             *x /= c;
+        }
+    }
+
+    /// The solutions for many right-hand sides at once, with the matrix or, if `transposed`, with its transpose.
+    pub(super) fn solve_many(&self, mut rhs: Mat<f64>, transposed: bool) -> Mat<f64> {
+        let (before, after) = if transposed {
+            (&self.columns, &self.rows)
+        } else {
+            (&self.rows, &self.columns)
+        };
+        scale_rows(&mut rhs, before);
+        let mut x = if transposed {
+            self.lu.solve_many_transposed(&rhs)
+        } else {
+            self.lu.solve_many(&rhs)
+        };
+        scale_rows(&mut x, after);
+        x
+    }
+}
+
+fn scale_rows(x: &mut Mat<f64>, by: &[f64]) {
+    for j in 0..x.ncols() {
+        for (i, by) in by.iter().enumerate() {
+            x[(i, j)] /= by;
         }
     }
 }

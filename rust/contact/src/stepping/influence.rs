@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use crate::error::{Error, check};
@@ -128,6 +130,42 @@ impl Influence {
                 add_columns(block, n, |j| pressure[j] * drag[j], gap);
             }
         }
+    }
+
+    /// Gaps (n) that pressures, and tractions along both tangents, open: a column each.
+    pub(super) fn products(&self, pressure: &Mat<f64>, traction: [&Mat<f64>; 2]) -> Mat<f64> {
+        let mut gap = Mat::zeros(self.points, pressure.ncols());
+        let along = self.along.iter().zip(traction);
+        let along = along.filter_map(|(block, given)| Some((block.as_ref()?, given)));
+        for (block, given) in [(&self.normal, pressure)].into_iter().chain(along) {
+            // most changes leave most of them as they are
+            if given.norm_max() > 0.0 {
+                let (block, seq) = (self.matrix(block), Par::Seq);
+                matmul(gap.as_mut(), Accum::Add, block, given, 1.0, seq);
+            }
+        }
+        gap
+    }
+
+    /// `C_nn^T gap` for a column each.
+    pub(super) fn transposed_normal(&self, gap: &Mat<f64>) -> Mat<f64> {
+        self.transposed(&self.normal, gap)
+    }
+
+    /// `C_nx^T gap` and `C_ny^T gap` for a column each; `None` where these do nothing.
+    pub(super) fn transposed_along(&self, gap: &Mat<f64>) -> [Option<Mat<f64>>; 2] {
+        [0, 1].map(|axis| Some(self.transposed(self.along[axis].as_ref()?, gap)))
+    }
+
+    fn transposed(&self, block: &[f64], gap: &Mat<f64>) -> Mat<f64> {
+        let mut out = Mat::zeros(self.points, gap.ncols());
+        let block = self.matrix(block).transpose();
+        matmul(out.as_mut(), Accum::Replace, block, gap, 1.0, Par::Seq);
+        out
+    }
+
+    fn matrix<'a>(&self, block: &'a [f64]) -> MatRef<'a, f64> {
+        MatRef::from_column_major_slice(block, self.points, self.points)
     }
 
     /// The matrix for `drag` in rows, as the general solver takes it; `true` where it is symmetric.

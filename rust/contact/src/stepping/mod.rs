@@ -6,6 +6,7 @@ mod bordered;
 mod equations;
 mod factor;
 mod influence;
+mod tangent;
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use active_sets::factorisable;
 use bordered::{Bordered, Making, PARTS};
 use equations::Scratch;
 pub use influence::Influence;
+pub use tangent::{Found, Given, Linearised, SlidingState, Tangent};
 
 /// A factorisation of k points is as dear as about k over this many products.
 const PRODUCTS: usize = 20;
@@ -149,6 +151,23 @@ impl SlidingStepper {
             self.memory.before = self.memory.last.replace(now);
         }
         Ok((solution, effort))
+    }
+
+    /// The equations linearised about the `state` of the last step, with the factors that it left.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite, an interruption.
+    pub fn tangent<'a>(
+        &'a mut self,
+        state: &'a SlidingState,
+        monitor: Monitor<'_>,
+    ) -> Result<Tangent<'a>, Error> {
+        let factors = match self.memory.factors.take() {
+            Some(factors) => factors,
+            None => tangent::factors_of(&self.influence, state, monitor)?,
+        };
+        let factors = self.memory.factors.insert(factors);
+        Tangent::new(&self.influence, state, factors, monitor)
     }
 
     /// Turns to the memory of friction in the direction of `drag`.
