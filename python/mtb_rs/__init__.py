@@ -59,6 +59,7 @@ from .half_space.tangential import (
     solve_tangential,
 )
 from .results.chart import Chart, ChartPoint
+from .results.derivatives import Gradient, Margin
 from .results.fields import Field
 from .results.report import Report
 from .results.result import Displacement, Result
@@ -142,11 +143,13 @@ __all__ = [
     "FieldTable",
     "FoundationResult",
     "GaussianPressure",
+    "Gradient",
     "Guide",
     "HalfSpace",
     "Hertz",
     "InterfaceLayer",
     "KalkerCoefficients",
+    "Margin",
     "Material",
     "NormalResult",
     "PictureWarning",

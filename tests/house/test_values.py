@@ -68,11 +68,13 @@ MADE: dict[str, Callable[[], Any]] = {
     "FieldTable": lambda: mtb.FieldTable([0.0, 0.1], [0.0, 0.1], np.full((2, 2), 0.3)),
     "FoundationResult": lambda: mtb.fastsim(patch(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3)),
     "GaussianPressure": lambda: mtb.GaussianPressure(1e6, (0.0, 0.0), (0.1, 0.1)),
+    "Gradient": lambda: step().gradient("force"),
     "Guide": lambda: mtb.Guide(5.0),
     "HalfSpace": lambda: mtb.HalfSpace(mtb.steel),
     "Hertz": lambda: mtb.hertz(1e3, 0.1),
     "InterfaceLayer": lambda: mtb.InterfaceLayer(1e-3, 1e9),
     "KalkerCoefficients": lambda: mtb.kalker_coefficients(1.0, 0.3),
+    "Margin": lambda: step().margin(),
     "Material": lambda: mtb.steel,
     "NormalResult": lambda: mtb.solve_normal(
         1e-3 * np.hypot(*np.mgrid[-1:1:9j, -1:1:9j]), 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0

@@ -766,6 +766,14 @@ class ElasticBody:
         """Numbers of the corners on the boundary."""
         return np.unique(self.faces[:, :3]).astype(np.int64)
 
+    @property
+    def moduli(self) -> tuple[str, ...]:
+        """Moduli of its material by which results are derived: that to which all displacements are inverse,
+        unless a support displaces it."""
+        values = [value for support in self.supports for value in support.values]
+        displaced = any(np.isscalar(value) and value != 0.0 for value in values)
+        return () if displaced else ("young_modulus",)
+
     def described(self) -> dict[str, Any]:
         """What `summary.json` tells of it."""
         names = ("name", "mesh", "material", "contact", "supports", "linear")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from .. import _mtb_rs
@@ -38,6 +38,12 @@ class HalfSpace:
     material: Material
     surface: Any = None
     is_half_space: ClassVar[bool] = True
+    #: Moduli of its material by which results are derived.
+    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
+
+    def with_modulus(self, name: str, value: float) -> HalfSpace:
+        """The same of a material with another modulus."""
+        return replace(self, material=replace(self.material, **{name: value}))
 
     @property
     def elastic(self) -> tuple[float, float]:
@@ -103,6 +109,7 @@ class Rigid:
     surface: Any = None
     is_half_space: ClassVar[bool] = False
     material: ClassVar[None] = None
+    moduli: ClassVar[tuple[str, ...]] = ()
     elastic: ClassVar[None] = None
     normal_compliance: ClassVar[float] = 0.0
     plane_strain_compliance: ClassVar[float] = 0.0

@@ -7,8 +7,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as entry
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -86,6 +87,20 @@ class Asked:
         )
 
 
+class Leaf(NamedTuple):
+    """A number in a form in which its field is linear.
+
+    Attributes
+    ----------
+    value : float
+    put : callable
+        The form with another number in its place.
+    """
+
+    value: float
+    put: Callable[[float], Any]
+
+
 class Form(ABC):
     """A form in which users state a field over the contact points; :func:`as_form` finds it.
 
@@ -94,6 +109,8 @@ class Form(ABC):
 
     #: Whether it is a list, of values or of forms.
     is_list: ClassVar[bool] = False
+    #: Whether it is given by one number, and not by a row of them.
+    is_one: ClassVar[bool] = False
     #: Whether its values are known only with the pressure.
     depends_on_pressure: ClassVar[bool] = False
 
@@ -130,6 +147,10 @@ class Form(ABC):
         """The tables in it."""
         return iter(())
 
+    def leaves(self) -> list[Leaf] | None:
+        """The numbers in it in which the field is linear; None where more than such numbers give it."""
+        return None
+
     @property
     def has_arrays(self) -> bool:
         """Whether it has values on a grid in it."""
@@ -157,6 +178,21 @@ def as_form(spec: Any) -> Form:
     if isinstance(spec, (list, tuple)):
         return _Listed(spec)
     return _Function(spec) if callable(spec) else _Values(spec)
+
+
+def _leaves_of(parts: Sequence[Any], made: Callable[[list[Any]], Any]) -> list[Leaf] | None:
+    """The numbers in all parts of a form, which is `made` of them."""
+
+    def put(k: int, leaf: Leaf, value: float) -> Any:
+        return made([*parts[:k], leaf.put(value), *parts[k + 1 :]])
+
+    found: list[Leaf] = []
+    for k, part in enumerate(parts):
+        inner = as_form(part).leaves()
+        if inner is None:
+            return None
+        found += [Leaf(leaf.value, partial(put, k, leaf)) for leaf in inner]
+    return found
 
 
 class Coefficients(ABC):
@@ -227,6 +263,7 @@ class GaussianPressure(Form):
     center: tuple[float, float]
     sigma: tuple[float, float]
     floor: float = 0.25
+    is_one: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -251,6 +288,10 @@ class GaussianPressure(Form):
     def has_places(self) -> bool:
         """Its hill is at one."""
         return True
+
+    def leaves(self) -> list[Leaf]:
+        """Its peak."""
+        return [Leaf(self.peak, lambda value: replace(self, peak=value))]
 
     def placed(self, name: str) -> Iterator[tuple[str, float]]:
         """Its peak."""
@@ -377,6 +418,10 @@ class VelocityTable(Form):
         )
         return np.asarray((1.0 - weight) * first + weight * second)
 
+    def leaves(self) -> list[Leaf] | None:
+        """Those in its values."""
+        return _leaves_of(self.value, lambda value: VelocityTable(self.velocity, value))
+
     @property
     def has_arrays(self) -> bool:
         """Whether one of its values has values on a grid in it."""
@@ -455,6 +500,9 @@ class _Listed(Form):
             out[patch.cut] = as_form(part).values(asked.on(patch))
         return out
 
+    def leaves(self) -> list[Leaf] | None:
+        return _leaves_of(self.parts, list)
+
     @property
     def has_arrays(self) -> bool:
         return any(form.is_list or form.has_arrays for form in map(as_form, self.parts))
@@ -507,6 +555,7 @@ class _Values(Form):
     """A number, an array over the grid, or what is none of the forms and is refused."""
 
     given: Any
+    is_one: ClassVar[bool] = True
 
     def values(self, asked: Asked) -> Array:
         name, patches, n = asked.name, asked.patches, asked.points.shape[1]
@@ -535,6 +584,9 @@ class _Values(Form):
     @property
     def number(self) -> float | None:
         return float(self.given) if isinstance(self.given, (int, float)) else None
+
+    def leaves(self) -> list[Leaf] | None:
+        return None if self.number is None else [Leaf(self.number, float)]
 
     def carried(self, choices: Sequence[tuple[Grids, Grids]]) -> Any:
         if not isinstance(self.given, (list, tuple, np.ndarray)):

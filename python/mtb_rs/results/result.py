@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Unpack, overload
@@ -23,6 +23,7 @@ from ..bodies.elastic_body import BodyState
 from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..geometry.triangles import Surface
+from .derivatives import Differentiable, Functional, Tangent
 from .doors import pictures
 from .fields import Field as ResultField
 from .fields import fields_of, totals_of
@@ -357,7 +358,7 @@ class TangentialFields(Pictured):
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class Result(Judged, Pictured):
+class Result(Judged, Differentiable, Pictured):
     """The solved contact.
 
     Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, and (n,) where the
@@ -436,6 +437,7 @@ class Result(Judged, Pictured):
     coefficients: Array | None = None
     motion: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
+    _derived: Any = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
     )  # fmt: skip
@@ -473,7 +475,33 @@ class Result(Judged, Pictured):
 
     def _kept(self) -> Result:
         bodies = {side: getattr(self, side) and getattr(self, side).kept() for side in ("lower", "upper")}
-        return replace(self, parts=(), loaded=self.solids(), summary=input_data(self.summary), **bodies)
+        kept = {"parts": (), "loaded": self.solids(), "summary": input_data(self.summary), "_derived": None}
+        return replace(self, **kept, **bodies)
+
+    def _tangent(self) -> Tangent:
+        # made once: its factors serve all derivatives
+        made: Tangent | None = self.__dict__.get("_linearised")
+        if made is None:
+            made = self._source().tangent(self)
+            self.__dict__["_linearised"] = made
+        return made
+
+    def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
+        known: Mapping[str, Callable[[], Functional]] = self._source().functionals(self)
+        return known
+
+    def _source(self) -> Any:
+        if self._derived is not None:
+            return self._derived
+        if self.report.method != "direct":
+            raise ValueError(
+                f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"
+            )
+        raise ValueError("this result was loaded or is not converged: only a solved one has derivatives")
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without the matrices
+        return {name: value for name, value in self.__dict__.items() if name != "_linearised"}
 
     def states(self) -> dict[str, BodyState]:
         """The whole elastic bodies, by name: displacements, reactions and stresses inside.

@@ -38,6 +38,7 @@ from .auto import (
     finer_by,
     resolved,
 )
+from .derived import Derived
 from .posed import PosedScene
 from .taken import beyond
 
@@ -168,7 +169,8 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
         missed = f"No error can be estimated: it needs {needed}.{refused}"
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
-    return replace(result, report=report)
+    source = Derived(fixed, chosen.model, chosen.coupled)
+    return replace(result, report=report, _derived=source)
 
 
 def _missed(

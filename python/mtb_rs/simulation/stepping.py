@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -24,12 +24,15 @@ from ..base.words import Model
 from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
+from ..contact.tangent import Change, by_pull_field
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
+from ..results.derivatives import Differentiable, Functional, Tangent
 from ..results.plausible import of_deformation, width_of
 from ..results.result import Pictured
 from ..scenes.posed import PosedScene
 from . import fmu
+from .step_derivatives import StepDerived
 
 Array = NDArray[np.float64]
 
@@ -111,7 +114,7 @@ class StepGrid:
 @solved
 @dataclass(frozen=True)
 @plain
-class StepResult(Pictured):
+class StepResult(Differentiable, Pictured):
     """Contact load of a step. It can draw pressure, gap and status.
 
     Attributes
@@ -141,6 +144,7 @@ class StepResult(Pictured):
     _grid: StepGrid = field(repr=False)
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
+    _derived: StepDerived | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -177,11 +181,25 @@ class StepResult(Pictured):
 
     def _kept(self) -> StepResult:
         # without the matrices
-        return replace(self, _core=None, _pressure=self.pressure)
+        return replace(self, _core=None, _pressure=self.pressure, _derived=None)
+
+    def _tangent(self) -> Tangent:
+        return self._source().tangent
+
+    def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
+        return self._source().functionals(self)
+
+    def _source(self) -> StepDerived:
+        if self._derived is None:
+            raise ValueError(
+                "this step was loaded, copied or is not solved: only a step that its contact has solved has "
+                "derivatives"
+            )
+        return self._derived
 
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices
-        return self.__dict__ | {"_core": None, "_pressure": self.pressure}
+        return self.__dict__ | {"_core": None, "_pressure": self.pressure, "_derived": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -295,7 +313,7 @@ class PreparedContact:
         if state is not None:
             self._check_state(state)
             self._core.resume(state.pressure, state.motion)
-        out = self._core.step(place.tolist(), sliding, uniform, given)
+        out, tangent = self._core.step(place.tolist(), sliding, uniform, given)
         power = out.friction_power
         status, pull = out.status, self._pull(magnetic_pressure, uniform)
         if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
@@ -324,6 +342,7 @@ class PreparedContact:
             ),
             _grid=self._grid,
             _core=self._core,
+            _derived=None if tangent is None else self._derived(tangent, out, sliding, magnetic_pressure),
         )
         if out.status != "solved":
             raise _failure(out, result, uniform)
@@ -333,6 +352,14 @@ class PreparedContact:
             speed = float(np.hypot(*sliding))
             self._source.ask_once(self._asked, out.pressure, traction, magnetic_pressure, speed)
         return result
+
+    def _derived(
+        self, tangent: _mtb_rs.Tangent, out: _mtb_rs.Outcome, velocity: tuple[float, float], pull: Any
+    ) -> StepDerived:
+        by_field = None
+        if self._source is not None and self._source.is_pulled(pull):
+            by_field = self._source.by_pull_field
+        return StepDerived(self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field)
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
         """What presses the bodies together [N]; 0 where it is not known."""
@@ -571,6 +598,14 @@ class Source:
             if questions:
                 asked.add(name)
                 ask(questions)
+
+    def is_pulled(self, magnetic_pressure: Any) -> bool:
+        """Whether a magnetic pressure acts, the scene's own where None is given."""
+        return magnetic_pressure is not None or self.scene.magnetic_pressure is not None
+
+    def by_pull_field(self) -> Change:
+        """What a magnetic pressure at each point changes; of all free motions."""
+        return by_pull_field(self.problem, self.scene.attraction)
 
     def loads(self, magnetic_pressure: Any, speed: float) -> _mtb_rs.Loading:
         """Gap before contact and generalised load on each motion under a magnetic pressure."""

@@ -18,6 +18,7 @@ mod operator;
 mod prepared;
 mod problem;
 mod solid;
+mod tangent;
 mod tangential;
 mod tetra;
 mod wheelset;
@@ -57,6 +58,8 @@ mod _mtb_rs {
         block_mesh, check_unknowns, held_points, nearest_nodes, pole_mesh, quadratic_mesh,
         rail_lines, rail_mesh, tetrahedra,
     };
+    #[pymodule_export]
+    use super::tangent::PyTangent;
     #[pymodule_export]
     use super::tangential::{
         PyFoundationOutcome, PyFriction, PyPatchOperators, PyTangentialChange, PyTangentialOutcome,

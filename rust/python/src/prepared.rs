@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sliding contacts in a simulation.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use mtb_contact::Error;
 use mtb_contact::prepared::{Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table};
 use mtb_contact::problem::Attracted;
 use numpy::{
@@ -15,7 +16,8 @@ use pyo3::types::PyBytes;
 
 use crate::contact::flat;
 use crate::error::{apart, bad_input, enter};
-use crate::problem::{PyLoading, PyOutcome, PyProblem, body};
+use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, body};
+use crate::tangent::PyTangent;
 
 /// A prepared sliding contact with the memory of its last step.
 #[pyclass(frozen, name = "PreparedContact", module = "mtb_rs._mtb_rs")]
@@ -28,6 +30,14 @@ impl PyPreparedContact {
     fn of(prepared: Arc<Prepared>) -> Self {
         let contact = Mutex::new(PreparedContact::new(prepared.clone()));
         Self { prepared, contact }
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, PreparedContact> {
+        self.contact.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn prepared(&self) -> &Prepared {
+        &self.prepared
     }
 }
 
@@ -195,22 +205,26 @@ impl PyPreparedContact {
         motion: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<()> {
         let (pressure, motion) = (flat(&pressure, "pressure")?, flat(&motion, "motion")?);
-        enter(py, |_| {
-            let mut contact = self.contact.lock().unwrap_or_else(PoisonError::into_inner);
-            contact.resume(pressure, motion)
-        })
+        enter(py, |_| self.lock().resume(pressure, motion))
     }
 
-    /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads.
+    /// The contact points.
+    #[getter]
+    fn geometry(&self) -> PyContactGeometry {
+        PyContactGeometry(Arc::new(self.prepared.geometry.clone()))
+    }
+
+    /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
+    /// equations linearised about it, if it is solved.
     #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None))]
     fn step<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         pose: [f64; 6],
         velocity: [f64; 2],
         magnetic_pressure: Option<f64>,
         given: Option<&Bound<'py, PyLoading>>,
-    ) -> PyResult<PyOutcome> {
+    ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
         let pull = match (given, magnetic_pressure) {
             (Some(given), _) => Pull::Given {
                 gap: &given.get().0.gap,
@@ -224,10 +238,13 @@ impl PyPreparedContact {
             velocity,
             pull,
         };
-        let outcome = enter(py, |monitor| {
-            let mut contact = self.contact.lock().unwrap_or_else(PoisonError::into_inner);
-            contact.step(&step, monitor)
+        let contact = slf.get();
+        let (outcome, taken) = enter(py, |monitor| {
+            let mut contact = contact.lock();
+            let outcome = contact.step(&step, monitor)?;
+            Ok::<_, Error>((outcome, contact.taken().cloned()))
         })?;
-        PyOutcome::of(py, outcome)
+        let tangent = taken.map(|taken| PyTangent::of_step(slf.clone().unbind(), taken));
+        Ok((PyOutcome::of(py, outcome)?, tangent))
     }
 }

@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use crate::contact::{flat, status_name};
 use crate::error::{bad_input, enter};
 use crate::operator::{PyCompliance, rows3};
+use crate::tangent::{PyTangent, stacked};
 
 /// The contact points of a problem in the common frame.
 #[pyclass(frozen, name = "ContactGeometry", module = "mtb_rs._mtb_rs")]
@@ -106,6 +107,50 @@ impl PyContactGeometry {
             .mean_tractions(values)
             .into_pyarray(py)
             .reshape(shape)
+    }
+
+    /// Tangents (2, 3, n) of each point: along x, and across.
+    #[getter]
+    fn tangents<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let both = [&*self.0.tangent_x, &self.0.tangent_y].concat();
+        both.into_pyarray(py).reshape([2, 3, self.0.points()])
+    }
+
+    /// Weights (6, 3, n) of the unknowns that sum up to the components of the force [N] on the lower body and of its
+    /// moment [N m] about a point.
+    fn weights_of_resultants<'py>(
+        &self,
+        py: Python<'py>,
+        about: [f64; 3],
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let weights = self.0.weights_of_resultants(about).concat();
+        weights.into_pyarray(py).reshape([6, 3, self.0.points()])
+    }
+
+    /// Weights (k, n) of the unknowns that sum up to what weights (k, n) of their means do, about a pressure (n,).
+    fn weights_of_means<'py>(
+        &self,
+        py: Python<'py>,
+        weights: PyReadonlyArray2<'py, f64>,
+        pressure: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (n, k) = (self.0.points(), weights.shape()[0]);
+        let pressure = flat(&pressure, "pressure")?;
+        if weights.shape() != [k, n] || pressure.len() != n {
+            return Err(PyValueError::new_err(format!(
+                "weights has shape {:?} and pressure {}, expected (k, {n}) and {n}",
+                weights.shape(),
+                pressure.len()
+            )));
+        }
+        let weights = weights.as_slice().map_err(|e| bad_input(&e))?;
+        let rows: Vec<Vec<f64>> = (0..k)
+            .map(|i| {
+                self.0
+                    .weights_of_means(&weights[i * n..(i + 1) * n], pressure)
+            })
+            .collect();
+        stacked(py, n, rows.iter())
     }
 
     /// Loads (3, n) [N] of the points on the lower body, from the unknowns (3, n) [Pa].
@@ -511,5 +556,26 @@ impl PyProblem {
         enter(py, |monitor| {
             self.0.prepare(direction, is_frictional, monitor)
         })
+    }
+
+    /// The equations of a sliding state linearised about it: pressure, friction, slope of friction times pressure over
+    /// the pressure (n,) and direction (2, n); unless it `is_coupled`, friction opens and closes no gap.
+    fn tangent(
+        &self,
+        py: Python<'_>,
+        pressure: PyReadonlyArray1<'_, f64>,
+        friction: PyReadonlyArray1<'_, f64>,
+        slope: PyReadonlyArray1<'_, f64>,
+        direction: PyReadonlyArray2<'_, f64>,
+        is_coupled: bool,
+    ) -> PyResult<PyTangent> {
+        let (pressure, friction) = (flat(&pressure, "pressure")?, flat(&friction, "friction")?);
+        let (slope, direction) = (flat(&slope, "slope")?, rows2(&direction, "direction")?);
+        let linearised = enter(py, |monitor| {
+            self.0
+                .linearised(pressure, friction, slope, direction, is_coupled, monitor)
+        })?;
+        let (points, motions) = (self.0.points(), self.0.motions().len());
+        Ok(PyTangent::own(linearised, points, motions))
     }
 }

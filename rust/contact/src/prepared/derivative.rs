@@ -9,7 +9,7 @@ use super::{Prepared, PreparedContact, Pull, Step, rotation};
 use crate::error::Error;
 use crate::problem::{Geometry, Outcome};
 use crate::sliding::RigidMotion;
-use crate::stepping::{Found, SlidingState};
+use crate::stepping::{Found, Given, SlidingState, Tangent};
 
 /// The numbers of a step whose derivatives a [`Jacobian`] holds, in its order: force [N] and moment [N m] on the lower
 /// body, heat of sliding [W], largest mean pressure [Pa].
@@ -134,39 +134,37 @@ impl PreparedContact {
         monitor: Monitor<'_>,
     ) -> Result<Vec<Gradient>, Error> {
         let prepared = self.prepared.clone();
-        let mut tangent = self.stepper.tangent(&taken.state, monitor)?;
+        let inputs = prepared.inputs(taken)?;
+        let mut tangent = self.tangent(taken, monitor)?;
         let given = tangent.adjoint(of, monitor)?;
-        let path = Path::of(&prepared, taken)?;
-        Ok(given
-            .into_iter()
-            .map(|given| {
-                let mut work = vec![0.0; prepared.motions.len()];
-                for (&k, w) in taken.balanced.iter().zip(&given.work) {
-                    work[k] = *w;
-                }
-                let along = |row: &[f64]| {
-                    dot(&row[..given.gap.len()], &given.gap) + dot(&row[given.gap.len()..], &work)
-                };
-                let magnetic_pressure = prepared
-                    .magnetic
-                    .as_ref()
-                    .map_or(0.0, |[_, unit]| along(unit));
-                let mut velocity = [0, 1].map(|c| dot(&path.drag[c], &given.drag));
-                if let Some((loads, share)) = &path.loads {
-                    for (v, share) in velocity.iter_mut().zip(share) {
-                        *v += share * along(loads);
-                    }
-                }
-                Gradient {
-                    friction: tangent.by_friction(&given),
-                    pose: std::array::from_fn(|c| dot(&path.gap[c], &given.gap)),
-                    velocity,
-                    magnetic_pressure,
-                    gap: given.gap,
-                    work,
-                }
-            })
-            .collect())
+        let gradients = given.into_iter().map(|given| {
+            let mut work = vec![0.0; prepared.motions.len()];
+            for (&k, w) in taken.balanced.iter().zip(&given.work) {
+                work[k] = *w;
+            }
+            let by = |k: usize| inputs[k].dot(&given);
+            Gradient {
+                friction: tangent.by_friction(&given),
+                pose: std::array::from_fn(by),
+                velocity: [by(6), by(7)],
+                magnetic_pressure: by(8),
+                gap: given.gap,
+                work,
+            }
+        });
+        Ok(gradients.collect())
+    }
+
+    /// The equations linearised about a step: with the factors that are there, if it is the last one.
+    ///
+    /// # Errors
+    /// An interruption.
+    pub fn tangent<'a>(
+        &'a mut self,
+        taken: &'a Taken,
+        monitor: Monitor<'_>,
+    ) -> Result<Tangent<'a>, Error> {
+        self.stepper.tangent(&taken.state, monitor)
     }
 
     /// Derivatives of the load, the heat of sliding and the peak pressure of the last step by its pose, velocity
@@ -201,26 +199,15 @@ impl Prepared {
         let g = &self.geometry;
         let (n, m) = (g.points(), taken.balanced.len());
         let mut outputs = vec![Found::nothing(n, m); OUTPUTS.len()];
-        let [along_x, along_y, normal] = &g.mean_frame;
-        for i in 0..n {
-            let axes = [along_x, along_y, normal].map(|field| Geometry::vector(field, i));
-            let at = Geometry::vector(&g.points, i);
-            let arm: [f64; 3] = std::array::from_fn(|c| at[c] - self.reference_point[c]);
-            for (axis, vector) in axes.into_iter().enumerate() {
-                let turned: [f64; 3] = std::array::from_fn(|c| {
-                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-                    arm[a] * vector[b] - arm[b] * vector[a]
-                });
-                for (output, load) in outputs.iter_mut().zip(vector.into_iter().chain(turned)) {
-                    match axis {
-                        2 => output.pressure[i] = -g.area[i] * load,
-                        _ => output.traction[axis * n + i] = g.area[i] * load,
-                    }
-                }
-                if axis < 2 {
-                    let speed = taken.velocity[0] * vector[0] + taken.velocity[1] * vector[1];
-                    outputs[6].traction[axis * n + i] = g.area[i] * speed;
-                }
+        let resultants = g.weights_of_resultants(self.reference_point);
+        for (output, weights) in outputs.iter_mut().zip(&resultants) {
+            output.traction.copy_from_slice(&weights[..2 * n]);
+            output.pressure.copy_from_slice(&weights[2 * n..]);
+        }
+        // heat is what friction does along the velocity
+        for (weights, v) in resultants.iter().zip(taken.velocity) {
+            for (power, weight) in outputs[6].traction.iter_mut().zip(weights) {
+                *power += v * weight;
             }
         }
         let pressure = &taken.state.pressure;
@@ -233,6 +220,102 @@ impl Prepared {
         outputs
     }
 
+    /// What a unit of each of the [`INPUTS`] of a step changes in what its contact is given.
+    ///
+    /// # Errors
+    /// A speed outside the tables.
+    pub fn inputs(&self, taken: &Taken) -> Result<[Given; INPUTS.len()], Error> {
+        let g = &self.geometry;
+        let (n, m) = (g.points(), taken.balanced.len());
+        let mut inputs: [Given; INPUTS.len()] = std::array::from_fn(|_| Given::nothing(n, m));
+        self.add_pose_slopes(taken, &mut inputs[..6]);
+        if let Some([_, unit]) = &self.magnetic {
+            self.add_loads(taken, unit, 1.0, &mut inputs[8]);
+        }
+        let [x, y] = taken.velocity;
+        let speed = x.hypot(y);
+        let table = self.friction.at("friction", speed)?;
+        // friction is `table` times a share that falls to nothing with the speed
+        let (share, fall) = match self.standstill_speed {
+            Some(slow) if speed < slow => (speed / slow, 1.0 / slow),
+            _ => (1.0, 0.0),
+        };
+        if speed == 0.0 {
+            // setting off: friction grows with the speed
+            for (input, along) in inputs[6..8].iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
+                input.drag = g.sliding_direction(along)?;
+                for (k, drag) in input.drag.iter_mut().enumerate() {
+                    *drag *= fall * table[k % n];
+                }
+            }
+            return Ok(inputs);
+        }
+        let slope = self.friction.slope(speed);
+        let by_component = [x / speed, y / speed];
+        let d = &taken.state.direction;
+        for i in 0..n {
+            let tangents = [&g.tangent_x, &g.tangent_y].map(|field| Geometry::vector(field, i));
+            let [along, across] = tangents.map(|t| x * t[0] + y * t[1]);
+            let length = along.hypot(across);
+            let by_speed = share * slope[i] + fall * table[i];
+            for c in 0..2 {
+                let along = tangents.map(|t| t[c]);
+                let radial = along[0] * d[i] + along[1] * d[n + i];
+                for axis in 0..2 {
+                    let at = axis * n + i;
+                    let turned = (along[axis] - radial * d[at]) / length;
+                    inputs[6 + c].drag[at] =
+                        by_component[c] * by_speed * d[at] + taken.state.friction[i] * turned;
+                }
+            }
+        }
+        if taken.is_scene {
+            let loads = self.loads.slope(speed);
+            for (input, share) in inputs[6..8].iter_mut().zip(by_component) {
+                self.add_loads(taken, &loads, share, input);
+            }
+        }
+        Ok(inputs)
+    }
+
+    /// Adds `share` of a row of loads: gap, then work on each motion.
+    fn add_loads(&self, taken: &Taken, row: &[f64], share: f64, to: &mut Given) {
+        let (gap, work) = row.split_at(self.geometry.points());
+        for (to, gap) in to.gap.iter_mut().zip(gap) {
+            *to += share * gap;
+        }
+        for (to, &k) in to.work.iter_mut().zip(&taken.balanced) {
+            *to += share * work[k];
+        }
+    }
+
+    /// Gaps by each component of the pose; none by those found from balance.
+    fn add_pose_slopes(&self, taken: &Taken, inputs: &mut [Given]) {
+        let g = &self.geometry;
+        let known = taken.pose.map(|v| if v.is_nan() { 0.0 } else { v });
+        let turned = rotation_slopes(known[3], known[4], known[5]);
+        for (c, input) in inputs.iter_mut().enumerate() {
+            let mut balanced = taken.balanced.iter().map(|&k| &self.motions[k]);
+            if balanced.any(|motion| motion.component == Some(c)) {
+                continue;
+            }
+            for (i, gap) in input.gap.iter_mut().enumerate() {
+                let normal = Geometry::vector(&g.mean_frame[2], i);
+                if c < 3 {
+                    *gap = normal[c];
+                    continue;
+                }
+                let at = Geometry::vector(&g.points, i);
+                for row in 0..3 {
+                    for column in 0..3 {
+                        let arm = at[column] - self.reference_point[column];
+                        *gap += normal[row] * turned[c - 3][row][column] * arm;
+                    }
+                }
+            }
+        }
+    }
+
     /// Heat of sliding [W] of tractions (2n) by a velocity of 1 m/s along x, and along y.
     pub fn power_by_velocity(&self, traction: &[f64]) -> [f64; 2] {
         let g = &self.geometry;
@@ -242,95 +325,6 @@ impl Prepared {
                 .map(|k| g.area[k % n] * traction[k] * g.mean_frame[k / n][c * n + k % n])
                 .sum()
         })
-    }
-}
-
-/// What a small change of the pose or of the velocity changes in the contact.
-struct Path {
-    /// Gap (n) by each component of the pose.
-    gap: Vec<Vec<f64>>,
-    /// Friction times direction (2n) by each component of the velocity.
-    drag: [Vec<f64>; 2],
-    /// Loads (n + m) by the speed, and the speed by each component of the velocity; of the scene's own loads.
-    loads: Option<(Vec<f64>, [f64; 2])>,
-}
-
-impl Path {
-    fn of(prepared: &Prepared, taken: &Taken) -> Result<Self, Error> {
-        let g = &prepared.geometry;
-        let n = g.points();
-        let known = taken.pose.map(|v| if v.is_nan() { 0.0 } else { v });
-        let turned = rotation_slopes(known[3], known[4], known[5]);
-        let mut gap = vec![vec![0.0; n]; 6];
-        let is_free = |c: usize| {
-            let mut motions = taken.balanced.iter().map(|&k| &prepared.motions[k]);
-            motions.any(|motion| motion.component == Some(c))
-        };
-        for (c, gap) in gap.iter_mut().enumerate().filter(|(c, _)| !is_free(*c)) {
-            for (i, gap) in gap.iter_mut().enumerate() {
-                let normal = Geometry::vector(&g.mean_frame[2], i);
-                if c < 3 {
-                    *gap = normal[c];
-                    continue;
-                }
-                let at = Geometry::vector(&g.points, i);
-                for row in 0..3 {
-                    for column in 0..3 {
-                        let arm = at[column] - prepared.reference_point[column];
-                        *gap += normal[row] * turned[c - 3][row][column] * arm;
-                    }
-                }
-            }
-        }
-        let [x, y] = taken.velocity;
-        let speed = x.hypot(y);
-        let table = prepared.friction.at("friction", speed)?;
-        let slope = prepared.friction.slope(speed);
-        // friction is `table` times a share that falls to nothing with the speed
-        let (share, fall) = match prepared.standstill_speed {
-            Some(slow) if speed < slow => (speed / slow, 1.0 / slow),
-            _ => (1.0, 0.0),
-        };
-        let axes = [[1.0, 0.0], [0.0, 1.0]];
-        if speed == 0.0 {
-            // setting off: friction grows with the speed
-            let drag = axes.map(|along| -> Result<Vec<f64>, Error> {
-                let direction = g.sliding_direction(along)?;
-                let along = direction.iter().enumerate();
-                Ok(along.map(|(i, d)| d * fall * table[i % n]).collect())
-            });
-            let [x, y] = drag;
-            return Ok(Self {
-                gap,
-                drag: [x?, y?],
-                loads: None,
-            });
-        }
-        let by_component = [x / speed, y / speed];
-        let d = &taken.state.direction;
-        let mut drag = [vec![0.0; 2 * n], vec![0.0; 2 * n]];
-        for i in 0..n {
-            let tangents = [&g.tangent_x, &g.tangent_y].map(|field| Geometry::vector(field, i));
-            let length = tangents
-                .map(|t| x * t[0] + y * t[1])
-                .into_iter()
-                .fold(0.0, f64::hypot);
-            let by_speed = share * slope[i] + fall * table[i];
-            for (c, drag) in drag.iter_mut().enumerate() {
-                let along = tangents.map(|t| t[c]);
-                let radial = along[0] * d[i] + along[1] * d[n + i];
-                for axis in 0..2 {
-                    let at = axis * n + i;
-                    let turned = (along[axis] - radial * d[at]) / length;
-                    drag[at] =
-                        by_component[c] * by_speed * d[at] + taken.state.friction[i] * turned;
-                }
-            }
-        }
-        let loads = taken
-            .is_scene
-            .then(|| (prepared.loads.slope(speed), by_component));
-        Ok(Self { gap, drag, loads })
     }
 }
 
@@ -357,8 +351,4 @@ fn rotation_slopes(roll: f64, pitch: f64, yaw: f64) -> [[[f64; 3]; 3]; 3] {
             })
         })
     })
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    mtb_operator::krylov::dot(a, b)
 }

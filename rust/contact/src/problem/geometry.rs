@@ -179,6 +179,28 @@ impl Geometry {
         out
     }
 
+    /// Weights (3n) of the tractions along both tangents and of the pressures [Pa] that sum up to each component of
+    /// the force [N] on the lower body, then of its moment [N m] about the point `about`.
+    pub fn weights_of_resultants(&self, about: [f64; 3]) -> [Vec<f64>; 6] {
+        let n = self.points();
+        let mut weights: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; 3 * n]);
+        for i in 0..n {
+            let at = Self::vector(&self.points, i);
+            let arm: [f64; 3] = std::array::from_fn(|c| at[c] - about[c]);
+            for axis in 0..3 {
+                let mut unit = [0.0; 3];
+                unit[axis] = 1.0;
+                let load = self.load(i, unit);
+                for c in 0..3 {
+                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                    weights[c][axis * n + i] = load[c];
+                    weights[3 + c][axis * n + i] = arm[a] * load[b] - arm[b] * load[a];
+                }
+            }
+        }
+        weights
+    }
+
     /// Load [N] of a point on the lower body from its tractions along both tangents and its pressure [Pa].
     fn load(&self, point: usize, [qx, qy, p]: [f64; 3]) -> [f64; 3] {
         let [tx, ty, normal] = [0, 1, 2].map(|axis| Self::vector(&self.mean_frame[axis], point));

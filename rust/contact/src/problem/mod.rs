@@ -22,6 +22,7 @@ use mtb_operator::{Compliance, Monitor, Relative};
 use crate::coupled::{Coupled, CoupledContact, PATH_TOLERANCE};
 use crate::error::{Error, check};
 use crate::sliding::{SlidingContact, SlidingMatrix};
+use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
 pub use outcome::Outcome;
@@ -242,6 +243,37 @@ impl Problem {
         let motions = self.loaded(&vec![0.0; self.motions.len()]);
         kept.matrix
             .wedging_factor(&self.geometry.area, friction, &motions, monitor)
+    }
+
+    /// The equations of a sliding state, linearised about it: `pressure` (n) [Pa], `friction` (n) and the `slope` (n)
+    /// of friction times pressure over the pressure, which is the friction itself unless it follows the pressure.
+    /// Unless it `is_coupled`, friction opens and closes no gap.
+    ///
+    /// # Errors
+    /// As [`Problem::slide`].
+    pub fn linearised(
+        &self,
+        pressure: &[f64],
+        friction: &[f64],
+        slope: &[f64],
+        direction: &[f64],
+        is_coupled: bool,
+        monitor: Monitor<'_>,
+    ) -> Result<Linearised, Error> {
+        let influence = if is_coupled {
+            Influence::of(&self.pair, monitor)?
+        } else {
+            Influence::uncoupled(&self.pair, monitor)?
+        };
+        let state = SlidingState {
+            area: self.geometry.area.clone(),
+            pressure: pressure.to_vec(),
+            friction: friction.to_vec(),
+            slope: slope.to_vec(),
+            direction: direction.to_vec(),
+            motions: self.loaded(&vec![0.0; self.motions.len()]),
+        };
+        Linearised::new(Arc::new(influence), state, monitor)
     }
 
     /// Presses the bodies together without friction, then displaces the points of the upper body in steps to

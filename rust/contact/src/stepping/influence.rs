@@ -23,26 +23,32 @@ impl Influence {
     /// # Errors
     /// More points than the memory holds; an interruption by the monitor.
     pub fn of(compliance: &dyn Compliance, monitor: Monitor<'_>) -> Result<Self, Error> {
-        let n = compliance.points();
+        let made = Self::uncoupled(compliance, monitor)?;
+        let n = made.points;
         // three blocks, the one being turned, and the factors
         let needed = 48.0 * (n as f64).powi(2) + 3.0 * compliance.influence_memory();
         check_factors(n, needed)?;
-        let block = |component| -> Result<Vec<f64>, Error> {
-            let mut rows = vec![0.0; n * n];
-            compliance.add_influence(Component::Normal, component, 1.0, &mut rows);
-            report(monitor, 0, f64::NAN)?;
-            let columns = transposed(&rows, n);
-            report(monitor, 0, f64::NAN)?;
-            Ok(columns)
+        let noise = 1e-14 * largest(&made.normal);
+        let coupled = |axis| {
+            let block = columns_of(compliance, axis, monitor);
+            block.map(|b| Some(b).filter(|b| largest(b) > noise))
         };
-        let normal = block(Component::Normal)?;
-        let noise = 1e-14 * largest(&normal);
-        let coupled = |axis| block(axis).map(|b| Some(b).filter(|b| largest(b) > noise));
         let along = [coupled(Component::X)?, coupled(Component::Y)?];
+        Ok(Self { along, ..made })
+    }
+
+    /// The same of pressures alone: friction opens and closes no gap.
+    ///
+    /// # Errors
+    /// As [`Influence::of`].
+    pub fn uncoupled(compliance: &dyn Compliance, monitor: Monitor<'_>) -> Result<Self, Error> {
+        let n = compliance.points();
+        let needed = 24.0 * (n as f64).powi(2) + compliance.influence_memory();
+        check_factors(n, needed)?;
         Ok(Self {
             points: n,
-            normal,
-            along,
+            normal: columns_of(compliance, Component::Normal, monitor)?,
+            along: [None, None],
         })
     }
 
@@ -188,6 +194,21 @@ impl Influence {
         }
         (rows, symmetric)
     }
+}
+
+/// The influence of a component of the traction on the gap, column by column.
+fn columns_of(
+    compliance: &dyn Compliance,
+    component: Component,
+    monitor: Monitor<'_>,
+) -> Result<Vec<f64>, Error> {
+    let n = compliance.points();
+    let mut rows = vec![0.0; n * n];
+    compliance.add_influence(Component::Normal, component, 1.0, &mut rows);
+    report(monitor, 0, f64::NAN)?;
+    let columns = transposed(&rows, n);
+    report(monitor, 0, f64::NAN)?;
+    Ok(columns)
 }
 
 /// Products with `C_nn + C_nx drag_x + C_ny drag_y`: the sum is formed once a friction has lasted for some of them.

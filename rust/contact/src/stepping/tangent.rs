@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 use mtb_operator::Monitor;
+use mtb_operator::krylov::dot;
 
 use super::bordered::Bordered;
 use super::influence::Influence;
@@ -66,6 +67,13 @@ impl Given {
             work: vec![0.0; motions],
             drag: vec![0.0; 2 * points],
         }
+    }
+
+    /// Sum of the products of a change and a gradient: the change of the number that the gradient is of.
+    pub fn dot(&self, gradient: &Self) -> f64 {
+        dot(&self.gap, &gradient.gap)
+            + dot(&self.work, &gradient.work)
+            + dot(&self.drag, &gradient.drag)
     }
 }
 
@@ -193,7 +201,7 @@ impl<'a> Tangent<'a> {
         let zero = Mat::zeros(n, changes.len());
         let [x, y] =
             [0, 1].map(|axis| Mat::from_fn(n, changes.len(), |i, j| drags[j][axis * n + i]));
-        let mut opened = self.openings(&zero, [&x, &y]);
+        let mut opened = self.influence.products(&zero, [&x, &y]);
         for (j, change) in changes.iter().enumerate() {
             for (i, gap) in change.gap.iter().enumerate() {
                 opened[(i, j)] += gap;
@@ -218,7 +226,7 @@ impl<'a> Tangent<'a> {
                 self.slope[axis * n + i] * pressure[(i, j)]
             })
         });
-        opened += self.openings(&pressure, [&x, &y]);
+        opened += self.influence.products(&pressure, [&x, &y]);
         let mut answers = Vec::new();
         for j in 0..changes.len() {
             let mut answer = Found::nothing(n, m);
@@ -337,6 +345,22 @@ impl<'a> Tangent<'a> {
         along.map(|(i, g)| g * self.state.friction[i % n]).collect()
     }
 
+    /// What pressures and friction of the state open the gaps by (n) [m].
+    pub fn opening(&self) -> Vec<f64> {
+        let n = self.count();
+        let (p, mu, d) = (
+            &self.state.pressure,
+            &self.state.friction,
+            &self.state.direction,
+        );
+        let pressure = Mat::from_fn(n, 1, |i, _| p[i]);
+        let [x, y] = [0, 1].map(|axis| Mat::from_fn(n, 1, |i, _| d[axis * n + i] * mu[i] * p[i]));
+        self.influence
+            .products(&pressure, [&x, &y])
+            .col_as_slice(0)
+            .to_vec()
+    }
+
     /// The state.
     pub fn state(&self) -> &SlidingState {
         self.state
@@ -344,11 +368,6 @@ impl<'a> Tangent<'a> {
 
     fn count(&self) -> usize {
         self.state.pressure.len()
-    }
-
-    /// Gaps (n) that pressures and tractions open, a column each.
-    fn openings(&self, pressure: &Mat<f64>, traction: [&Mat<f64>; 2]) -> Mat<f64> {
-        self.influence.products(pressure, traction)
     }
 
     /// Weights of pressures (n) that weights of gaps (n) amount to, a column each.
@@ -396,7 +415,7 @@ impl<'a> Tangent<'a> {
                     self.slope[axis * n + i] * spread[(i, j)]
                 })
             });
-            self.openings(&spread, [&along, &across])
+            self.influence.products(&spread, [&along, &across])
         };
         let mut out = Mat::zeros(k + m, x.ncols());
         for j in 0..x.ncols() {

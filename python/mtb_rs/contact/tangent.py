@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A sliding contact, linearised about its state: what the core gives, in the words of results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.plain import plain
+from ..base.words import Attraction
+from ..results.derivatives import Margin
+from .problem import ContactProblem
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+@plain
+class Change:
+    """What some numbers change in a sliding contact, by a unit of each of them; None: nothing.
+
+    Attributes
+    ----------
+    gap : (l, n) [m]
+    work : (l, m) [J]
+    drag : (l, 2, n)
+        Friction coefficient times direction of sliding.
+    """
+
+    gap: Array | None = None
+    work: Array | None = None
+    drag: Array | None = None
+
+    def weighted(self, by: Given) -> Array:
+        """What they change (k, l) in k numbers whose gradients are given."""
+        parts = [
+            of @ np.reshape(own, (len(own), -1)).T
+            for own, of in ((self.gap, by.gap), (self.work, by.work), (self.drag, by.drag))
+            if own is not None
+        ]
+        return np.asarray(sum(parts))
+
+    def of(self, values: Array, points: int, motions: int) -> Given:
+        """What k changes (k, l) of the numbers do."""
+        k = len(values)
+        own = [
+            np.zeros((k, size)) if part is None else values @ np.reshape(part, (len(part), size))
+            for part, size in ((self.gap, points), (self.work, motions), (self.drag, 2 * points))
+        ]
+        return Given(*own)
+
+
+@dataclass(frozen=True)
+class Given:
+    """Changes of what the core is given, or gradients by it: gap (k, n), work (k, m), drag (k, 2n)."""
+
+    gap: Array
+    work: Array
+    drag: Array
+
+
+@dataclass(frozen=True)
+class Points:
+    """How fields over the points of a result are those of its contact points.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Of a field of the result.
+    kept : (n,) int or None
+        The contact points among those of the result; None: all of them.
+    frame : (2, 3, n)
+        Tangents of each point.
+    geometry : ContactGeometry
+        Of the core: what means are.
+    pressure : (n,) [Pa]
+        Unknowns.
+    """
+
+    shape: Shape
+    kept: NDArray[np.intp] | None
+    frame: Array
+    geometry: _mtb_rs.ContactGeometry
+    pressure: Array
+
+    def on_points(self, field: Array, lead: int = 1) -> Array:
+        """A field (..., *shape) at the contact points (..., n), with `lead` axes in front."""
+        flat = np.reshape(field, (*field.shape[:lead], -1))
+        return flat if self.kept is None else flat[..., self.kept]
+
+    def on_grid(self, values: Array) -> Array:
+        """Values (..., n) of the contact points as a field (..., *shape), with zeros beside them."""
+        if self.kept is not None:
+            whole = np.zeros((*values.shape[:-1], int(np.prod(self.shape))))
+            whole[..., self.kept] = values
+            values = whole
+        return np.reshape(values, (*values.shape[:-1], *self.shape))
+
+    def means(self, values: Array) -> Array:
+        """Changes (k, n) of means by those of the unknowns."""
+        if self.mean_weights is None:
+            return values
+        return values @ self.mean_weights
+
+    def of_means(self, weights: Array) -> Array:
+        """Weights (k, n) of the unknowns that do what weights of their means do."""
+        return self.geometry.weights_of_means(np.ascontiguousarray(weights), self.pressure)
+
+    @cached_property
+    def mean_weights(self) -> Array | None:
+        """Weights of the unknowns (n, means) in each mean; None where means are the unknowns."""
+        n = self.pressure.size
+        probe = np.arange(1.0, n + 1.0)[None]
+        if np.array_equal(self.of_means(probe), probe):
+            return None
+        return np.ascontiguousarray(self.of_means(np.eye(n)).T)
+
+
+class SlidingTangent:
+    """The linearised equations of a sliding contact; see :class:`mtb_rs.results.derivatives.Tangent`.
+
+    Parameters
+    ----------
+    core : Tangent
+    points : Points
+    motions : int
+    friction : (n,)
+    direction : (2, n)
+    named : Mapping of name to (shape, what a unit of each of its numbers changes)
+        Inputs besides the gap and the friction coefficient at each point.
+    gap : (n,) [m]
+        Of the state.
+    wedging : float or None
+        The wedging margin of the state, where it is known.
+    """
+
+    def __init__(
+        self,
+        core: _mtb_rs.Tangent,
+        points: Points,
+        motions: int,
+        friction: Array,
+        direction: Array,
+        named: Mapping[str, tuple[Shape, Callable[[], Change]]],
+        gap: Array,
+        wedging: float | None = None,
+    ) -> None:
+        self._core = core
+        self._points = points
+        self._motions = motions
+        self._friction = friction
+        self._direction = direction
+        self._named = dict(named)
+        self._made: dict[str, Change] = {}
+        self._gap = gap
+        self._wedging = wedging
+        shape = points.shape
+        self.inputs: dict[str, Shape] = {"gap": shape, "friction_field": shape}
+        self.inputs |= {name: given[0] for name, given in named.items()}
+        self.fields: dict[str, Shape] = {
+            "pressure": shape,
+            "traction": (3, *shape),
+            "gap": shape,
+            "motion": (motions,),
+            "unknowns": (3, points.pressure.size),
+        }
+
+    @cached_property
+    def margin(self) -> Margin:
+        """How near points are to coming into contact or leaving it."""
+        pressure = self._points.pressure
+        contact = pressure > 0.0
+        if not contact.any():
+            return Margin(np.inf, np.inf, wedging=self._wedging)
+        beside, moved = self._gap[~contact], float(np.abs(self._core.opening()[contact]).max())
+        return Margin(
+            pressure=float(pressure[contact].min() / pressure.max()),
+            gap=float(beside.min() / moved) if beside.size else np.inf,
+            wedging=self._wedging,
+        )
+
+    def change(self, name: str) -> Change:
+        """What a unit of each number of an input changes."""
+        if name not in self._made:
+            self._made[name] = self._named[name][1]()
+        return self._made[name]
+
+    def forward(self, changes: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Changes (k, ...) of all fields by those of inputs (k, ...)."""
+        points, n, m = self._points, self._points.pressure.size, self._motions
+        k = len(next(iter(changes.values())))
+        gap, work, drag = np.zeros((k, n)), np.zeros((k, m)), np.zeros((k, 2 * n))
+        for name, values in changes.items():
+            if name == "gap":
+                gap += points.on_points(values)
+            elif name == "friction_field":
+                drag += (points.on_points(values)[:, None] * self._direction).reshape(k, -1)
+            else:
+                given = self.change(name).of(np.reshape(values, (k, -1)), n, m)
+                gap, work, drag = gap + given.gap, work + given.work, drag + given.drag
+        pressure, traction, opened, motion = self._core.forward(gap, work, drag)
+        local = traction.reshape(k, 2, n)
+        mean = points.means(local.reshape(2 * k, n)).reshape(k, 2, n)
+        return {
+            "pressure": points.on_grid(points.means(pressure)),
+            "traction": points.on_grid(np.einsum("acn,kan->kcn", points.frame, mean)),
+            "gap": points.on_grid(opened),
+            "motion": motion,
+            "unknowns": np.concatenate([local, pressure[:, None]], axis=1),
+        }
+
+    def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Gradients (k, ...) by the inputs, each made when it is asked for."""
+        points, n = self._points, self._points.pressure.size
+        k = len(next(iter(weights.values())))
+        unknowns = np.array(weights.get("unknowns", np.zeros((k, 3, n))))
+        if "pressure" in weights:
+            unknowns[:, 2] += points.of_means(points.on_points(weights["pressure"]))
+        if "traction" in weights:
+            local = np.einsum("acn,kcn->kan", points.frame, points.on_points(weights["traction"], 2))
+            own = points.of_means(np.ascontiguousarray(local.reshape(2 * k, n)))
+            unknowns[:, :2] += own.reshape(k, 2, n)
+        gap = points.on_points(weights["gap"]) if "gap" in weights else np.zeros((k, n))
+        motion = weights.get("motion", np.zeros((k, self._motions)))
+        given = Given(
+            *self._core.adjoint(
+                np.ascontiguousarray(unknowns[:, 2]),
+                np.ascontiguousarray(unknowns[:, :2].reshape(k, -1)),
+                np.ascontiguousarray(gap),
+                np.ascontiguousarray(motion),
+            )
+        )
+        return _Gradients(self, given)
+
+    def by(self, name: str, given: Given) -> Array:
+        """The gradient (k, ...) by an input."""
+        points, k = self._points, len(given.gap)
+        if name == "gap":
+            return points.on_grid(given.gap)
+        if name == "friction_field":
+            n = points.pressure.size
+            return points.on_grid(np.einsum("an,kan->kn", self._direction, given.drag.reshape(k, 2, n)))
+        return self.change(name).weighted(given).reshape(k, *self.inputs[name])
+
+
+class _Gradients(Mapping[str, Array]):
+    """Gradients by the inputs of a tangent, each made when it is asked for."""
+
+    def __init__(self, tangent: SlidingTangent, given: Given) -> None:
+        self._tangent = tangent
+        self._given = given
+
+    def __getitem__(self, by: str) -> Array:
+        return self._tangent.by(by, self._given)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._tangent.inputs)
+
+    def __len__(self) -> int:
+        return len(self._tangent.inputs)
+
+
+def peak_weight(pressure: Array) -> Array:
+    """The weight that a peak has: 1 at the point where it is now."""
+    weight = np.zeros(pressure.shape)
+    weight.flat[pressure.argmax()] = 1.0
+    return weight
+
+
+def by_pull_field(problem: ContactProblem, attraction: Attraction) -> Change:
+    """What a magnetic pressure at each contact point changes: gap and work on each free motion."""
+    n, m = problem.n, len(problem.relative_motions)
+    gap, work = np.zeros((n, n)), np.zeros((n, m))
+    sides = [(problem.upper, 0)]
+    if attraction == "both":
+        sides.append((problem.lower, problem.upper.work.size))
+    for side, first in sides:
+        if side.compliance is not None and side.is_pulled_at_face:
+            gap -= np.asarray(side.compliance.influence("n", "n")).T
+        own = slice(first, first + side.work.size)
+        opening = problem.relative_motions[own, 2]
+        work[:, own] -= (np.where(side.is_pulled[:, None], opening, 0.0) * problem.area).T
+    return Change(gap=gap, work=work)

@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Exact derivatives of results: of any number in them, by all that was given."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import meant
+from ..base.plain import plain
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+
+#: Most numbers of a derivative of a field by a field.
+_MOST = 50_000_000
+
+
+@dataclass(frozen=True)
+@plain
+class Margin:
+    """How far a state is from those whose derivatives have two sides.
+
+    Derivatives hold as long as no point comes into contact or leaves it, begins to slip or to stick. The
+    margin says by how much the nearest point would have to change; at 0 the derivatives are those of one
+    side.
+
+    Attributes
+    ----------
+    pressure : float [-]
+        Smallest pressure of a point in contact, over the largest one.
+    gap : float [-]
+        Smallest gap of a point beside the contact, over the largest elastic displacement.
+    stick : float or None [-]
+        Smallest distance of the traction from its bound where points stick, over the largest bound.
+    slip : float or None [-]
+        Smallest slip where points slip, over the largest one.
+    wedging : float or None [-]
+        `wedging_margin` of the report. Near 1 the derivatives grow without limit.
+    """
+
+    pressure: float
+    gap: float
+    stick: float | None = None
+    slip: float | None = None
+    wedging: float | None = None
+
+    @property
+    def smallest(self) -> float:
+        """The smallest of the distances of points."""
+        return min(v for v in (self.pressure, self.gap, self.stick, self.slip) if v is not None)
+
+
+class Tangent(Protocol):
+    """The equations of a solved state, linearised about it.
+
+    Attributes
+    ----------
+    fields : Mapping of name to shape
+        What is found, of which sums can be derived.
+    inputs : Mapping of name to shape
+        What is given, by which they can be derived.
+    margin : Margin
+    """
+
+    @property
+    def fields(self) -> Mapping[str, Shape]: ...
+
+    @property
+    def inputs(self) -> Mapping[str, Shape]: ...
+
+    @property
+    def margin(self) -> Margin: ...
+
+    def forward(self, changes: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Changes (k, ...) of all fields by k small changes (k, ...) of what is given."""
+
+    def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Gradients (k, ...) by all inputs of k sums of fields with the `weights` (k, ...)."""
+
+
+@dataclass(frozen=True)
+class Functional:
+    """Numbers of a result as sums of its fields, near its state.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Of the numbers; () for a single one.
+    weights : Mapping of field to (k, ...)
+    explicit : Mapping of input to (k, ...)
+        Derivatives by what is given while all fields stay as they are.
+    """
+
+    shape: Shape
+    weights: Mapping[str, Array]
+    explicit: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        return math.prod(self.shape)
+
+    @classmethod
+    def of_one(cls, **weights: Array) -> Functional:
+        """Of a single number."""
+        return cls((), {name: np.asarray(w)[None] for name, w in weights.items()})
+
+
+class Gradient(Mapping[str, Any]):
+    """Derivatives of numbers by all that was given: one entry for each input, computed when it is asked for.
+
+    The entry of an input has the shape of the numbers, followed by that of the input.
+    """
+
+    def __init__(self, inputs: Mapping[str, Shape], entry: Callable[[str], Any]) -> None:
+        self._inputs = dict(inputs)
+        self._entry = entry
+        self._known: dict[str, Any] = {}
+
+    def __getitem__(self, by: str) -> Any:
+        if by not in self._inputs:
+            raise KeyError(by)
+        if by not in self._known:
+            self._known[by] = self._entry(by)
+        return self._known[by]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._inputs)
+
+    def __len__(self) -> int:
+        return len(self._inputs)
+
+    def __repr__(self) -> str:
+        return f"<Gradient by {', '.join(self._inputs)}>"
+
+
+class Differentiable(ABC):
+    """A result that has derivatives."""
+
+    @abstractmethod
+    def _tangent(self) -> Tangent:
+        """Its linearised equations; ValueError if there are none, with the reason."""
+
+    @abstractmethod
+    def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
+        """Its numbers that have derivatives, by name, besides its fields."""
+
+    def derivative(self, of: Any, by: str) -> Any:
+        """Exact derivative of a number or a field of the result by something that was given.
+
+        The points in contact stay the same, and so do those that slip: see :meth:`margin`. One linear solve
+        with the matrix of the solution gives a derivative by a number; one with the transposed matrix gives
+        those of a number by everything.
+
+        Parameters
+        ----------
+        of : str, Mapping or callable
+            What is derived:
+
+            - the name of a number, such as "force", "moment", "approach", "peak_pressure" or "mean_pressure",
+              or of a field, such as "pressure";
+            - weights of fields, ``{"pressure": w}`` with `w` of the shape of the field: the derivative is
+              that of the sum of `w` times the field. The load on a region is ``{"pressure": area * region}``;
+            - a function of the result that returns a number and its own gradient by fields, ``(value,
+              {"pressure": gradient})``.
+        by : str
+            What was given, such as "gap", "friction", "force", "magnetic_pressure"; an error lists all.
+
+        Returns
+        -------
+        float or array
+            The shape of the number or field, followed by that of what was given. SI units.
+
+        Raises
+        ------
+        ValueError
+            If the result has no such number, field or input, or no derivatives.
+        """
+        tangent = self._tangent()
+        inputs = tangent.inputs
+        _known("by", by, inputs)
+        if isinstance(of, str) and of in tangent.fields:
+            found, given = tangent.fields[of], inputs[by]
+            _refuse_large(of, by, math.prod(found) * math.prod(given))
+            if math.prod(given) < math.prod(found):
+                changes = _units(given)
+                rows = np.asarray(tangent.forward({by: changes})[of])
+                return _number(np.moveaxis(rows, 0, -1).reshape((*found, *given)))
+            functional = Functional(found, {of: _units(found)})
+        else:
+            functional = self._functional(of, tangent)
+        return _by(functional, tangent.adjoint(functional.weights), by, inputs[by])
+
+    def gradient(self, of: Any) -> Gradient:
+        """Exact derivatives of a number of the result by all that was given, from one transposed solve.
+
+        Parameters
+        ----------
+        of : str, Mapping or callable
+            As of :meth:`derivative`.
+
+        Returns
+        -------
+        Gradient
+            A mapping of each input to the derivative by it.
+
+        Raises
+        ------
+        ValueError
+            If the result has no such number or field, or no derivatives.
+        """
+        tangent = self._tangent()
+        if isinstance(of, str) and of in tangent.fields:
+            shape = tangent.fields[of]
+            functional = Functional(shape, {of: _units(shape)})
+        else:
+            functional = self._functional(of, tangent)
+        found = tangent.adjoint(functional.weights)
+        inputs = tangent.inputs
+        return Gradient(inputs, lambda by: _by(functional, found, by, inputs[by]))
+
+    def margin(self) -> Margin:
+        """How far the state is from one whose derivatives differ on the two sides of it.
+
+        Raises
+        ------
+        ValueError
+            If the result has no derivatives.
+        """
+        return self._tangent().margin
+
+    def _functional(self, of: Any, tangent: Tangent) -> Functional:
+        if isinstance(of, str):
+            known = self._functionals()
+            _known("of", of, {**known, **tangent.fields})
+            return known[of]()
+        weights = of
+        if not isinstance(of, Mapping):
+            if not callable(of):
+                raise ValueError(
+                    f"of is {of!r}: a name, weights of fields, or a function of the result is needed"
+                )
+            told = of(self)
+            if not (isinstance(told, tuple) and len(told) == 2 and isinstance(told[1], Mapping)):
+                raise ValueError(
+                    "of is a function that does not return (value, {field: gradient}): both are needed"
+                )
+            weights = told[1]
+        return Functional((), {name: _weight(name, w, tangent)[None] for name, w in weights.items()})
+
+
+def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
+    _known("a weight in of", name, tangent.fields)
+    values = np.asarray(given, dtype=float)
+    shape = tangent.fields[name]
+    if values.shape != shape:
+        try:
+            values = np.broadcast_to(values, shape)
+        except ValueError:
+            raise ValueError(f"of[{name!r}] has shape {values.shape}: {shape} is needed") from None
+    if not np.isfinite(values).all():
+        raise ValueError(f"of[{name!r}] is not finite everywhere: finite weights are needed")
+    return np.ascontiguousarray(values)
+
+
+def _known(what: str, name: Any, names: Mapping[str, Any]) -> None:
+    if isinstance(name, str) and name in names:
+        return
+    near = meant(name, list(names)) if isinstance(name, str) else ""
+    hint = f"did you mean {near}?" if near else f"this result has {', '.join(names)}"
+    raise ValueError(f"{what} is {name!r}: {hint}")
+
+
+def _refuse_large(of: str, by: str, size: int) -> None:
+    if size > _MOST:
+        raise ValueError(
+            f"the derivative of {of} by {by} has {size} numbers: derive a sum of {of}, or fewer points"
+        )
+
+
+def _units(shape: Shape) -> Array:
+    """Each entry of an array of a shape alone (size, *shape)."""
+    size = math.prod(shape)
+    return np.eye(size).reshape(size, *shape)
+
+
+def _by(functional: Functional, found: Mapping[str, Array], by: str, shape: Shape) -> Any:
+    values = np.asarray(found[by])
+    if by in functional.explicit:
+        values = values + functional.explicit[by]
+    return _number(values.reshape((*functional.shape, *shape)))
+
+
+def _number(values: Array) -> Any:
+    return float(values) if values.ndim == 0 else values

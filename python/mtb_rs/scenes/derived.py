@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What the derivatives of a solved scene are by: its contact, linearised, in the words of its arguments."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.words import Model
+from ..contact.problem import ContactProblem, frame_of
+from ..contact.tangent import Change, Points, SlidingTangent, by_pull_field, peak_weight
+from ..friction.fields import Leaf, VelocityTable, as_form
+from ..results.derivatives import Functional
+from ..results.result import Result
+from .posed import PosedScene
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+SideName = Literal["upper", "lower"]
+
+#: Half the width, relative to the pressure, of the differences of a user's law of friction over the pressure.
+_WIDTH = 1e-4
+#: Difference of Poisson's ratios by which a compliance, a polynomial of the second degree in it, is derived.
+_RATIO = 0.01
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Where the derivatives of a result come from.
+
+    Attributes
+    ----------
+    scene : PosedScene
+        On the cells of the result.
+    model : str
+    is_coupled : bool
+        Whether friction opens and closes the gap in what was solved.
+    """
+
+    scene: PosedScene
+    model: Model
+    is_coupled: bool
+
+    def tangent(self, result: Result) -> SlidingTangent:
+        """The contact of `result`, linearised about its state."""
+        return _State(self, result).tangent()
+
+    def functionals(self, result: Result) -> dict[str, Callable[[], Functional]]:
+        """Numbers of the result that are sums of its fields, by name."""
+        return _State(self, result).functionals()
+
+
+@dataclass(frozen=True)
+class _State:
+    """A result and the contact problem that it solves."""
+
+    derived: Derived
+    result: Result
+
+    @property
+    def scene(self) -> PosedScene:
+        return self.derived.scene
+
+    @cached_property
+    def problem(self) -> ContactProblem:
+        return self._posed(self.scene)
+
+    def _posed(self, scene: PosedScene) -> ContactProblem:
+        # what there is to say of the scene was said when it was solved
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return scene.problem(self.derived.model, may_halve=False)
+
+    @cached_property
+    def unknowns(self) -> Array:
+        assert self.result.coefficients is not None
+        return np.ascontiguousarray(self.result.coefficients)
+
+    @property
+    def pressure(self) -> Array:
+        return np.ascontiguousarray(self.unknowns[2])
+
+    @cached_property
+    def friction(self) -> Array:
+        return np.ascontiguousarray(self.problem.friction_at(self.pressure))
+
+    @cached_property
+    def slope(self) -> Array:
+        """Derivative (n,) of friction times pressure by the pressure."""
+        law = self.problem.friction
+        if law.fixed is not None:
+            return self.friction
+        # a user's function: Richardson's extrapolation of differences
+        p = self.pressure
+        width = _WIDTH * np.maximum(p, 1e-3 * p.max())
+
+        def by(h: Array) -> Array:
+            return np.asarray(
+                (law.at(p + h) - law.at(np.maximum(p - h, 0.0))) / (p + h - np.maximum(p - h, 0.0))
+            )
+
+        return np.ascontiguousarray(self.friction + p * (4.0 * by(0.5 * width) - by(width)) / 3.0)
+
+    def points(self) -> Points:
+        problem = self.problem
+        kept = None if problem.kept is None else problem.kept.numbers
+        return Points(
+            self.result.pressure.shape, kept, frame_of(problem.points)[:2], problem.geometry, self.pressure
+        )
+
+    def tangent(self) -> SlidingTangent:
+        problem, result = self.problem, self.result
+        core = problem.core.tangent(
+            self.pressure,
+            self.friction,
+            self.slope,
+            np.ascontiguousarray(problem.direction),
+            self.derived.is_coupled and bool(problem.direction.any()),
+        )
+        points = self.points()
+        return SlidingTangent(
+            core,
+            points,
+            len(problem.relative_motions),
+            self.friction,
+            problem.direction,
+            dict(self._inputs()),
+            points.on_points(result.gap, 0),
+            result.report.wedging_margin,
+        )
+
+    # what is given
+
+    def _inputs(self) -> Iterator[tuple[str, tuple[Shape, Callable[[], Change]]]]:
+        scene = self.scene
+        for name in ("force", "approach"):
+            value = getattr(scene, name)
+            if value is not None:
+                leaf = Leaf(value, lambda v: v)
+                yield name, ((), partial(self._by_loads, name, [leaf]))
+        if scene.moments is not None:
+            mx, my = scene.moments
+            leaves = [Leaf(mx, lambda v: (v, my)), Leaf(my, lambda v: (mx, v))]
+            yield "moments", ((2,), partial(self._by_loads, "moments", leaves))
+        for name, by in (("friction", self._by_friction), ("magnetic_pressure", self._by_pull)):
+            spec = getattr(scene, name)
+            if spec is None or (name == "friction" and scene.sliding_direction is None):
+                continue
+            numbers = as_form(spec).leaves()
+            if numbers is not None:
+                shape = () if as_form(spec).is_one else (len(numbers),)
+                yield name, (shape, partial(by, numbers))
+        if scene.magnetic_pressure is not None:
+            yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
+        if scene.velocity is not None and self._tables():
+            yield "velocity", ((), self._by_velocity)
+        if scene.sliding_direction is not None:
+            yield "sliding_direction", ((2,), self._by_direction)
+        for side in cast("tuple[SideName, ...]", ("upper", "lower")):
+            by_modulus = {"young_modulus": self._by_modulus, "poisson_ratio": self._by_ratio}
+            for name in self._moduli(side):
+                yield f"{side}.{name}", ((), partial(by_modulus[name], side))
+
+    def _loading_change(self, scene: PosedScene, by: float) -> tuple[Array, Array]:
+        """What the loads of another scene change, for each unit of `by`."""
+        here, there = self.problem.loading, self._posed(scene).loading
+        return (there.gap - here.gap) / by, (there.work - here.work) / by
+
+    def _by_loads(self, name: str, leaves: list[Leaf]) -> Change:
+        """Gap and work are linear in the loads."""
+        gaps, works = [], []
+        for leaf in leaves:
+            by = abs(leaf.value) or 1.0
+            changed = replace(self.scene, **{name: leaf.put(leaf.value + by)})
+            gap, work = self._loading_change(changed, by)
+            gaps.append(gap)
+            works.append(work)
+        return Change(gap=np.array(gaps), work=np.array(works))
+
+    def _by_pull(self, leaves: list[Leaf]) -> Change:
+        return self._by_loads("magnetic_pressure", leaves)
+
+    def _by_friction(self, leaves: list[Leaf]) -> Change:
+        problem, rows = self.problem, []
+        for leaf in leaves:
+            by = abs(leaf.value) or 1.0
+            changed = replace(self.scene, friction=leaf.put(leaf.value + by))
+            there = changed.friction_at(problem.points, problem.patches, problem.kept, changed.velocity)
+            rows.append((there - self.friction) / by * problem.direction)
+        return Change(drag=np.array(rows))
+
+    def _by_pull_field(self) -> Change:
+        """By a magnetic pressure at each point of the result, though only contact points count."""
+        problem = self.problem
+        at_points = by_pull_field(problem, self.scene.attraction)
+        if problem.kept is None:
+            return at_points
+        size = int(np.prod(self.result.pressure.shape))
+        spread = np.zeros((size, problem.n))
+        spread[problem.kept.numbers, np.arange(problem.n)] = 1.0
+        assert at_points.gap is not None
+        assert at_points.work is not None
+        return Change(gap=spread @ at_points.gap, work=spread @ at_points.work)
+
+    def _tables(self) -> list[VelocityTable]:
+        specs = (self.scene.friction, self.scene.magnetic_pressure)
+        return [table for spec in specs if spec is not None for table in as_form(spec).tables()]
+
+    def _by_velocity(self) -> Change:
+        """Tables are linear between two of their velocities: at one of them, on the side below."""
+        scene, problem = self.scene, self.problem
+        velocity = float(cast("float", scene.velocity))
+        below = [v for table in self._tables() for v in table.velocity if v < velocity]
+        above = [v for table in self._tables() for v in table.velocity if v > velocity]
+        is_lowest = any(table.velocity[0] == velocity for table in self._tables())
+        other = 0.5 * (velocity + (min(above) if is_lowest else max(below)))
+        changed, by = replace(scene, velocity=other), other - velocity
+        gap, work = self._loading_change(changed, by)
+        there = self.friction
+        if not as_form(scene.friction).depends_on_pressure:
+            there = changed.friction_at(problem.points, problem.patches, problem.kept, other)
+        drag = (there - self.friction) / by * problem.direction
+        return Change(gap=gap[None], work=work[None], drag=drag[None])
+
+    def _by_direction(self) -> Change:
+        problem = self.problem
+        along = np.array(self.scene.sliding_direction)
+        tangents = frame_of(problem.points)[:2, :2]
+        projected = np.einsum("acn,c->an", tangents, along)
+        length = np.linalg.norm(projected, axis=0)
+        radial = np.einsum("acn,an->cn", tangents, problem.direction)
+        turned = (tangents - radial * problem.direction[:, None]) / length
+        return Change(drag=np.moveaxis(turned * self.friction, 1, 0))
+
+    # materials
+
+    def _moduli(self, side: SideName) -> list[str]:
+        """Moduli by which the displacement of a body is known."""
+        own = getattr(self.problem, side)
+        bodies = [getattr(self.scene, side), *(part.body for part in own.state)]
+        return [name for name in bodies[0].moduli if all(name in body.moduli for body in bodies)]
+
+    def _opening(self, problem: ContactProblem, side: SideName) -> Array:
+        """Gap (n,) [m] that a body opens under the tractions of the state and its pull."""
+        own = getattr(problem, side)
+        at_face = np.ascontiguousarray(own.pull) if own.is_pulled_at_face and own.pull.any() else None
+        unknowns = self.unknowns
+        if not self.derived.is_coupled:
+            unknowns = np.concatenate([np.zeros_like(unknowns[:2]), unknowns[2:]])
+        moved = problem.core.displacement(unknowns, side == "upper", at_face) + own.displacement
+        sign = 1.0 if side == "upper" else -1.0
+        return np.asarray(sign * np.einsum("cn,cn->n", moved, problem.points.normal))
+
+    def _by_modulus(self, side: SideName) -> Change:
+        modulus = getattr(self.scene, side).material.young_modulus
+        return Change(gap=-self._opening(self.problem, side)[None] / modulus)
+
+    def _by_ratio(self, side: SideName) -> Change:
+        body = getattr(self.scene, side)
+        ratio = body.material.poisson_ratio
+        # three ratios of which a polynomial of the second degree is known, and its derivative at the first
+        is_last = ratio + _RATIO > 0.5
+        at, share = ((-1.0, -2.0), (-1.5, 2.0, -0.5)) if is_last else ((1.0, -1.0), (0.0, 0.5, -0.5))
+        openings = [self._opening(self.problem, side)]
+        for steps in at:
+            changed = replace(
+                self.scene, **{side: body.with_modulus("poisson_ratio", ratio + steps * _RATIO)}
+            )
+            openings.append(self._opening(self._posed(changed), side))
+        sign = -1.0 if is_last else 1.0
+        by = sum(s * o for s, o in zip(share, openings, strict=True))
+        return Change(gap=sign * np.asarray(by)[None] / _RATIO)
+
+    # what is found
+
+    def functionals(self) -> dict[str, Callable[[], Functional]]:
+        result, problem = self.result, self.problem
+        known: dict[str, Callable[[], Functional]] = {
+            "force": lambda: self._resultant(slice(0, 3)),
+            "moment": lambda: self._resultant(slice(3, 6)),
+            "normal_force": lambda: Functional.of_one(pressure=result.area),
+            "peak_pressure": lambda: Functional.of_one(pressure=peak_weight(result.pressure)),
+            "mean_pressure": lambda: Functional.of_one(
+                pressure=result.area / max(result.report.contact_area, np.finfo(float).tiny)
+            ),
+        }
+        lifts = problem.upper.lifts
+        if problem.approach is None and lifts.any():
+            known["approach"] = self._approach
+        if self.scene.velocity is not None and problem.direction.any():
+            known["friction_power"] = self._power
+        return known
+
+    def _resultant(self, which: slice) -> Functional:
+        place = self.result.reference_point
+        weights = self.problem.geometry.weights_of_resultants((place[0], place[1], place[2]))
+        return Functional((3,), {"unknowns": weights[which]})
+
+    def _approach(self) -> Functional:
+        lifts = self.problem.upper.lifts
+        rising = np.flatnonzero(lifts)
+        weights = np.zeros((rising.size, len(self.problem.relative_motions)))
+        weights[np.arange(rising.size), rising] = -lifts[rising]
+        return Functional(() if rising.size == 1 else (rising.size,), {"motion": weights})
+
+    def _power(self) -> Functional:
+        """Heat of sliding [W], at the velocity of the scene along its direction of sliding."""
+        x, y = np.array(self.scene.sliding_direction) / np.hypot(*cast("Any", self.scene.sliding_direction))
+        weights = self.problem.geometry.weights_of_resultants((0.0, 0.0, 0.0))
+        of_unit = x * weights[0] + y * weights[1]
+        of_unit[2] = 0.0
+        velocity = float(cast("float", self.scene.velocity))
+        # the velocity, and the direction it has, work on the tractions as they are
+        unit = np.array([(weights[c][:2] * self.unknowns[:2]).sum() for c in (0, 1)])
+        size = float(np.hypot(*cast("Any", self.scene.sliding_direction)))
+        along = np.array([x, y])
+        explicit = {
+            "velocity": np.array([unit @ along]),
+            "sliding_direction": (velocity * (unit - (unit @ along) * along) / size)[None],
+        }
+        return Functional((), {"unknowns": velocity * of_unit[None]}, explicit)

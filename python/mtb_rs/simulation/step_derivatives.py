@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives of the steps of a prepared contact, by pose, velocity, pull, gap and friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..contact.tangent import Change, Points, SlidingTangent, peak_weight
+from ..results.derivatives import Functional
+
+if TYPE_CHECKING:
+    from .stepping import StepResult
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StepDerived:
+    """Where the derivatives of a step come from.
+
+    Attributes
+    ----------
+    core : PreparedContact
+        Of the core, with its factors.
+    tangent : Tangent
+        Of the core: the equations of the step.
+    pressure, gap : (n,)
+        Unknowns [Pa] and gap [m] of the step.
+    traction : (2, n) [Pa]
+    velocity : (vx, vy) [m/s]
+    by_field : callable or None
+        What a magnetic pressure at each point changes, of all free motions; None where there is none.
+    """
+
+    core: _mtb_rs.PreparedContact
+    linear: _mtb_rs.Tangent
+    pressure: Array
+    gap: Array
+    traction: Array
+    velocity: tuple[float, float]
+    by_field: Callable[[], Change] | None
+
+    @cached_property
+    def _inputs(self) -> list[Array]:
+        """What a unit of each component of pose, velocity and magnetic pressure changes."""
+        inputs = self.linear.inputs()
+        assert inputs is not None
+        return inputs
+
+    @cached_property
+    def tangent(self) -> SlidingTangent:
+        """The contact, linearised about the step."""
+        geometry, n = self.core.geometry, self.pressure.size
+        sliding = self.linear.sliding()
+        assert sliding is not None
+        (friction,), direction = sliding
+        motions = self._inputs[1].shape[1]
+
+        def columns(which: slice) -> Change:
+            gap, work, drag = (part[which] for part in self._inputs)
+            return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n))
+
+        named = {
+            "friction": ((), lambda: Change(drag=direction[None])),
+            "pose": ((6,), lambda: columns(slice(0, 6))),
+            "velocity": ((2,), lambda: columns(slice(6, 8))),
+            "magnetic_pressure": ((), lambda: columns(slice(8, 9))),
+            "work": ((motions,), lambda: Change(work=np.eye(motions))),
+        }
+        if self.by_field is not None:
+            named["magnetic_pressure_field"] = ((n,), self._by_field)
+        points = Points((n,), None, geometry.tangents, geometry, self.pressure)
+        return SlidingTangent(self.linear, points, motions, friction, direction, named, self.gap)
+
+    def _by_field(self) -> Change:
+        assert self.by_field is not None
+        whole = self.by_field()
+        assert whole.work is not None
+        return Change(gap=whole.gap, work=whole.work[:, self.linear.balanced()])
+
+    def functionals(self, result: StepResult) -> dict[str, Callable[[], Functional]]:
+        """Numbers of the step that are sums of its fields, by name."""
+        area, pressure = result.area, result.pressure
+        closed = float(area[self.pressure > 0.0].sum())
+        return {
+            "force": lambda: Functional((3,), {"unknowns": self._resultants[:3]}),
+            "moment": lambda: Functional((3,), {"unknowns": self._resultants[3:]}),
+            "friction_power": self._power,
+            "normal_force": lambda: Functional.of_one(pressure=area),
+            "peak_pressure": lambda: Functional.of_one(pressure=peak_weight(pressure)),
+            "mean_pressure": lambda: Functional.of_one(pressure=area / max(closed, 1e-300)),
+        }
+
+    @cached_property
+    def _resultants(self) -> Array:
+        x, y, z = self.core.reference_point
+        return self.core.geometry.weights_of_resultants((x, y, z))
+
+    def _power(self) -> Functional:
+        """Heat of sliding: tractions along the velocity, by which it is derived itself as well."""
+        of_friction = self._resultants[:2].copy()
+        of_friction[:, 2] = 0.0
+        by_velocity = np.array([(part[:2] * self.traction).sum() for part in of_friction])
+        weights = np.tensordot(self.velocity, of_friction, 1)
+        return Functional((), {"unknowns": weights[None]}, {"velocity": by_velocity[None]})

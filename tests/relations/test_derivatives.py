@@ -1,0 +1,383 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives of sliding scenes and of their steps against differences of solves."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
+
+Array = NDArray[np.float64]
+
+#: Cells are few, and bodies soft, so that many scenes are cheap.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::mtb_rs.ToleranceWarning"),
+    pytest.mark.filterwarnings("ignore:.*(deforms|displaces|away from).*:UserWarning"),
+]
+
+SOFT, HARD = mtb.Material(80e9, 0.1), mtb.Material(200e9, 0.3)
+TABLE = mtb.VelocityTable([0.0, 5.0, 20.0], [0.4, 0.3, 0.2])
+N = 12
+X = (np.arange(N) - 0.5 * (N - 1)) * 1e-3
+ROUGH = 2e-7 * np.random.default_rng(7).random((N, N))
+BALL = (X[None, :] ** 2 + X[:, None] ** 2) / 0.6 + ROUGH
+
+
+def elastic(*, upper: bool) -> mtb.ElasticBody:
+    x, y = np.linspace(-0.04, 0.04, 6), np.linspace(-0.02, 0.02, 4)
+    mesh = block_mesh(x, y, 0.04)
+    if upper:
+        return mtb.ElasticBody(mesh, HARD, "bottom", [mtb.Support("top", x=0, y=0)])
+    held = [mtb.Support("bottom", x=0, y=0, z=0)]
+    return mtb.ElasticBody(mesh.moved(shift=(0.0, 0.0, -0.04)), SOFT, "top", held)
+
+
+def ball(**given: Any) -> mtb.Scene:
+    return mtb.Scene(
+        **{"upper": SOFT, "lower": HARD, "gap": BALL, "spacing": 1e-3, "friction": 0.3, "velocity": 4.0}
+        | given
+    )
+
+
+def on_block(**given: Any) -> mtb.Scene:
+    def gap(x: Array, y: Array) -> Array:
+        return np.asarray(6e-7 * (x / 0.04) ** 2 + 2e-7 * np.sin(90.0 * x + 130.0 * y))
+
+    chosen = {"upper": elastic(upper=True), "lower": HARD, "gap": gap, "spacing": 8e-3, "friction": 0.3}
+    return mtb.Scene(**chosen | given)
+
+
+SCENES: dict[str, Callable[[], mtb.Scene]] = {
+    "force": lambda: ball(force=2e3, sliding_direction=(1.0, 0.5)),
+    "moments": lambda: ball(force=2e3, moments=(0.5, -1.0), friction=TABLE),
+    "approach": lambda: ball(approach=8e-6, friction=lambda x, y: 0.2 + 10.0 * x),
+    "hill": lambda: ball(
+        magnetic_pressure=mtb.GaussianPressure(4e7, (0.0, 0.0), (4e-3, 3e-3)), attraction="both"
+    ),
+    "pull over the speed": lambda: ball(magnetic_pressure=mtb.VelocityTable([0.0, 5.0], [1e7, 2e7])),
+    "friction by pressure": lambda: ball(
+        force=2e3, friction=mtb.PressureDependentFriction(lambda p: 0.4 / (1.0 + p / 3e8))
+    ),
+    "smooth": lambda: ball(force=2e3, sliding_direction=None),
+    "like": lambda: ball(lower=SOFT, force=2e3),
+    "rigid": lambda: ball(lower=mtb.Rigid(), approach=8e-6),
+    "elastic block": lambda: on_block(magnetic_pressure=3e6),
+    "block under moments": lambda: on_block(force=2e4, moments=(20.0, -30.0)),
+    "two elastic bodies": lambda: on_block(lower=elastic(upper=False), force=2e4),
+    "table": lambda: on_block(
+        upper=HARD,
+        lower=elastic(upper=False),
+        magnetic_pressure=3e6,
+        attraction="both",
+        friction=TABLE,
+        velocity=7.0,
+    ),
+    "ready block": lambda: mtb.scenes.block_on_plane(spacing=2e-2, friction=0.2),
+    "ready shoe": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2, friction=[0.1, TABLE], velocity=3.0),
+}
+
+
+OF = ("force", "moment", "normal_force", "peak_pressure", "mean_pressure", "approach")
+
+
+def numbers(found: Any, place: int, of: list[str]) -> Array:
+    """Numbers of a result, the peak at the point where it was before the change."""
+    known = {
+        "force": found.force,
+        "moment": found.moment,
+        "friction_power": getattr(found, "friction_power", None),
+        "normal_force": (found.pressure * found.area).sum(),
+        "peak_pressure": found.pressure.flat[place],
+        "mean_pressure": (found.pressure * found.area).sum() / found.area[found.status > 0].sum(),
+        "approach": getattr(found, "approach", None),
+    }
+    return np.concatenate([np.ravel(known[name]) for name in of])
+
+
+def sizes(found: Any, of: list[str]) -> Array:
+    """How large they are when they are not balanced away."""
+    force = float((found.pressure * found.area).sum())
+    reach, peak = float(np.abs(found.points[:2]).max()), float(found.pressure.max())
+    known = {
+        "force": 3 * [force],
+        "moment": 3 * [force * reach],
+        "friction_power": [force],
+        "normal_force": [force],
+        "peak_pressure": [peak],
+        "mean_pressure": [peak],
+        "approach": np.size(getattr(found, "approach", 0.0)) * [1e-5],
+    }
+    return np.concatenate([known[name] for name in of])
+
+
+def agree(by: str, found: Any, wanted: Array, scale: Array, size: float) -> None:
+    """`found` equals differences to 1e-6, and to their digits where a number of its size is balanced away."""
+    own = np.concatenate([np.ravel(v) for v in found])
+    allowed = 1e-6 * np.abs(wanted) + 2e-8 * scale / size
+    assert np.all(np.abs(own - wanted) <= allowed), (by, own, wanted, allowed)
+
+
+def richardson(of: Callable[[float], Array], by: float) -> Array:
+    """Central difference, extrapolated."""
+    wide, narrow = ((of(h) - of(-h)) / (2.0 * h) for h in (by, 0.5 * by))
+    return np.asarray((4.0 * narrow - wide) / 3.0)
+
+
+def moved(scene: mtb.Scene, by: str, k: int, e: float) -> mtb.Scene:
+    """The scene with one number of an argument changed by e."""
+    if "." in by:
+        side, name = by.split(".")
+        body = getattr(scene, side)
+        material = replace(body.material, **{name: getattr(body.material, name) + e})
+        return replace(scene, **{side: replace(body, material=material)})
+    value = getattr(scene, by)
+    if isinstance(value, mtb.VelocityTable):
+        rows = [v + e * (j == k) for j, v in enumerate(value.value)]
+        return replace(scene, **{by: mtb.VelocityTable(value.velocity, rows)})
+    if isinstance(value, mtb.GaussianPressure):
+        return replace(scene, **{by: replace(value, peak=value.peak + e)})
+    if isinstance(value, (tuple, list)) and isinstance(value[0], float):
+        flat = list(value)
+        if k == 0:
+            flat[0] += e
+        else:
+            table = flat[1] if by == "friction" else None
+            if table is None:
+                flat[1] += e
+            else:
+                rows = [v + e * (j == k - 1) for j, v in enumerate(table.value)]
+                flat[1] = mtb.VelocityTable(table.velocity, rows)
+        return replace(scene, **{by: type(value)(flat)})
+    return replace(scene, **{by: value + e})
+
+
+def size_of(scene: mtb.Scene, by: str) -> float:
+    """The size of a number that is given; differences take a ten-thousandth of it."""
+    if "." in by:
+        side, name = by.split(".")
+        return float(getattr(getattr(scene, side).material, name))
+    return {
+        "force": scene.force or 0.0, "approach": 8e-6, "moments": 10.0, "friction": 0.3, "velocity": 4.0,
+        "sliding_direction": 1.0, "magnetic_pressure": 3e6,
+    }[by]  # fmt: skip
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("name", SCENES)
+def test_of_scenes(name: str) -> None:
+    scene = SCENES[name]()
+    result = scene.solve(model=scene.models[-1])
+    model = result.model
+    inputs = result._tangent().inputs
+    of = [number for number in OF if number in result._functionals()]
+    gradients = [result.gradient(number) for number in of]
+    closed, scale, place = result.status > 0, sizes(result, of), int(result.pressure.argmax())
+    assert closed.sum() > 3
+
+    def solved(changed: mtb.Scene) -> Array:
+        found = changed.solve(model=model)
+        assert np.array_equal(found.status > 0, closed), "the step of the difference is too large"
+        return numbers(found, place, of)
+
+    compared = 0
+    for by, shape in inputs.items():
+        if by.endswith("_field") or by == "gap":
+            continue
+        size = size_of(scene, by)
+        for k, index in enumerate(np.ndindex(shape)):
+            wanted = richardson(lambda e: solved(moved(scene, by, k, e)), 1e-4 * size)  # noqa: B023
+            agree(by, [np.asarray(g[by])[(..., *index)] for g in gradients], wanted, scale, size)
+            compared += 1
+            # the other way round
+            field = np.asarray(result.derivative("pressure", by))[(..., *index)]
+            total = np.asarray(result.derivative("normal_force", by))[index]
+            assert (field * result.area).sum() == pytest.approx(total, rel=1e-8, abs=1e-10 * scale[0] / size)
+    assert compared
+    # fields, along a direction without structure
+    weights = np.random.default_rng(3).uniform(-1.0, 1.0, result.pressure.shape)
+    axes = tuple(range(-weights.ndim, 0))
+    if isinstance(scene.gap, np.ndarray):
+        wanted = richardson(lambda e: solved(replace(scene, gap=BALL + e * weights)), 1e-9)
+        agree("gap", [(g["gap"] * weights).sum(axis=axes) for g in gradients], wanted, scale, 1e-5)
+    friction = result_friction(scene, result)
+    if friction is not None:
+        wanted = richardson(lambda e: solved(replace(scene, friction=(friction + e * weights).ravel())), 3e-5)
+        agree(
+            "friction",
+            [(g["friction_field"] * weights).sum(axis=axes) for g in gradients],
+            wanted,
+            scale,
+            0.3,
+        )
+
+
+def result_friction(scene: mtb.Scene, result: mtb.Result) -> Array | None:
+    """The friction coefficient at the points of a result, where it does not depend on the pressure."""
+    if scene.sliding_direction is None or isinstance(scene.friction, mtb.PressureDependentFriction):
+        return None
+    if callable(scene.friction):
+        return np.asarray(scene.friction(result.points[0], result.points[1]))
+    if isinstance(scene.friction, tuple):
+        table = 0.4 - 0.1 * 3.0 / 5.0
+        return np.where(result.points[1] > 0.0, 0.1, table)
+    value = (
+        TABLE.bracket(scene.velocity or 0.0) if scene.friction is TABLE else (scene.friction,) * 2 + (0.0,)
+    )
+    return np.full(result.pressure.shape, value[0] + value[2] * (value[1] - value[0]))
+
+
+def test_weights_and_functions_of_fields() -> None:
+    result = ball(force=2e3).solve(model="half-space")
+    left = result.points[0] < 0.0
+    on_left = result.derivative({"pressure": result.area * left}, "friction")
+    on_right = result.derivative({"pressure": result.area * ~left}, "friction")
+    # the force is given
+    assert on_left == pytest.approx(-on_right, rel=1e-9)
+    squares = result.derivative(lambda r: ((r.pressure**2).sum(), {"pressure": 2.0 * r.pressure}), "force")
+    assert squares == pytest.approx((2.0 * result.pressure * result.derivative("pressure", "force")).sum())
+    whole = result.derivative("pressure", "gap")
+    assert whole.shape == (N, N, N, N)
+    # of bodies that friction does not couple, and areas that are equal, it is symmetric
+    smooth = ball(force=2e3, sliding_direction=None).solve(model="half-space").derivative("pressure", "gap")
+    flat = smooth.reshape(N * N, N * N)
+    assert np.abs(flat - flat.T).max() < 1e-9 * np.abs(flat).max()
+    assert set(result.gradient("force")) >= {"gap", "friction", "force", "friction_field"}
+    traction = result.derivative("traction", "friction")
+    assert traction[0].sum() * 1e-6 == pytest.approx(result.derivative("force", "friction")[0])
+
+
+def test_hertz() -> None:
+    """dF/d(approach) = 2 a E* [Johnson1985, chapter 4], to the grid's error, which falls with the cells."""
+    errors = []
+    for points in (24, 48):
+        scene = mtb.scenes.paraboloid_on_plane(force=1e3, points=points)
+        pressed = scene.solve(model="half-space")
+        approach = float(pressed.approach)
+        gap, spacing = pressed.initial_gap, pressed.report.spacing
+        held = mtb.Scene(scene.upper, scene.lower, gap=gap, spacing=spacing, approach=approach)
+        slope = held.solve(model="half-space").derivative("normal_force", "approach")
+        # F = c approach^1.5
+        errors.append(abs(slope / (1.5 * 1e3 / approach) - 1.0))
+    assert errors[1] < 0.7 * errors[0]
+    assert errors[1] < 2e-2
+
+
+def test_both_sides_of_a_touching_point() -> None:
+    """Where a point only just touches, each side has its own derivative, and the margin says so."""
+    scene = ball(approach=8e-6, sliding_direction=None)
+    touching = scene.solve(model="half-space")
+    assert touching.margin().smallest > 1e-5
+    # raise one gap beside the contact until it is nought
+    beside = np.where(touching.status == 0, touching.gap, np.inf)
+    k = np.unravel_index(beside.argmin(), beside.shape)
+    slope = touching.derivative("gap", "approach")[k]
+    at = 8e-6 - float(beside[k]) / slope
+    sides = [scene.with_(approach=at + e).solve(model="half-space") for e in (-1e-11, 1e-11)]
+    assert all(side.margin().smallest < 1e-4 for side in sides)
+    below, above = (side.derivative("normal_force", "approach") for side in sides)
+    assert above > below * (1.0 + 1e-6)
+    for side, sign, slope in zip(sides, (-1.0, 1.0), (below, above), strict=True):
+        h = 1e-10
+        there = [scene.with_(approach=at + sign * (1e-11 + e)).solve(model="half-space") for e in (h, 2 * h)]
+        one, two = (
+            sign * (s.normal_force - side.normal_force) / e for s, e in zip(there, (h, 2 * h), strict=True)
+        )
+        assert 2.0 * one - two == pytest.approx(slope, rel=1e-5)
+
+
+STEPS: dict[str, Callable[[], mtb.Scene]] = {
+    "ball": lambda: ball(force=2e3, moments=(0.0, 0.0), friction=TABLE),
+    "hill": SCENES["hill"],
+    "elastic block": lambda: on_block(magnetic_pressure=3e6, friction=TABLE, velocity=4.0),
+    "ready shoe": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2, friction=TABLE, velocity=3.0),
+}
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize(
+    ("name", "speed"), list(itertools.product(STEPS, [(4.0, 0.0), (-3.0, 1.0), (0.05, 0.0)]))
+)
+def test_of_steps(name: str, speed: tuple[float, float]) -> None:
+    scene = STEPS[name]()
+    contact = scene.prepare(scene.models[-1], reference_point=(0.01, 0.0, 0.02), standstill_speed=0.2)
+    free = contact.motions
+    pose = np.array([0.0, 0.0, np.nan, 1e-6, np.nan, 1e-5])
+    if not any(motion.endswith("z") for motion in free):
+        pose[2] = -1e-6
+    pull = {"magnetic_pressure": 3.1e6} if scene.magnetic_pressure is not None else {}
+    contact.step(pose, (0.9 * speed[0], speed[1]), **pull)
+    step = contact.step(pose, speed, **pull)
+    closed, place = step.status > 0, int(step.pressure.argmax())
+    of = ["force", "moment", "friction_power", "peak_pressure"]
+    gradients, scale = [step.gradient(number) for number in of], sizes(step, of)
+
+    def solved(pose: Array, velocity: Any, **pull: float) -> Array:
+        found = contact.step(pose, velocity, **pull)
+        assert np.array_equal(found.status > 0, closed)
+        return numbers(found, place, of)
+
+    for k, component in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
+        own = [g["pose"][..., k] for g in gradients]
+        if np.isnan(pose[k]):
+            if any(motion.split()[-1] == component for motion in free):
+                assert not np.concatenate([np.ravel(v) for v in own]).any()
+            continue
+        size, unit = (1e-5, 1e-3)[k > 2], np.eye(6)[k]
+        wanted = richardson(lambda e: solved(pose + e * unit, speed, **pull), 5e-4 * size)  # noqa: B023
+        agree(component, own, wanted, scale, size)
+    for k in range(2):
+        size, unit = abs(speed[0]), np.eye(2)[k]
+        wanted = richardson(lambda e: solved(pose, np.array(speed) + e * unit, **pull), 3e-3 * size)  # noqa: B023
+        agree("velocity", [g["velocity"][..., k] for g in gradients], wanted, scale, size)
+    if pull:
+        wanted = richardson(lambda e: solved(pose, speed, magnetic_pressure=3.1e6 + e), 3e2)
+        agree("pull", [g["magnetic_pressure"] for g in gradients], wanted, scale, 3e6)
+        # a uniform pressure is one at all points
+        whole = np.concatenate([np.ravel(g["magnetic_pressure_field"].sum(axis=-1)) for g in gradients])
+        agree("pull", [g["magnetic_pressure"] for g in gradients], whole, scale, 3e6)
+    # after another step the derivatives are still those of this one
+    before = step.derivative("force", "gap")
+    contact.step(pose, (-speed[0], speed[1]), **pull)
+    np.testing.assert_allclose(
+        step.derivative("force", "gap"), before, rtol=1e-8, atol=1e-9 * scale[0] / 1e-5
+    )
+
+
+def test_a_step_and_its_scene_have_the_same_derivatives() -> None:
+    scene = ball(force=2e3, moments=(0.5, -1.0))
+    result, step = scene.solve(model="half-space"), scene.prepare("half-space").step()
+    for by in ("gap", "friction_field", "friction"):
+        for of in ("force", "moment", "peak_pressure", "mean_pressure"):
+            own, other = (np.reshape(r.derivative(of, by), -1) for r in (result, step))
+            size = sizes(result, [of])[0] / (1e-5 if by == "gap" else 0.3)
+            np.testing.assert_allclose(own, other, rtol=1e-7, atol=1e-9 * size)
+    assert result.margin().pressure == pytest.approx(step.margin().pressure)
+
+
+def test_what_has_no_derivatives_says_so() -> None:
+    result = ball(force=2e3).solve(model="half-space")
+    with pytest.raises(ValueError, match="of is 'forces': did you mean force"):
+        result.derivative("forces", "gap")
+    with pytest.raises(ValueError, match="by is 'frictions': did you mean friction"):
+        result.derivative("force", "frictions")
+    with pytest.raises(ValueError, match=r"of\['pressure'\] has shape \(3,\): \(12, 12\) is needed"):
+        result.derivative({"pressure": np.ones(3)}, "gap")
+    with pytest.raises(ValueError, match="a name, weights of fields, or a function"):
+        result.derivative(3.0, "gap")  # type: ignore[arg-type]
+    again = pickle.loads(pickle.dumps(result))
+    assert again.derivative("force", "friction") == pytest.approx(result.derivative("force", "friction"))
+    increments = mtb.scenes.block_on_plane(spacing=2e-2).solve(model="half-space", method="incremental")
+    with pytest.raises(ValueError, match="method='incremental': derivatives are those of method='direct'"):
+        increments.derivative("force", "gap")
+    step = ball(force=2e3).prepare("half-space").step()
+    with pytest.raises(ValueError, match="loaded, copied or is not solved"):
+        pickle.loads(pickle.dumps(step)).derivative("force", "gap")
