@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import meant
-from ..base.plain import plain
+from ..base.plain import plain, same
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -138,6 +138,15 @@ class Gradient(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         return f"<Gradient by {', '.join(self._inputs)}>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Gradient) and same(dict(self), dict(other))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # all of it: what computes it stays behind
+        return Gradient, (self._inputs, dict(self).__getitem__)
 
 
 class Differentiable(ABC):

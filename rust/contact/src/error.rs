@@ -45,11 +45,6 @@ pub enum Error {
     /// Derivatives of a step before any was solved.
     #[error("there is no step whose derivatives these could be: the last one has to be solved")]
     NoStep,
-    /// A state that does not determine what its small changes do.
-    #[error(
-        "the state has no derivatives: its points in contact do not hold the motions that are free"
-    )]
-    Singular,
     /// A result is not finite.
     #[error("the numbers given are too large: {name} is {}", Short(*.value))]
     Overflow {

@@ -89,7 +89,9 @@ fn bumpy(random: &mut TestRng, standstill_speed: Option<f64>) -> Prepared {
     });
     let mut row = |gap: f64, size: f64, work: [f64; M]| {
         let mut row: Vec<f64> = vector(size, N);
-        row.iter_mut().for_each(|g| *g += gap);
+        for g in &mut row {
+            *g += gap;
+        }
         row.extend(work);
         row
     };
