@@ -133,19 +133,18 @@ class Shoe:
         load[1] -= pressure * self.pulled_area
         return load, out
 
-    def stiffness(self, place: np.ndarray, speed: float) -> np.ndarray:
-        """Minus the change of the load (x, z, pitch) with the place, (3, 2)."""
-        small = 1e-8
-        here = self.step(place, speed)[0]
-        moved = [self.step(place + small * unit, speed)[0] for unit in np.eye(2)]
-        return np.stack([(here - there) / small for there in moved], axis=1)
+    @staticmethod
+    def stiffness(out: mtb.StepResult) -> np.ndarray:
+        """Minus the change of the load (x, z, pitch) with the place, (3, 2), from the factors of a step."""
+        force, moment = (out.derivative(of, "pose")[:, [2, 4]] * [1.0, -1.0] for of in ("force", "moment"))
+        return 2.0 * np.stack([force[0], force[2], -moment[1]])
 
     def balance(self, load: np.ndarray, speed: float) -> np.ndarray:
         """The place where the contact carries `load` (z, pitch)."""
         place = np.zeros(2)
         for _ in range(30):
-            missing = self.step(place, speed)[0][1:] + load
-            change = np.linalg.solve(self.stiffness(place, speed)[1:], missing)
+            carried, out = self.step(place, speed)
+            change = np.linalg.solve(self.stiffness(out)[1:], carried[1:] + load)
             place += change
             if np.abs(change).max() < 1e-13:
                 return place
@@ -190,8 +189,8 @@ class Ride:
         self.contacts = []
         for shoe, seat in zip(self.shoes, b.seats, strict=True):
             place = shoe.balance(np.array([b.lift_force, 0.0]), b.speed)
-            tangent = np.pad(shoe.stiffness(place, b.speed), ((0, 0), (1, 0)))
-            drag = shoe.step(place, b.speed)[0][0]
+            (drag, *_), out = shoe.step(place, b.speed)
+            tangent = np.pad(shoe.stiffness(out), ((0, 0), (1, 0)))
             # the shoe starts leaning on its driver
             lean = drag / b.stop[0] - b.clearance
             start = np.array([lean, *(b.rail(seat + lean) + place)])

@@ -404,6 +404,19 @@ def test_what_the_grid_cuts_off_is_refused(c, tmp_path):
         assert c.mtb_contact_motion(handle, number(k), number(80), name, None) == 0
         names.append(name.value.decode())
     assert names == contact.motions
+    derivatives = (ctypes.c_double * 72)()
+    assert c.mtb_contact_derivatives(handle, derivatives) == 0
+    told, peak_force = np.reshape(derivatives, (8, 9)), np.abs(own.force).max()
+    for rows, of in (
+        (slice(0, 3), "force"),
+        (slice(3, 6), "moment"),
+        (6, "friction_power"),
+        (7, "peak_pressure"),
+    ):
+        for columns, by in ((slice(0, 6), "pose"), (slice(6, 8), "velocity"), (8, "magnetic_pressure")):
+            wanted = own.derivative(of, by)
+            np.testing.assert_allclose(told[rows, columns], wanted, rtol=1e-8, atol=1e-9 * peak_force)
+    assert told.any()
     assert c.mtb_contact_free(handle) == 0
 
 

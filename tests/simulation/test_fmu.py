@@ -152,6 +152,44 @@ def test_outputs_of_the_initialisation_and_states(slave, contact):
     shoe.freeFMUstate(state)
 
 
+def test_directional_derivatives_are_those_of_python(slave, contact):
+    shoe, reference, log = slave
+    own = contact.copy()
+    knowns = ["velocity.x", "pose.pitch", "magnetic_pressure"]
+    columns = [("velocity", 0), ("pose", 4), ("magnetic_pressure", 0)]
+    rows = [("force", 0), ("force", 2), ("moment", 1), ("friction_power", 0), ("peak_pressure", 0)]
+    unknowns = ["force.x", "force.z", "moment.y", "friction_power", "peak_pressure"]
+    shoe.setupExperiment(startTime=0.0)
+    shoe.enterInitializationMode()
+    shoe.setReal([reference[name] for name in knowns], [10.0, 1e-5, 2.5e6])
+
+    def check(speed):
+        step = own.step([np.nan, np.nan, np.nan, np.nan, 1e-5, np.nan], speed, magnetic_pressure=2.5e6)
+        sizes = {"peak_pressure": step.pressure} | {of: getattr(step, of) for of, _ in rows[:4]}
+        for known, (by, column), change in zip(knowns, columns, (10.0, 1e-5, 2.5e6), strict=True):
+            told = shoe.getDirectionalDerivative(
+                [reference[name] for name in unknowns], [reference[known]], [change]
+            )
+            for (of, row), value in zip(rows, told, strict=True):
+                wanted = np.reshape(step.derivative(of, by), (np.size(getattr(step, of, 0.0)), -1))
+                noise = 1e-9 * np.abs(sizes[of]).max()
+                assert value == pytest.approx(change * wanted[row, column], rel=1e-8, abs=noise)
+
+    check(10.0)
+    shoe.exitInitializationMode()
+    state = shoe.getFMUstate()
+    shoe.setReal([reference["velocity.x"]], [30.0])
+    shoe.doStep(0.0, 0.1)
+    check(30.0)
+    shoe.setFMUstate(state)
+    check(10.0)
+    shoe.freeFMUstate(state)
+    for unknown, known in (("velocity.x", "velocity.x"), ("force.x", "force.x")):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            shoe.getDirectionalDerivative([reference[unknown]], [reference[known]], [1.0])
+        assert "value reference" in log.pop()
+
+
 def test_inputs_start_as_the_description_says(slave, contact):
     shoe, reference, _ = slave
     load = [reference[name] for name in LOAD]

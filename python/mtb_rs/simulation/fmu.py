@@ -109,6 +109,7 @@ def _description(name: str, identifier: str, starts: Mapping[str, float]) -> byt
         canHandleVariableCommunicationStepSize="true",
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
+        providesDirectionalDerivative="true",
     )
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
     for unit, exponents in UNITS.items():

@@ -91,6 +91,13 @@ module mtb
       real(c_double), intent(out) :: friction_power, peak_pressure
     end function
 
+    ! derivatives(j, i): of output i by input j, in the order of mtb.h
+    integer(c_int) function mtb_contact_derivatives(contact, derivatives) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact
+      real(c_double), intent(out) :: derivatives(9, 8)
+    end function
+
     integer(c_int) function mtb_contact_amplitudes(contact, m, amplitudes) bind(c)
       import :: c_int, c_int64_t, c_double
       integer(c_int64_t), value :: contact, m

@@ -501,6 +501,27 @@ pub unsafe extern "C" fn mtb_contact_summary(
     })
 }
 
+/// Derivatives of the last step that was solved, 8 x 9, row by row.
+///
+/// The rows are force x, y, z [N] and moment x, y, z [N m] on the lower body, heat of sliding [W] and largest mean
+/// pressure [Pa]; the columns are what they are derived by: pose x, y, z [m], roll, pitch, yaw [rad], velocity x, y
+/// [m/s], and a uniform magnetic pressure [Pa], 0 for a contact that knows of none. Components of the pose that
+/// are found from balance have columns of 0. The points in contact stay the same.
+///
+/// # Safety
+/// `derivatives` must have room for 72 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_derivatives(contact: u64, derivatives: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let mut kept = lock(&handle);
+        kept.last()?;
+        let jacobian = kept.contact.jacobian(&unmonitored)?;
+        let flat = jacobian.as_flattened();
+        copy_out("derivatives", flat, derivatives, flat.len())
+    })
+}
+
 /// What the motions found from balance did in the last step that was solved, [m] or [rad], in the order of
 /// `mtb_contact_motion`; NaN for one in whose place a component of the pose was prescribed.
 ///

@@ -141,7 +141,7 @@ fn call_of_any_kind() -> impl Strategy<Value = Call> {
         1 => prop::sample::select(vec![u64::MAX, u64::MAX / 3 + 2, 1 << 61, 1 << 32])
     ];
     (
-        (0..14_usize, handle, null, length),
+        (0..15_usize, handle, null, length),
         prop::option::of(prop::array::uniform6(number())),
         [number(), number()],
         number(),
@@ -350,6 +350,23 @@ impl Caller {
                     };
                     assert_eq!(name, wanted);
                     assert_eq!(component, if done && !is_null(1) { 2 } else { -7 });
+                    status
+                }
+                13 => {
+                    let mut derivatives = [UNTOUCHED; 73];
+                    let to = if is_null(0) {
+                        null_mut()
+                    } else {
+                        derivatives.as_mut_ptr()
+                    };
+                    let status = mtb_contact_derivatives(handle, to);
+                    let is_told = status == MtbStatus::Ok;
+                    assert!(
+                        derivatives[..72]
+                            .iter()
+                            .all(|d| (*d != UNTOUCHED) == is_told)
+                    );
+                    assert_eq!(derivatives[72], UNTOUCHED);
                     status
                 }
                 _ => {

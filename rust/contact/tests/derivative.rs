@@ -293,3 +293,12 @@ fn there_are_none_before_a_step() {
     let mut contact = PreparedContact::new(Arc::new(bumpy(&mut random, None)));
     assert_eq!(contact.jacobian(&unmonitored), Err(Error::NoStep));
 }
+
+#[test]
+fn a_lifted_body_has_a_load_that_does_not_change() {
+    let mut random = TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha);
+    let mut contact = PreparedContact::new(Arc::new(bumpy(&mut random, None)));
+    let given = [0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 2.0, 1.0, 1.5];
+    assert!(taken(&mut contact, &given, true).is_some());
+    assert_eq!(contact.jacobian(&unmonitored), Ok([[0.0; 9]; 8]));
+}

@@ -635,6 +635,48 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     })
 }
 
+/// `fmi2GetDirectionalDerivative`: exact derivatives of outputs by inputs at the last step.
+///
+/// The points in contact stay the same. Before the end of the initialisation, and after a state was set, they are
+/// those at the inputs.
+///
+/// # Safety
+/// The arrays must have as many entries as the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    unit: *mut c_void,
+    unknowns: *const u32,
+    n: usize,
+    knowns: *const u32,
+    m: usize,
+    seed: *const f64,
+    out: *mut f64,
+) -> c_int {
+    call(unit.cast(), |unit| {
+        let unknowns = take("unknowns", unknowns, n)?;
+        let knowns = take("knowns", knowns, m)?;
+        let seed = take("seed", seed, m)?;
+        if let Some(&reference) = unknowns.iter().find(|r| !OUTPUTS.contains(&(**r as usize))) {
+            return Err(unknown(reference));
+        }
+        if let Some(&reference) = knowns.iter().find(|r| !unit.values.is_input(**r as usize)) {
+            return Err(unknown(reference));
+        }
+        if unit.is_initialising || unit.contact.taken().is_none() {
+            unit.solve()?;
+        }
+        let jacobian = (unit.contact.jacobian(&unmonitored))
+            .map_err(|error| Failure::error(error.to_string()))?;
+        for (k, &reference) in unknowns.iter().enumerate() {
+            let row = &jacobian[reference as usize - OUTPUTS.start];
+            let along = knowns.iter().zip(seed);
+            let sum = along.map(|(&known, seed)| row[known as usize] * seed).sum();
+            put("out", out, k, sum)?;
+        }
+        Ok(())
+    })
+}
+
 /// Functions of the standard for what a contact has not; all of them refuse.
 macro_rules! refuse {
     ($($name:ident($($argument:ident: $type:ty),*): $what:literal;)*) => {$(
@@ -651,9 +693,6 @@ macro_rules! refuse {
 }
 
 refuse! {
-    fmi2GetDirectionalDerivative(
-        unknowns: *const u32, n: usize, knowns: *const u32, m: usize, seed: *const f64, out: *mut f64
-    ): "derivatives";
     fmi2SetRealInputDerivatives(references: *const u32, count: usize, order: *const c_int, values: *const f64):
         "derivatives of inputs";
     fmi2GetRealOutputDerivatives(references: *const u32, count: usize, order: *const c_int, values: *mut f64):

@@ -175,6 +175,9 @@ impl PreparedContact {
     /// # Errors
     /// [`Error::NoStep`]; as [`PreparedContact::gradients`].
     pub fn jacobian(&mut self, monitor: Monitor<'_>) -> Result<Jacobian, Error> {
+        if let Some(jacobian) = self.jacobian {
+            return Ok(jacobian);
+        }
         let taken = self.taken.clone().ok_or(Error::NoStep)?;
         let of = self.prepared.outputs(&taken);
         let gradients = self.gradients(&taken, &of, monitor)?;
@@ -189,6 +192,7 @@ impl PreparedContact {
         for (d, unit) in jacobian[6][6..8].iter_mut().zip(unit) {
             *d += unit;
         }
+        self.jacobian = Some(jacobian);
         Ok(jacobian)
     }
 }

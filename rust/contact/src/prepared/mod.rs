@@ -111,6 +111,7 @@ pub struct PreparedContact {
     prepared: Arc<Prepared>,
     stepper: SlidingStepper,
     taken: Option<Arc<Taken>>,
+    jacobian: Option<Jacobian>,
 }
 
 impl Prepared {
@@ -274,6 +275,7 @@ impl PreparedContact {
             prepared,
             stepper,
             taken: None,
+            jacobian: None,
         }
     }
 
@@ -370,7 +372,7 @@ impl PreparedContact {
             self.stepper = SlidingStepper::new(prepared.influence.clone());
             return Err(error);
         }
-        self.taken = None;
+        (self.taken, self.jacobian) = (None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
             self.taken = Some(Arc::new(Taken::new(
