@@ -295,7 +295,7 @@ def fine_shoe() -> Iterator[Row]:
     from mtb_rs.base import cache
 
     rate = dense_rate()
-    for spacing in (1.5e-3, 1e-3):
+    for spacing in (1.5e-3, 1e-3, 0.5e-3):
         with cache.memory_only():
             start = time.perf_counter()
             found = mtb.scenes.pole_shoe_on_rail(spacing=spacing).solve("elastic-upper")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __version__: str
 CONDENSATION_DIGEST: str
 PATH_TOLERANCE: float
+PRODUCTS_FROM: int
 
 _Array = NDArray[np.float64]
 
@@ -53,9 +54,12 @@ class Problem:
         motions: _Array,
         of_upper: list[bool],
         is_pulled: list[bool] | None = None,
+        products_from: int = ...,
     ) -> Problem: ...
     @property
     def pair(self) -> Compliance: ...
+    @property
+    def is_by_products(self) -> bool: ...
     @property
     def motions(self) -> _Array: ...
     def loading(self, gap: _Array, work: _Array) -> Loading: ...
@@ -607,6 +611,14 @@ def half_space_hats(
     spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
 ) -> tuple[Compliance, _Array]: ...
+def refined(
+    body: Compliance,
+    weights: _Array,
+    elastic: tuple[float, float],
+    lines: list[tuple[list[int], list[int]]],
+    patches: list[tuple[tuple[float, float, int, int], tuple[float, float]]],
+) -> Compliance: ...
+def carried(fields: _Array, lines: list[tuple[list[int], list[int]]]) -> _Array: ...
 def half_space_cut_hats(
     shear_modulus: float,
     poisson_ratio: float,
@@ -816,6 +828,7 @@ class Sampling:
     ) -> Sampling: ...
     @staticmethod
     def joined(parts: list[Sampling]) -> Sampling: ...
+    def on_lines(self, lines: list[tuple[list[int], list[int]]]) -> Sampling: ...
     @property
     def weights(self) -> _Array: ...
     @property

@@ -59,7 +59,8 @@ class Condensed:
     weights : (n,) [m2]
         Area of each contact point, the integral of its basis function.
     flexibility : (6, n, n) [m3/Pa]
-        Blocks 11, 22, nn, 12, 1n, 2n; the compliance is a block over the weight of the observed point.
+        Blocks 11, 22, nn, 12, 1n, 2n; the compliance is a block over the weight of the observed point. Of the
+        points of the condensation, where the contact points are finer.
     mode_names : tuple of str
         Rigid motions that the supports leave free and contact must hold.
     modes : (m, 9)
@@ -86,6 +87,8 @@ class Condensed:
     cost : Mapping
         Unknowns, entries and operations of the factorisation, seconds by stage.
     origin : "built", "disk" or "memory"
+    refined : Compliance or None
+        On finer contact points than those of the condensation.
     """
 
     weights: Array
@@ -103,6 +106,7 @@ class Condensed:
     spread_reaction: Array
     cost: Mapping[str, float]
     origin: str
+    refined: _mtb_rs.Compliance | None = None
 
     @property
     def operations(self) -> float:
@@ -112,7 +116,7 @@ class Condensed:
     @cached_property
     def compliance(self) -> _mtb_rs.Compliance:
         """Traction in, displacement out."""
-        return _mtb_rs.flexibility(self.weights, self.flexibility)
+        return self.refined or _mtb_rs.flexibility(self.weights, self.flexibility)
 
     def spread_work(self, wrench: Array) -> Array:
         """Generalised load (m,) of a spread force and moment about `centre` (6,) on each mode."""
@@ -665,7 +669,9 @@ class ElasticBody:
             else (self._build(sampling), "built")
         )
         cost = dict(zip(arrays["cost_names"].tolist(), arrays["cost"].tolist(), strict=True))
-        fields = {k: v for k, v in arrays.items() if k not in ("cost", "cost_names", "mode_names")}
+        fields: dict[str, Any] = {
+            k: v for k, v in arrays.items() if k not in ("cost", "cost_names", "mode_names")
+        }
         return Condensed(**fields, mode_names=tuple(arrays["mode_names"].tolist()), cost=cost, origin=origin)
 
     def _build(self, sampling: _mtb_rs.Sampling) -> cache.Arrays:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,6 +26,7 @@ from ..bodies.supports import Guide, Support
 from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
 from ..geometry.geometries import Geometry, cells_along
 from ..geometry.pole_shoe import PoleShoe
+from .refined import NEAR, THINNER, Lines, NotRefinedError, carrier_spacing, elements, lines_of
 from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
 
@@ -47,11 +48,15 @@ class Held:
         At the contact; None: that of the contact grid.
     thinner : float
         Their layers are those of a grid finer by this factor.
+    carrier : (dx, dy) [m] or None
+        Largest distance of the lines that bodies, the rail too, are condensed onto; None: of all lines, or of
+        fewer where the contact points are many.
     """
 
     supports: Any
     element_size: float | None = None
     thinner: float = 1.0
+    carrier: tuple[float, float] | None = None
 
 
 def half_spaces(
@@ -86,7 +91,7 @@ def on_rigid(
     def build() -> Contact:
         geometry.check_elastic(spacing)
         grid = geometry.grid(spacing)
-        above, area = upper_bodies(geometry, grid, upper.material, held, time_s)
+        above, area, notes = upper_bodies(geometry, grid, upper.material, held, time_s)
         points, patches = grid.nodes, grid.node_patches
         return Contact(
             points=points,
@@ -96,6 +101,7 @@ def on_rigid(
             upper=above,
             lower=hats_of(Rigid(), points, patches, upper=False),
             averages=averages(above.parts),
+            notes=notes,
         )
 
     return cache.recalled(fingerprint((geometry, spacing, upper, held)), build)
@@ -146,19 +152,26 @@ def on_rail(
 
     def build() -> Contact:
         above = on_rigid(geometry, upper, spacing, held, time_s)
-        below = rail(geometry, geometry.grid(spacing), lower.material, image, time_s)
-        return replace(above, lower=below, memory=Memory())
+        below, notes = rail(geometry, geometry.grid(spacing), lower.material, image, held.carrier, time_s)
+        return replace(above, lower=below, notes=above.notes + notes, memory=Memory())
 
     return cache.recalled(fingerprint((geometry, spacing, bodies, held, "rail", image)), build)
 
 
 def upper_solids(
-    geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
+    geometry: Geometry,
+    grid: ContactGrid,
+    material: Material,
+    held: Held,
+    time_s: dict[str, float],
+    lines: Lines | None = None,
 ) -> list[tuple[ElasticBody, bool]]:
-    """The meshed upper bodies, one a patch, and whether each is the mirror image of the first."""
+    """The upper bodies, one a patch, meshed on some lines or on all; whether each is its image."""
     found: list[tuple[ElasticBody, bool]] = []
-    for patch in grid.node_patches:
-        solid = _upper_body(geometry, grid, patch, material, held, time_s)
+    for k, patch in enumerate(grid.node_patches):
+        solid = _upper_body(
+            geometry, grid, patch, material, held, time_s, None if lines is None else lines[k]
+        )
         is_twin = bool(found) and isinstance(held.supports, str)
         found.append(
             (solid, is_twin and _is_twin(found[0][0], grid.node_patches[0], grid.nodes, solid, patch))
@@ -168,26 +181,59 @@ def upper_solids(
 
 def upper_bodies(
     geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
+) -> tuple[ElasticBodies, Array, tuple[str, ...]]:
+    """The upper bodies, one a patch, the area of each contact point (n,) [m2], and what there is to say."""
+    lines = upper_lines(grid.node_patches, held.carrier)
+    if lines is None:
+        return *_upper_bodies(geometry, grid, None, material, held, time_s), ()
+    try:
+        return *_upper_bodies(geometry, grid, lines, material, held, time_s), ()
+    except NotRefinedError as error:
+        note = _condensed_directly("upper", error)
+        return *_upper_bodies(geometry, grid, None, material, held, time_s), (note,)
+
+
+def _condensed_directly(name: str, why: NotRefinedError) -> str:
+    return f"The {name} body was condensed onto all of its contact points, because on fewer ones {why}."
+
+
+def upper_lines(patches: Sequence[Patch], carrier: tuple[float, float] | None) -> Lines | None:
+    """The lines that upper bodies on these patches of nodes are condensed onto; None: all of them."""
+    spacing = carrier_spacing(patches) if carrier is None else carrier
+    # all four sides of a contact may be free edges of a body
+    return None if spacing is None else lines_of(patches, spacing)
+
+
+def lower_lines(geometry: Geometry, grid: ContactGrid, carrier: tuple[float, float] | None) -> Lines | None:
+    """The same for the rail, which is free at its ends alone."""
+    patches = grid.node_patches
+    spacing = carrier_spacing(patches) if carrier is None else carrier
+    if spacing is None:
+        return None
+    beyond = 0.5 * geometry.rail()[1] - float(np.abs(grid.nodes.points[0]).max())
+    return lines_of(patches, spacing, along_x=beyond < NEAR * spacing[0], along_y=False)
+
+
+def _upper_bodies(
+    geometry: Geometry,
+    grid: ContactGrid,
+    lines: Lines | None,
+    material: Material,
+    held: Held,
+    time_s: dict[str, float],
 ) -> tuple[ElasticBodies, Array]:
-    """The upper bodies, one a patch, and the area of each contact point (n,) [m2]."""
+    """The upper bodies on the nodes of a grid, condensed onto some lines or onto all."""
     points, patches = grid.nodes, grid.node_patches
     parts: list[ElasticPart] = []
     compliances: list[_mtb_rs.Compliance] = []
     condensed: list[Condensed] = []
-    solids = upper_solids(geometry, grid, material, held, time_s)
-    for patch, (solid, is_twin) in zip(patches, solids, strict=True):
-        cut = patch.cut
-        places = points.at(cut)
+    solids = upper_solids(geometry, grid, material, held, time_s, lines)
+    for k, (patch, (solid, is_twin)) in enumerate(zip(patches, solids, strict=True)):
         if is_twin:
-            part, flexible, compliance = _twin(parts[0], condensed[0], patch, places)
+            part, flexible, compliance = _twin(parts[0], condensed[0], patch, points.at(patch.cut))
         else:
-            own = (replace(patch, start=0),)
-            # contact points lie on the lower body, the upper one is a gap away from them
-            places = replace(places, points=places.points + places.gap * places.normal)
-            part = ElasticPart(
-                solid, own, places, patch.start, True, np.zeros(patch.nx * patch.ny), np.zeros((0, 9))
-            )
-            flexible = condensed_part(part, time_s)
+            part = _upper_part(solid, points, patch)
+            flexible = condensed_part(part, time_s, None if lines is None else lines[k : k + 1])
             covered = flexible.weights.sum() / (np.prod(patch.spacing) * (patch.nx - 1) * (patch.ny - 1))
             if abs(covered - 1.0) > COVERAGE:
                 raise ValueError(
@@ -200,6 +246,15 @@ def upper_bodies(
         compliances.append(compliance)
     bodies = ElasticBodies(tuple(parts), tuple(condensed), tuple(compliances), points)
     return bodies, np.concatenate([c.weights for c in condensed])
+
+
+def _upper_part(solid: ElasticBody, points: ContactPoints, patch: Patch) -> ElasticPart:
+    places = points.at(patch.cut)
+    # contact points lie on the lower body, the upper one is a gap away from them
+    places = replace(places, points=places.points + places.gap * places.normal)
+    n = patch.nx * patch.ny
+    own = (replace(patch, start=0),)
+    return ElasticPart(solid, own, places, patch.start, True, np.zeros(n), np.zeros((0, 9)))
 
 
 def _is_twin(
@@ -268,32 +323,63 @@ def rail(
     grid: ContactGrid,
     material: Material,
     image: NDArray[np.intp] | None,
+    carrier: tuple[float, float] | None,
     time_s: dict[str, float],
-) -> ElasticBodies:
-    """The rail as one elastic body under all patches.
+) -> tuple[ElasticBodies, tuple[str, ...]]:
+    """The rail under all patches, with `carrier` as in :class:`Held`, and what there is to say of it.
 
     With the mirror `image` (n,) of each point all above the rail is symmetric; half of a symmetric rail is
     then enough.
     """
     if image is not None and not geometry.rail()[0].is_symmetric:
         image = None
-    solid, carried = rail_solid(geometry, grid, material, half=image is not None, time_s=time_s)
+    lines = lower_lines(geometry, grid, carrier)
+    if lines is None:
+        return _rail(geometry, grid, None, material, image, time_s), ()
+    try:
+        return _rail(geometry, grid, lines, material, image, time_s), ()
+    except NotRefinedError as error:
+        note = _condensed_directly("lower", error)
+        return _rail(geometry, grid, None, material, image, time_s), (note,)
+
+
+def _rail(
+    geometry: Geometry,
+    grid: ContactGrid,
+    lines: Lines | None,
+    material: Material,
+    image: NDArray[np.intp] | None,
+    time_s: dict[str, float],
+) -> ElasticBodies:
+    """The rail on the nodes of a grid, condensed onto some lines or onto all."""
+    half = image is not None
+    solid, carried = rail_solid(geometry, grid, material, half=half, time_s=time_s, lines=lines)
     n = sum(p.nx * p.ny for p in carried)
     own = grid.nodes.at(slice(0, n))
     part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
-    flexible = condensed_part(part, time_s)
+    flexible = condensed_part(part, time_s, None if lines is None else lines[: len(carried)])
     return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
 
 
 def rail_solid(
-    geometry: Geometry, grid: ContactGrid, material: Material, *, half: bool, time_s: dict[str, float]
+    geometry: Geometry,
+    grid: ContactGrid,
+    material: Material,
+    *,
+    half: bool,
+    time_s: dict[str, float],
+    lines: Lines | None = None,
 ) -> tuple[ElasticBody, tuple[Patch, ...]]:
-    """The meshed rail, or its `half` y >= 0, and the patches that it carries."""
+    """The rail, meshed on some lines or on all, or its `half` y >= 0, and the patches that it carries."""
     patches = grid.node_patches
     profile, length = geometry.rail()
     clock = time.perf_counter()
-    lines = [_grid_lines(grid, patch) for patch in patches]
-    x, rows = _mtb_rs.rail_lines([x for x, _ in lines]), [np.sort(np.abs(y)) for _, y in lines]
+    places = [_grid_lines(grid, patch) for patch in patches]
+    if lines is not None:
+        places = [
+            (x[elements(own[0])], y[elements(own[1])]) for (x, y), own in zip(places, lines, strict=True)
+        ]
+    x, rows = _mtb_rs.rail_lines([x for x, _ in places]), [np.sort(np.abs(y)) for _, y in places]
     mesh = rail_mesh(profile, x, rows[0], length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
     if half:
@@ -324,10 +410,14 @@ def _upper_body(
     material: Material,
     held: Held,
     time_s: dict[str, float],
+    lines: tuple[list[int], list[int]] | None,
 ) -> ElasticBody:
     supports, element_size = held.supports, held.element_size
     clock = time.perf_counter()
-    x, y = _grid_lines(grid, patch)
+    # evenly spaced over the face, though not along y where that is curved
+    x, y = (np.linspace(along[0], along[-1], along.size) for along in _grid_lines(grid, patch))
+    if lines is not None:
+        x, y = x[elements(lines[0])], y[elements(lines[1])]
     nx, ny = x.size, y.size
     if element_size is not None:
         sides = (patch.nx - 1) * patch.spacing[0], (patch.ny - 1) * patch.spacing[1]
@@ -342,7 +432,7 @@ def _upper_body(
     built: dict[str, Any] = {
         "halved": isinstance(supports, str) and supports in ("points", "fixed-points"),
         "clamped": not isinstance(supports, str) or supports == "clamped-top",
-        "thinner": held.thinner,
+        "thinner": held.thinner * (1.0 if lines is None else THINNER),
     }
     if element_size is not None:
         x, y = np.linspace(x[0], x[-1], nx), np.linspace(y[0], y[-1], ny)

@@ -18,6 +18,7 @@ from ..base.words import Model
 from ..bodies.sides import ElasticPart, Side
 from ..friction.fields import Coefficients
 from ..geometry.contact_points import ContactPoints, Patch
+from . import refined
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,8 @@ class ContactProblem:
         Where not all points of the grids are contact points.
     windows : tuple of Patch
         The grids beyond which the bodies go on, so that no pressure may reach their edge.
+    notes : tuple of str
+        What there is to say of the bodies, in sentences.
     moments : (mx, my) [N m]
         That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
@@ -101,6 +104,7 @@ class ContactProblem:
     memory: Memory = field(default_factory=Memory)
     windows: tuple[Patch, ...] = ()
     moments: tuple[float, float] = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
@@ -121,7 +125,8 @@ class ContactProblem:
         of_upper = [True] * upper.work.size + [False] * lower.work.size
         is_pulled = [*upper.is_pulled.tolist(), *lower.is_pulled.tolist()]
         # what it is made of is what it is found again by
-        made_from = (lower.compliance, upper.compliance, self.geometry, motions, of_upper, is_pulled)
+        bodies = lower.compliance, upper.compliance
+        made_from = (*bodies, self.geometry, motions, of_upper, is_pulled, refined.PRODUCTS_FROM)
         return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 
     @cached_property
@@ -208,10 +213,12 @@ class Solution:
     residual: float
     #: mu / mu_sym
     wedging_margin: float | None
-    unstable: bool = False
+    #: None: not known
+    unstable: bool | None = False
     convolutions: float = 0.0
     preconditionings: float = 0.0
     operations: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def coefficients(self, problem: ContactProblem) -> Array:
         """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""

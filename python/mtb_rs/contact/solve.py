@@ -37,8 +37,15 @@ Body = Literal["upper", "lower"]
 #: Words for the size of an effect that could not be estimated.
 UNKNOWN = "of unknown size: the model with it has no solution on wider cells"
 
-#: Floating-point operations of an entry of a dense influence matrix, about.
-ENTRY = 50.0
+#: What is not known of a solution by products.
+UNKNOWN_MARGIN = (
+    "The margin to wedging and the stability of the branch were not computed, because {points} points are "
+    "solved without a matrix. Wider cells, on which the margin is nearly the same, tell both."
+)
+
+#: Floating-point operations of an entry of a dense influence matrix, and of a contact point in a product
+#: without one, about.
+ENTRY, PRODUCT = 50.0, 2000.0
 
 
 def solve_direct(problem: ContactProblem, *, with_margin: bool = True) -> Solution:
@@ -94,8 +101,9 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     clock = time.perf_counter()
     law = problem.friction
     frictional = bool(problem.direction.any()) and law.may_act
-    memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
     core, direction = problem.core, np.ascontiguousarray(problem.direction)
+    if not core.is_by_products:
+        memory.say(memory.of_sliding(problem.n, frictional), f"the sliding contact of {problem.n} points")
     core.prepare(direction, frictional)
     problem.time_s["influence matrix"] = time.perf_counter() - clock
     clock = time.perf_counter()
@@ -107,13 +115,17 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     problem.time_s["complementarity"] = time.perf_counter() - clock
     clock = time.perf_counter()
     margin: float | None = None
+    notes: tuple[str, ...] = ()
     if frictional and with_margin:
         factor = problem.memory.recall(
             "wedging factor",
             [core, direction, out.friction],
             lambda: core.wedging_factor(direction, out.friction),
         )
-        margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
+        if np.isnan(factor):
+            notes = (UNKNOWN_MARGIN.format(points=problem.n),)
+        else:
+            margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
     problem.time_s["wedging margin"] = time.perf_counter() - clock
     return Solution(
         pressure=out.pressure,
@@ -121,13 +133,34 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
         motion=out.motion,
         friction=out.friction,
         status=out.status,
-        solver="Lemke pivots" if out.by_lemke else "active set, dense factorisation",
+        solver=_solver_of(core, by_lemke=out.by_lemke),
         iterations=out.iterations,
         residual=out.residual,
         wedging_margin=margin,
-        unstable=out.unstable,
-        operations=dense_operations(problem.n, int((out.pressure > 0.0).sum()), out.iterations),
+        # by products no determinant is known
+        unstable=None if notes else out.unstable,
+        notes=notes,
+        operations=(
+            product_operations(problem.n, out.iterations)
+            if core.is_by_products
+            else dense_operations(problem.n, int((out.pressure > 0.0).sum()), out.iterations)
+        ),
     )
+
+
+def product_operations(points: int, products: int) -> float:
+    """Floating-point operations of a solve by products."""
+    return PRODUCT * points * products
+
+
+#: The solver of contacts of many points.
+BY_PRODUCTS = "active set, GMRES"
+
+
+def _solver_of(core: _mtb_rs.Problem, *, by_lemke: bool) -> str:
+    if core.is_by_products:
+        return BY_PRODUCTS
+    return "Lemke pivots" if by_lemke else "active set, dense factorisation"
 
 
 def dense_operations(points: int, contact: int, iterations: int) -> float:
@@ -228,6 +261,7 @@ def finish(
             None if solution.wedging_margin is None else max(solution.wedging_margin, tipping or 0.0)
         ),
         tipping_margin=tipping,
+        notes=(*problem.notes, *solution.notes),
         time_s=dict(problem.time_s),
     )
     result = Result(
@@ -381,6 +415,8 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
         return (
             f'{outcome}; {solution.solver}): method="direct" solves the scene without increments or factors'
         )
+    if solution.solver.startswith(BY_PRODUCTS):
+        outcome += "; so many points have no other method. Solve on wider cells"
     return f"{outcome}{_lost_digits(problem)})"
 
 

@@ -23,6 +23,7 @@ from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import HalfSpace, Rigid
 from ..geometry.contact_points import ContactPoints, Patch
 from .problem import Averages, Kept, core_geometry, to_global
+from .refined import DIRECT_PAIR, REFINED_POINT, Lines, refined
 
 Array = NDArray[np.float64]
 
@@ -158,6 +159,8 @@ class Contact:
         What is made of the bodies for one load and serves the next.
     windows : tuple of Patch
         The grids beyond which the bodies go on.
+    notes : tuple of str
+        What there is to say of the bodies, in sentences.
     """
 
     points: ContactPoints
@@ -172,15 +175,20 @@ class Contact:
     beyond: tuple[str, float] | None = None
     memory: Memory = field(default_factory=Memory)
     windows: tuple[Patch, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def nbytes(self) -> float:
         """Memory of the matrices [bytes] at most.
 
-        Cells have two of the pair, and those of its mirror half. Hats have the blocks of both bodies as well.
+        Cells have two of the pair, and those of its mirror half. Hats have the blocks of both bodies as well,
+        but those of bodies that are condensed onto fewer points have tables.
         """
-        matrices = 2.5 if self.averages is None else 24.0
-        return matrices * 8.0 * self.area.size**2
+        sides = [side for side in (self.upper, self.lower) if isinstance(side, ElasticBodies)]
+        if any(c.refined is not None for side in sides for c in side.condensed):
+            return REFINED_POINT * self.area.size
+        pair = 8.0 * 2.5 if self.averages is None else DIRECT_PAIR
+        return pair * self.area.size**2
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -239,9 +247,20 @@ def hats_of(
     )
 
 
-def condensed_part(part: ElasticPart, time_s: dict[str, float]) -> Condensed:
+def condensed_part(part: ElasticPart, time_s: dict[str, float], lines: Lines | None = None) -> Condensed:
+    """A body on its contact points; with `lines` of its grids, condensed onto the hats between these.
+
+    Raises
+    ------
+    NotRefinedError
+    """
     clock = time.perf_counter()
-    flexible = part.body.condense(part.sampling())
+    sampling = part.sampling()
+    if lines is None:
+        flexible = part.body.condense(sampling)
+    else:
+        coarse = part.body.condense(sampling.on_lines(lines))
+        flexible = refined(coarse, part.body.material, lines, part.patches)
     time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
     return flexible
 

@@ -154,6 +154,18 @@ def flat_grid(cells: ContactPoints, nodes: ContactPoints, nx: int, ny: int, spac
     )
 
 
+#: Relative difference of steps that count as even.
+EVEN = 1e-9
+
+
+def _spread(first: float, last: float, lines: Array) -> Array:
+    """Places from `first` to `last`, spaced as `lines` are."""
+    steps = np.diff(lines)
+    if np.ptp(steps) <= EVEN * steps.max():
+        return np.linspace(first, last, lines.size)
+    return np.asarray(first + (last - first) * (lines - lines[0]) / (lines[-1] - lines[0]))
+
+
 def _first(points: ContactPoints) -> tuple[float, float]:
     return float(points.points[0, 0]), float(points.points[1, 0])
 
@@ -400,7 +412,7 @@ class BlockOnPlane(Geometry):
         self, meshers: Meshers, grid: ContactGrid, patch: Patch, lines: tuple[Array, Array]
     ) -> UpperBody:
         """The block."""
-        x, y = (np.linspace(along[0], along[-1], along.size) for along in lines)
+        x, y = (_spread(along[0], along[-1], along) for along in lines)
         mesh = meshers.block(x, y, self.height)
         size, element = (self.width, self.length), float(np.diff(x).min())
         return UpperBody(mesh, "block", np.zeros(3), size, self.height, np.eye(3), element)
@@ -459,11 +471,13 @@ class ShoeOnRail(Geometry):
         shoe = self.shoe
         side: Side = "left" if patch.name == "left" else "right"
         toward = 1.0 if side == "left" else -1.0
-        # the strip in the shoe's own frame: evenly spaced along the arc of its sole
+        # the strip in the shoe's own frame: as the lines are spaced, along the arc of its sole
         first, last = shoe.profile.arc_length([toward * shoe.inner_edge, toward * shoe.conforming_to])
-        y = np.abs(shoe.profile.position(np.linspace(first, last, lines[1].size)))
+        # from the inside outwards; the lines rise with y
+        outwards = lines[1] if toward > 0.0 else -lines[1][::-1]
+        y = np.abs(shoe.profile.position(_spread(first, last, outwards)))
         y[[0, -1]] = shoe.inner_edge, shoe.conforming_to
-        mesh = meshers.pole(shoe, np.linspace(-0.5, 0.5, lines[0].size) * shoe.length, y, side)
+        mesh = meshers.pole(shoe, _spread(-0.5, 0.5, lines[0]) * shoe.length, y, side)
         middle = np.array([0.0, 0.5 * (shoe.inner_edge + shoe.outer_edge) * toward, 0.0])
         cos, sin = np.cos(shoe.yaw), np.sin(shoe.yaw)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

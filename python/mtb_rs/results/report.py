@@ -79,6 +79,8 @@ class Report(Told):
         1 no pressure balances the load. None if no load determines the force.
     time_s : Mapping[str, float] [s]
         Wall time by stage.
+    notes : tuple of str
+        What was done otherwise than usual, or not at all, in sentences.
     history : tuple of float
         Residual by iteration, where the solver keeps it.
     """
@@ -107,6 +109,7 @@ class Report(Told):
     operations: Mapping[str, float] = field(default_factory=dict)
     wedging_margin: float | None = None
     tipping_margin: float | None = None
+    notes: tuple[str, ...] = ()
     time_s: Mapping[str, float] = field(default_factory=dict, compare=False)
     history: tuple[float, ...] = ()
 

@@ -537,6 +537,7 @@ class Result(Judged, Differentiable, Pictured):
             lines.append(f"estimated total error: {self.errors_in_words()}")
         if report.missed:
             lines.append(report.missed)
+        lines += report.notes
         if (report.tipping_margin or 0.0) >= 0.005:
             lines.append(f"the resultant is {report.tipping_margin:.2f} of the way to tipping over")
         if (report.wedging_margin or 0.0) >= max(0.005, 1.001 * (report.tipping_margin or 0.0)):

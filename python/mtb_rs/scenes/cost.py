@@ -10,7 +10,7 @@ more of what else runs on the machine.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -22,12 +22,14 @@ from ..base.told import Row, Told, length
 from ..base.words import Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace
-from ..contact.elastic import Held, rail_solid, upper_solids
+from ..contact.elastic import Held, lower_lines, rail_solid, upper_lines, upper_solids
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem
+from ..contact.refined import DIRECT_PAIR, PRODUCTS_FROM, REFINED_POINT, Lines, carrier_spacing
 from ..contact.solids import OwnBodies, count_points
-from ..contact.solve import dense_operations
+from ..contact.solve import dense_operations, product_operations
 from ..contact.symmetry import is_symmetric
+from ..geometry.contact_points import Patch
 from ..results.result import percent
 from .auto import MODEL_SHARE, TOLERANCE
 from .direct import DENSE_POINTS, TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled, with_wider_elements
@@ -43,8 +45,9 @@ PASSED = 0.3
 #: Rounds of the active sets, and the share of the points that touch: where a face is pulled down, and of a
 #: curved one that is pressed.
 ROUNDS, TOUCHING = (2, 8), (1.0, 0.33)
-#: Products with the influence matrix: pressed alike half-spaces, unlike ones in turn, rolling.
-PRODUCTS, IN_TURN, ROLLING = 20, 120, 240
+#: Products with the influence matrix: pressed alike half-spaces, unlike ones in turn, rolling, elastic
+#: bodies.
+PRODUCTS, IN_TURN, ROLLING, SETS = 20, 120, 240, 350
 #: Share of a grid that the rectangle around a contact takes.
 RECTANGLE = 0.45
 #: Floating-point operations a second of each processor: condensation, dense factorisations, transforms.
@@ -194,6 +197,8 @@ class _Elements:
     points: int
     #: Bodies of one name and key are one and the same.
     key: tuple[object, ...]
+    #: Whether these are fewer than it touches in.
+    is_refined: bool = False
 
     @property
     def entries(self) -> float:
@@ -233,9 +238,9 @@ def _cost(scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judg
     if model == "half-space":
         assert problem is not None
         first = _half_space(scene, problem)
-    for copy, one, width, thinner in _wider(scene, model, ladder, is_judged=is_judged):
+    for copy, one, width, thinner, carrier in _wider(scene, model, ladder, is_judged=is_judged):
         try:
-            every.update(dict.fromkeys(_elements(copy, one, width, thinner, is_half=is_half)[0]))
+            every.update(dict.fromkeys(_elements(copy, one, width, thinner, carrier, is_half=is_half)[0]))
         except ValueError:  # such cells or elements do not fit, and are left out
             continue
     # the same mesh is factorised once for all its contact points
@@ -246,9 +251,14 @@ def _cost(scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judg
     operations, needed, seconds = condensing, OVERHEAD * held, _seconds(condensing, CONDENSING)
     if first is not None:
         return Cost(model, n, {}, needed + first.memory, operations + first.operations, seconds + first.time)
-    solving = _dense(n if not is_half else (n + 1) // 2, is_pulled=scene.magnetic_pressure is not None)
-    # blocks of both bodies, their halves, those of the pair
-    needed += 24.0 * 8.0 * n**2 + memory.SCENE_CELL * n
+    own = n if not is_half else (n + 1) // 2
+    if any(e.is_refined for e in fine) and own >= PRODUCTS_FROM:
+        solving = product_operations(own, SETS)
+        needed += (REFINED_POINT + memory.SCENE_CELL) * n
+    else:
+        solving = _dense(own, is_pulled=scene.magnetic_pressure is not None)
+        # blocks of both bodies, their halves, those of the pair
+        needed += DIRECT_PAIR * n**2 + memory.SCENE_CELL * n
     seconds += _seconds(solving, FACTORISING) + FIXED + EACH * n
     unknowns = {e.body.name: e.body.unknowns for e in fine}
     return Cost(model, n, unknowns, needed, operations + solving, seconds)
@@ -256,8 +266,9 @@ def _cost(scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judg
 
 def _wider(
     scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judged: bool
-) -> Iterator[tuple[PosedScene, Model, Spacing, float]]:
-    """The solves on wider cells: scene, model, spacing, and how much thinner the layers of elements are."""
+) -> Iterator[tuple[PosedScene, Model, Spacing, float, Spacing | None]]:
+    """The solves on wider cells: scene, model, spacing, how much thinner the layers of elements are, and the
+    spacing of the points that bodies under many points are condensed onto."""
     spacing = scene.known_spacing
     width = coarsened(spacing, scene.geometry.grid(spacing).patches)
     if width is None:
@@ -266,16 +277,25 @@ def _wider(
         copy = with_wider_elements(scene, spacing, width)
     except ValueError:
         return
+    ratio = float(np.sqrt(np.prod(width) / np.prod(spacing)))
+    own = None if scene.own_model is not None else carrier_spacing(scene.geometry.grid(spacing).node_patches)
+    wide = None if own is None else (ratio * own[0], ratio * own[1])
     for one in ladder:
-        yield copy, one, width, 1.0
+        yield copy, one, width, 1.0, wide
     if is_judged and model != "half-space":
-        yield copy, model, width, 1.0
+        yield copy, model, width, 1.0, wide
         if scene.own_model is None:
-            yield copy, model, width, float(np.sqrt(np.prod(width) / np.prod(spacing)))
+            yield copy, model, width, ratio if own is None else 1.0, own
 
 
 def _elements(
-    scene: PosedScene, model: Model, spacing: Spacing, thinner: float = 1.0, *, is_half: bool
+    scene: PosedScene,
+    model: Model,
+    spacing: Spacing,
+    thinner: float = 1.0,
+    carrier: Spacing | None = None,
+    *,
+    is_half: bool,
 ) -> tuple[list[_Elements], int]:
     """The meshed bodies of a model that are condensed, and the number of contact points."""
     geometry = scene.geometry
@@ -289,18 +309,30 @@ def _elements(
     n = int(grid.nodes.gap.size)
     # that these are half-spaces is checked with the model
     upper, lower = cast(tuple[HalfSpace, HalfSpace], scene.simple)
-    held = Held(scene.supports, scene.element_size, thinner)
-    solids = upper_solids(geometry, grid, upper.material, held, {})
+    held = Held(scene.supports, scene.element_size, thinner, carrier)
+    # many points are not those that the bodies are condensed onto
+    lines = upper_lines(grid.node_patches, carrier)
+    solids = upper_solids(geometry, grid, upper.material, held, {}, lines)
+    key = spacing, thinner, carrier
     found = [
-        _Elements(solid, patch.nx * patch.ny, (solid.name, spacing, thinner))
-        for (solid, is_twin), patch in zip(solids, grid.node_patches, strict=True)
+        _Elements(solid, points, (solid.name, *key), lines is not None)
+        for (solid, is_twin), points in zip(solids, _counts(grid.node_patches, lines), strict=True)
         if not is_twin
     ]
     if model == "elastic-both":
         half = is_half and geometry.rail()[0].is_symmetric and isinstance(scene.supports, str)
-        rail, carried = rail_solid(geometry, grid, lower.material, half=half, time_s={})
-        found.append(_Elements(rail, sum(p.nx * p.ny for p in carried), (rail.name, spacing)))
+        lines = lower_lines(geometry, grid, carrier)
+        rail, carried = rail_solid(geometry, grid, lower.material, half=half, time_s={}, lines=lines)
+        points = sum(_counts(carried, lines)[: len(carried)])
+        found.append(_Elements(rail, points, (rail.name, spacing, carrier), lines is not None))
     return found, n
+
+
+def _counts(patches: Sequence[Patch], lines: Lines | None) -> list[int]:
+    """Points of each patch that bodies are condensed onto."""
+    if lines is None:
+        return [patch.nx * patch.ny for patch in patches]
+    return [len(x) * len(y) for x, y in lines]
 
 
 def _half_space(scene: PosedScene, problem: ContactProblem) -> Cost:

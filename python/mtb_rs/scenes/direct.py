@@ -16,6 +16,7 @@ from ..base.words import Model
 from ..bodies.recovery import left_out
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem, Solution
+from ..contact.refined import carrier_spacing
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Geometry
 from ..half_space.normal import solve_normal
@@ -270,9 +271,11 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     wider = coarsened(spacing, grid.patches) or spacing
     try:
         copy = with_wider_elements(scene, spacing, wider)
+        ratio = float(np.sqrt(np.prod(wider) / np.prod(spacing)))
+        carrier = _widened(carrier_spacing(grid.node_patches), ratio)
         solved = [
             # what is cheap on fine grids, by convolutions, is dear on coarse ones by factorisation
-            level_at(copy, m, wider, coupled=coupled, is_rough=True, convolved=large)
+            level_at(copy, m, wider, coupled=coupled, is_rough=True, convolved=large, carrier=carrier)
             for m, coupled in ladder
         ]
     except ValueError:
@@ -301,6 +304,7 @@ def level_at(
     is_rough: bool = False,
     convolved: bool | None = None,
     thinner: float = 1.0,
+    carrier: Spacing | None = None,
 ) -> Level:
     """A model solved at a spacing.
 
@@ -314,9 +318,11 @@ def level_at(
         Whether by convolutions where they can be used; None: as the size asks.
     thinner : float
         Layers of the elements of upper bodies are those of cells finer by this factor.
+    carrier : (dx, dy) [m] or None
+        Spacing of the points that bodies under many points are condensed onto.
     """
     clock = time.perf_counter()
-    problem = scene.problem(model, spacing, thinner=thinner)
+    problem = scene.problem(model, spacing, thinner=thinner, carrier=carrier)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
     if (problem.n > DENSE_POINTS if convolved is None else convolved) and is_by_convolution(scene, problem):
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
@@ -350,7 +356,8 @@ def layered(
     scene: PosedScene, model: Model, level: Level, known: Sequence[Level]
 ) -> tuple[Level, Level] | None:
     """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
-    thicker ones.
+    thicker ones. A body that is condensed onto fewer points has the same ones in the first, and fewer in the
+    second.
 
     The first differs from the level by its cells alone, the two from each other by their layers alone, so
     that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
@@ -362,11 +369,19 @@ def layered(
     ratio = float(np.sqrt(np.prod(width) / np.prod(level.spacing)))
     try:
         copy = with_wider_elements(scene, level.spacing, width)
-        own = level_at(copy, model, width, is_rough=True, thinner=ratio)
+        carrier = carrier_spacing(level.problem.patches)
+        if carrier is None:
+            own = level_at(copy, model, width, is_rough=True, thinner=ratio)
+        else:
+            own = level_at(copy, model, width, is_rough=True, carrier=carrier)
         wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
-        return own, wide or level_at(copy, model, width, is_rough=True)
+        return own, wide or level_at(copy, model, width, is_rough=True, carrier=_widened(carrier, ratio))
     except ValueError:  # the contact is too narrow for such cells or elements
         return None
+
+
+def _widened(carrier: Spacing | None, ratio: float) -> Spacing | None:
+    return None if carrier is None else (ratio * carrier[0], ratio * carrier[1])
 
 
 def with_wider_elements(scene: PosedScene, spacing: Spacing, wider: Spacing) -> PosedScene:

@@ -326,17 +326,19 @@ class PosedScene(Told):
         spacing: tuple[float, float] | None = None,
         *,
         thinner: float = 1.0,
+        carrier: tuple[float, float] | None = None,
         may_halve: bool = True,
     ) -> ContactProblem:
         """The contact problem of a model, on cells of `spacing` (its own by default).
 
-        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`. The rail of
+        Elastic upper bodies have the layers of elements of a grid finer by the factor `thinner`. Bodies under
+        many points are condensed onto fewer ones; with a `carrier`, onto points of this spacing. The rail of
         a scene that is its own mirror image is known by its half only, if it `may_halve`. The half does not
         answer loads, poses and displacements that come later and are not symmetric.
         """
         spacing = self.known_spacing if spacing is None else spacing
         time_s: dict[str, float] = {}
-        contact = self._contact(model, spacing, thinner, may_halve, time_s)
+        contact = self._contact(model, spacing, (thinner, carrier), may_halve, time_s)
         problem = self._under_load(contact, self.own_model or model, time_s)
         if spacing == self.known_spacing:
             for doubt in contact.doubts:
@@ -354,7 +356,7 @@ class PosedScene(Told):
         self,
         model: Model,
         spacing: tuple[float, float],
-        thinner: float,
+        elements: tuple[float, tuple[float, float] | None],
         may_halve: bool,
         time_s: dict[str, float],
     ) -> Contact:
@@ -369,7 +371,7 @@ class PosedScene(Told):
             return half_spaces(geometry, upper, lower, spacing)
         # that these are half-spaces is checked with the model
         upper = cast(HalfSpace, upper)
-        held = Held(self.supports, self.element_size, thinner)
+        held = Held(self.supports, self.element_size, *elements)
         if model == "elastic-upper":
             return on_foundation(geometry, (upper, lower), spacing, held, time_s)
         lower = cast(HalfSpace, lower)
@@ -415,6 +417,7 @@ class PosedScene(Told):
             loads=loads,
             shape=contact.shape,
             averages=contact.averages,
+            notes=contact.notes,
             time_s=time_s,
             kept=kept,
             memory=contact.memory,

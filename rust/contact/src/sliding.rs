@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Gross sliding: every point in contact slips, so friction is known once the pressure is.
 
+use std::sync::Arc;
+
 use mtb_complementarity::linear::{
-    Border, Options, Problem, Solution, Status, definiteness_limit, solve,
+    Border, ByProducts, Options, Problem, Solution, Status, definiteness_limit, solve,
+    solve_by_products,
 };
-use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
+use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
 
 use crate::error::{Error, check};
 
@@ -62,11 +65,48 @@ pub struct SlidingSolution {
 
 /// The influence matrix of a sliding pair, kept for many loads.
 ///
-/// Only `C_nn` and, where friction couples, `C_nt d` are formed.
+/// Only `C_nn` and, where friction couples, `C_nt d` are formed; neither of them in [`SlidingMatrix::by_products`].
 pub struct SlidingMatrix {
-    normal: Vec<f64>,
-    coupling: Option<Vec<f64>>,
+    form: Form,
     points: usize,
+}
+
+enum Form {
+    Dense {
+        normal: Vec<f64>,
+        coupling: Option<Vec<f64>>,
+    },
+    Products {
+        pair: Arc<Relative>,
+        direction: Vec<f64>,
+        is_coupled: bool,
+        /// About that of `C_nn` for each root of an area.
+        diagonal: f64,
+    },
+}
+
+/// Points from which on no matrix is made of a pair that [prefers](Compliance::prefers_products) products.
+pub const PRODUCTS_FROM: usize = 3000;
+
+/// Adds to `gap` what a pressure opens together with its friction in `direction` (2n), `friction` times the pressure.
+fn add_opening(
+    pair: &Relative,
+    direction: &[f64],
+    friction: Option<&[f64]>,
+    pressure: &[f64],
+    gap: &mut [f64],
+) {
+    use Component::{Normal, X, Y};
+    pair.add_displacement(Normal, Normal, 1.0, pressure, gap);
+    let n = pressure.len();
+    let Some(friction) = friction else { return };
+    for (component, along) in [(X, &direction[..n]), (Y, &direction[n..])] {
+        if along.iter().any(|d| *d != 0.0) {
+            let parts = pressure.iter().zip(friction).zip(along);
+            let traction: Vec<f64> = parts.map(|((p, mu), d)| p * mu * d).collect();
+            pair.add_displacement(Normal, component, 1.0, &traction, gap);
+        }
+    }
 }
 
 impl SlidingMatrix {
@@ -117,21 +157,60 @@ impl SlidingMatrix {
             }
         }
         Ok(Self {
-            normal,
-            coupling,
+            form: Form::Dense { normal, coupling },
+            points: n,
+        })
+    }
+
+    /// The same pair, solved by products alone: for many points, and a pair whose products are fast.
+    ///
+    /// # Errors
+    /// A direction of the wrong length or that is not finite.
+    pub fn by_products(
+        pair: Arc<Relative>,
+        direction: &[f64],
+        frictional: bool,
+    ) -> Result<Self, Error> {
+        let n = pair.points();
+        check("direction", direction, 2 * n)?;
+        // any pressure that has no symmetry tells whether friction opens the gap
+        let pressure: Vec<f64> = (0..n).map(|i| 1.0 + ((i * i) % 7) as f64).collect();
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        let (mut alone, mut rubbing) = (vec![0.0; n], vec![0.0; n]);
+        add_opening(&pair, direction, None, &pressure, &mut alone);
+        if frictional {
+            let one = vec![1.0; n];
+            add_opening(&pair, direction, Some(&one), &pressure, &mut rubbing);
+            rubbing.iter_mut().zip(&alone).for_each(|(r, a)| *r -= a);
+        }
+        let mut unit = vec![0.0; n];
+        unit[n / 2] = 1.0;
+        let mut own = vec![0.0; n];
+        add_opening(&pair, direction, None, &unit, &mut own);
+        Ok(Self {
+            form: Form::Products {
+                is_coupled: largest(&rubbing) > 1e-13 * largest(&alone),
+                direction: direction.to_vec(),
+                diagonal: own[n / 2],
+                pair,
+            },
             points: n,
         })
     }
 
     /// Whether friction changes the gap at all.
     pub fn is_coupled(&self) -> bool {
-        self.coupling.is_some()
+        match &self.form {
+            Form::Dense { coupling, .. } => coupling.is_some(),
+            Form::Products { is_coupled, .. } => *is_coupled,
+        }
     }
 
     /// The factor on `friction` up to which the sliding state exists and is unique for every load.
     ///
     /// `1 / margin` of the wedging limit: below 1 the bodies may wedge. Infinite where friction does
-    /// not open or close the gap. See [`definiteness_limit`].
+    /// not open or close the gap. See [`definiteness_limit`]. Not a number where it is not known: without the
+    /// matrix, and where friction opens or closes the gap.
     ///
     /// # Errors
     /// Wrong lengths, numbers that are not finite, an interruption.
@@ -145,8 +224,15 @@ impl SlidingMatrix {
         let n = self.points;
         check("area", area, n)?;
         check("friction", friction, n)?;
-        let Some(coupling) = &self.coupling else {
-            return Ok(f64::INFINITY);
+        let (normal, coupling) = match &self.form {
+            Form::Dense {
+                normal,
+                coupling: Some(coupling),
+            } => (normal, coupling),
+            Form::Products {
+                is_coupled: true, ..
+            } => return Ok(f64::NAN),
+            _ => return Ok(f64::INFINITY),
         };
         let scaled: Vec<f64> = coupling
             .iter()
@@ -159,7 +245,7 @@ impl SlidingMatrix {
             held.extend(motion.opening.iter().zip(area).map(|(o, a)| o * a));
         }
         Ok(definiteness_limit(
-            &self.normal,
+            normal,
             &scaled,
             area,
             Some(&held),
@@ -182,9 +268,25 @@ impl SlidingMatrix {
     ) -> Result<SlidingSolution, Error> {
         let n = self.points;
         contact.check(n)?;
-        let mut matrix = self.normal.clone();
+        let (normal, coupling) = match &self.form {
+            Form::Dense { normal, coupling } => (normal, coupling),
+            Form::Products {
+                pair,
+                direction,
+                is_coupled,
+                diagonal,
+            } => {
+                let friction = is_coupled.then_some(contact.friction);
+                let multiply = |pressure: &[f64], gap: &mut [f64]| {
+                    gap.fill(0.0);
+                    add_opening(pair, direction, friction, pressure, gap);
+                };
+                return contact.solve_by_products(&multiply, *diagonal, start.as_deref(), monitor);
+            }
+        };
+        let mut matrix = normal.clone();
         let mut symmetric = true;
-        if let Some(coupling) = &self.coupling {
+        if let Some(coupling) = coupling {
             symmetric = contact.friction.iter().all(|mu| *mu == 0.0);
             for (row, coupling) in matrix.chunks_exact_mut(n).zip(coupling.chunks_exact(n)) {
                 for ((a, c), mu) in row.iter_mut().zip(coupling).zip(contact.friction) {
@@ -216,6 +318,24 @@ impl SlidingSolution {
     }
 }
 
+/// Gaps and balances of a [`SlidingContact`] as a complementarity problem has them.
+struct Conditions {
+    offset: Vec<f64>,
+    closing: Vec<f64>,
+    balance: Vec<f64>,
+    target: Vec<f64>,
+}
+
+impl Conditions {
+    fn border(&self) -> Option<Border<'_>> {
+        (!self.target.is_empty()).then_some(Border {
+            motion: &self.closing,
+            balance: &self.balance,
+            target: &self.target,
+        })
+    }
+}
+
 impl SlidingContact<'_> {
     /// Solves with the n x n row-major influence `matrix` of the pair, friction included.
     pub(crate) fn solve_with(
@@ -240,31 +360,60 @@ impl SlidingContact<'_> {
                 }
             }
         }
-        let offset: Vec<f64> = self.gap.iter().zip(&weight).map(|(g, w)| g * w).collect();
-        let m = self.motions.len();
-        let (mut closing, mut balance, mut target) = (
-            Vec::with_capacity(n * m),
-            Vec::with_capacity(n * m),
-            Vec::with_capacity(m),
-        );
-        for motion in self.motions {
-            closing.extend(motion.opening.iter().zip(&weight).map(|(o, w)| -o * w));
-            balance.extend((0..n).map(|i| -self.work_of_pressure(motion, i)));
-            target.push(motion.work);
-        }
-        let border = (m > 0).then_some(Border {
-            motion: &closing,
-            balance: &balance,
-            target: &target,
-        });
+        let conditions = self.weighted(&weight);
         let problem = Problem {
             matrix: &matrix,
-            offset: &offset,
-            border,
+            offset: &conditions.offset,
+            border: conditions.border(),
             symmetric,
         };
         let solution = solve(&problem, &Options { start }, monitor)?;
         Ok(SlidingSolution::from(solution, &weight))
+    }
+
+    /// Solves by products with the influence matrix of the pair, friction included; `diagonal` is that of a point.
+    fn solve_by_products(
+        &self,
+        multiply: &(dyn Fn(&[f64], &mut [f64]) + Sync),
+        diagonal: f64,
+        start: Option<&[bool]>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
+        let n = self.gap.len();
+        let weight = vec![1.0; n];
+        let conditions = self.weighted(&weight);
+        // a load on a small cell moves it less
+        let mean = self.area.iter().sum::<f64>() / n as f64;
+        let of_area = |area: &f64| diagonal * (area / mean).sqrt();
+        let diagonal: Vec<f64> = self.area.iter().map(of_area).collect();
+        let problem = ByProducts {
+            multiply,
+            diagonal: &diagonal,
+            offset: &conditions.offset,
+            border: conditions.border(),
+        };
+        let solution = solve_by_products(&problem, start, monitor)?;
+        Ok(SlidingSolution::from(solution, &weight))
+    }
+
+    /// The conditions with each row times its weight.
+    fn weighted(&self, weight: &[f64]) -> Conditions {
+        let n = self.gap.len();
+        let m = self.motions.len();
+        let mut found = Conditions {
+            offset: self.gap.iter().zip(weight).map(|(g, w)| g * w).collect(),
+            closing: Vec::with_capacity(n * m),
+            balance: Vec::with_capacity(n * m),
+            target: Vec::with_capacity(m),
+        };
+        for motion in self.motions {
+            let closing = motion.opening.iter().zip(weight).map(|(o, w)| -o * w);
+            found.closing.extend(closing);
+            let work = (0..n).map(|i| -self.work_of_pressure(motion, i));
+            found.balance.extend(work);
+            found.target.push(motion.work);
+        }
+        found
     }
 
     /// Work of a unit pressure at `point`, with its friction, on a unit of `motion`.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mtb_complementarity::linear::Status;
 use mtb_contact::sliding::{RigidMotion, SlidingContact, SlidingMatrix, SlidingSolution};
 use mtb_contact::stepping::{Influence, SlidingStepper};
-use mtb_operator::{Compliance, Component, unmonitored};
+use mtb_operator::{Compliance, Component, Relative, unmonitored};
 use proptest::prelude::*;
 
 /// Points of a pole along it, and across it.
@@ -181,5 +181,54 @@ proptest! {
                 }
             }
         }
+    }
+}
+
+/// The same state by products as by matrices, friction and both tilts included.
+#[test]
+fn products_give_the_state_of_the_matrices() {
+    let ground: Arc<dyn Compliance> = Arc::new(Ground { coupling: 0.3 });
+    let pair = Arc::new(Relative::new(Some(ground.clone()), None).unwrap());
+    let direction: Vec<f64> = (0..2 * N).map(|k| if k < N { 1.0 } else { 0.0 }).collect();
+    let gap: Vec<f64> = (0..N).map(|i| 1.5 * place(i).1.powi(2)).collect();
+    let motions: Vec<RigidMotion> = [|_: f64| 1.0, |x: f64| x]
+        .into_iter()
+        .zip([-20.0, 3.0])
+        .map(|(opening, work)| RigidMotion {
+            tangential_x: vec![0.0; N],
+            tangential_y: vec![0.0; N],
+            opening: (0..N).map(|i| opening(place(i).1)).collect(),
+            work,
+        })
+        .collect();
+    let area: Vec<f64> = (0..N).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
+    for friction in [0.0, 0.4] {
+        let contact = SlidingContact {
+            gap: &gap,
+            area: &area,
+            friction: &[friction; N],
+            direction: &direction,
+            motions: &motions,
+        };
+        let dense = SlidingMatrix::new(&*pair, &direction, true, &unmonitored).unwrap();
+        let products = SlidingMatrix::by_products(pair.clone(), &direction, true).unwrap();
+        assert!(dense.is_coupled() && products.is_coupled());
+        let expected = dense.solve(&contact, None, &unmonitored).unwrap();
+        let found = products.solve(&contact, None, &unmonitored).unwrap();
+        assert_eq!(expected.status, Status::Solved);
+        assert_eq!(found.status, Status::Solved);
+        let open = expected.pressure.iter().filter(|p| **p == 0.0).count();
+        assert!((1..N).contains(&open), "{open} of {N} points are open");
+        let largest = expected.pressure.iter().fold(0.0_f64, |m, p| m.max(*p));
+        for (a, b) in found.pressure.iter().zip(&expected.pressure) {
+            assert!((a - b).abs() < 1e-7 * largest, "{a} {b}");
+        }
+        for (a, b) in found.motion.iter().zip(&expected.motion) {
+            assert!((a - b).abs() < 1e-7 * b.abs(), "{a} {b}");
+        }
+        let factor = products
+            .wedging_factor(&area, &[friction; N], &motions, &unmonitored)
+            .unwrap();
+        assert!(factor.is_nan());
     }
 }

@@ -40,6 +40,14 @@ pub enum Error {
         /// Spacing of the first patch along y [m].
         first_dy: f64,
     },
+    /// A body that is much stiffer than a half-space on its coarse grid.
+    #[error(
+        "the body is locally more than five times as stiff as a half-space: its compliance on a finer grid might not be positive definite"
+    )]
+    Stiff,
+    /// Lines that are no part of those of a grid.
+    #[error("lines of a grid must rise from 0 to its last one, number {}", .0.saturating_sub(1))]
+    Lines(usize),
     /// A body without contact patches.
     #[error("a half-space needs at least one contact patch")]
     NoPatch,

@@ -15,11 +15,14 @@
 
 mod error;
 pub mod half_space;
+mod lines;
 mod material;
+pub mod refined;
 pub mod tetra;
 
 pub use error::Error;
 pub use half_space::HalfSpace;
+pub use lines::Lines;
 pub use material::Material;
 
 /// The examples of the README.

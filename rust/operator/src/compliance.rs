@@ -31,6 +31,12 @@ pub trait Compliance: Send + Sync {
         displacement: &mut [f64],
     );
 
+    /// Whether [`Compliance::add_displacement`] costs far less than a product with its matrix, so that contacts of
+    /// many points are better solved without one.
+    fn prefers_products(&self) -> bool {
+        false
+    }
+
     /// Memory [bytes] that [`Compliance::add_influence`] takes for one pair of components, besides the matrix
     /// that it adds to: what is needed meanwhile, and what is kept afterwards.
     fn influence_memory(&self) -> f64 {
@@ -89,6 +95,10 @@ impl Compliance for Sum<'_> {
         }
     }
 
+    fn prefers_products(&self) -> bool {
+        self.0.iter().any(|c| c.prefers_products())
+    }
+
     fn influence_memory(&self) -> f64 {
         self.0.iter().map(|c| c.influence_memory()).sum()
     }
@@ -139,6 +149,10 @@ impl Compliance for Mirrored<'_> {
         let scale = scale * mirror(observed, loaded);
         self.0
             .add_displacement(observed, loaded, scale, traction, displacement);
+    }
+
+    fn prefers_products(&self) -> bool {
+        self.0.prefers_products()
     }
 
     fn influence_memory(&self) -> f64 {

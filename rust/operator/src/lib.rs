@@ -26,6 +26,7 @@ mod linear;
 mod memory;
 mod monitor;
 mod relative;
+mod rows;
 mod separate;
 mod symmetric;
 mod workers;
@@ -42,6 +43,7 @@ pub use memory::{
 };
 pub use monitor::{Interrupted, Monitor, Progress, report, unmonitored};
 pub use relative::Relative;
+pub use rows::RowConvolution;
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
 pub use symmetric::{SymmetricHalf, SymmetricWhole};

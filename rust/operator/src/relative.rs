@@ -71,6 +71,11 @@ impl Compliance for Relative {
         }
     }
 
+    fn prefers_products(&self) -> bool {
+        let mut bodies = [&self.lower, &self.upper].into_iter().flatten();
+        bodies.any(|c| c.prefers_products())
+    }
+
     fn influence_memory(&self) -> f64 {
         let bodies = [&self.lower, &self.upper].into_iter().flatten();
         bodies.map(|c| c.influence_memory()).sum()

@@ -34,6 +34,10 @@ impl Compliance for Separate {
         }
     }
 
+    fn prefers_products(&self) -> bool {
+        self.0.iter().any(|c| c.prefers_products())
+    }
+
     fn influence_memory(&self) -> f64 {
         let each = self
             .0
@@ -120,6 +124,10 @@ impl Compliance for Reflected {
         for (u, &i) in displacement.iter_mut().zip(&self.original) {
             *u += moved[i];
         }
+    }
+
+    fn prefers_products(&self) -> bool {
+        self.inner.prefers_products()
     }
 
     fn influence_memory(&self) -> f64 {

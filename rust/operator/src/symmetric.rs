@@ -68,6 +68,10 @@ impl Compliance for SymmetricHalf {
         }
     }
 
+    fn prefers_products(&self) -> bool {
+        self.inner.prefers_products()
+    }
+
     fn influence_memory(&self) -> f64 {
         square(self.source.len()) + self.inner.influence_memory()
     }
@@ -133,6 +137,10 @@ impl Compliance for SymmetricWhole {
         for (u, &(k, image)) in displacement.iter_mut().zip(&self.source) {
             *u += if image { sign * moved[k] } else { moved[k] };
         }
+    }
+
+    fn prefers_products(&self) -> bool {
+        self.half.prefers_products()
     }
 
     fn influence_memory(&self) -> f64 {

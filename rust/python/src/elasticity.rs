@@ -6,13 +6,17 @@ use std::sync::Arc;
 use mtb_elasticity::half_space::{
     CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, HatShare, Neighbours, Patch,
 };
+use mtb_elasticity::refined::{Carrier, Refined};
 use mtb_elasticity::tetra::Sampling;
-use mtb_elasticity::{Error, Material};
+use mtb_elasticity::{Error, Lines, Material};
 use mtb_operator::Grid;
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
-use crate::error::enter;
+use crate::error::{bad_input, enter};
 use crate::operator::PyCompliance;
 use crate::tetra::PySampling;
 
@@ -55,6 +59,63 @@ pub(crate) fn half_space_hats(
     })?;
     let weights = body.weights().into_pyarray(py);
     Ok((PyCompliance(Arc::new(body)), weights))
+}
+
+/// (x0, y0, nx, ny) of a patch.
+type Place = (f64, f64, usize, usize);
+
+/// A body that is condensed onto the hats between `lines` of `patches`, with their areas `weights` (n,) [m2], on all
+/// nodes of these: a half-space there, and the smooth rest from the lines.
+#[pyfunction]
+pub(crate) fn refined(
+    py: Python<'_>,
+    body: &PyCompliance,
+    weights: PyReadonlyArray1<'_, f64>,
+    elastic: (f64, f64),
+    lines: Vec<(Vec<usize>, Vec<usize>)>,
+    patches: Vec<(Place, (f64, f64))>,
+) -> PyResult<PyCompliance> {
+    let (body, weights) = (body.0.clone(), weights.as_slice()?.to_vec());
+    let refined = enter(py, |_| {
+        let material = Material::new(elastic.0, elastic.1)?;
+        let (places, spacings): (Vec<_>, Vec<_>) = patches.into_iter().unzip();
+        let patches = grids(&places, &Spacing::Each(spacings))?;
+        Refined::new(&body, &weights, material, &chosen(lines)?, patches)
+    })?;
+    Ok(PyCompliance(Arc::new(refined)))
+}
+
+/// Fields (k, n) of integrals over the hats between `lines` of patches, or of amounts by a unit of each hat, as those
+/// over all hats.
+#[pyfunction]
+pub(crate) fn carried<'py>(
+    py: Python<'py>,
+    fields: PyReadonlyArray2<'py, f64>,
+    lines: Vec<(Vec<usize>, Vec<usize>)>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let carrier = Carrier::new(&chosen(lines).map_err(|e| bad_input(&e))?);
+    let ([n, to], count) = (carrier.points(), fields.shape()[0]);
+    if fields.shape()[1] != n {
+        return Err(pyo3::exceptions::PyValueError::new_err(format!(
+            "fields have {} points, the lines have {n}",
+            fields.shape()[1]
+        )));
+    }
+    let rows = fields.as_slice()?.chunks_exact(n.max(1));
+    let out: Vec<f64> = rows.flat_map(|row| carrier.carry(row)).collect();
+    out.into_pyarray(py).reshape([count, to])
+}
+
+/// Numbers of the lines along x and y that are kept of each patch; the last ones are those of its last nodes.
+pub(crate) fn chosen(lines: Vec<(Vec<usize>, Vec<usize>)>) -> Result<Vec<[Lines; 2]>, Error> {
+    let one = |kept: Vec<usize>| {
+        let nodes = kept.last().map_or(0, |last| last + 1);
+        Lines::new(kept, nodes)
+    };
+    lines
+        .into_iter()
+        .map(|(x, y)| Ok([one(x)?, one(y)?]))
+        .collect()
 }
 
 /// The same under a face that covers a grid of nodes in part.

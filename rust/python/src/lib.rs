@@ -35,7 +35,7 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::elasticity::{
-        half_space, half_space_cut_hats, half_space_gaussians, half_space_hats,
+        carried, half_space, half_space_cut_hats, half_space_gaussians, half_space_hats, refined,
     };
     #[pymodule_export]
     use super::geometry::{
@@ -75,6 +75,7 @@ mod _mtb_rs {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONDENSATION_DIGEST", mtb_elasticity::tetra::DIGEST)?;
+        module.add("PRODUCTS_FROM", mtb_contact::sliding::PRODUCTS_FROM)?;
         module.add("PATH_TOLERANCE", mtb_contact::coupled::PATH_TOLERANCE)?;
         let not_converged = module.py().get_type::<super::wheelset::NotConverged>();
         module.add("NotConverged", not_converged)?;

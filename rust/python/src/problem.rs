@@ -8,6 +8,7 @@ use mtb_contact::coupled::{Held, PointState};
 use mtb_contact::problem::{
     Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem, Window,
 };
+use mtb_contact::sliding::PRODUCTS_FROM;
 use mtb_operator::Relative;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -330,9 +331,14 @@ fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [
 impl PyProblem {
     /// `lower`, `upper`: `None` for a rigid body; `motions` (m, 3, n): displacement of the contact points by a unit
     /// of each free motion, common frame; `of_upper`: whether each moves the upper body; `is_pulled`: whether a
-    /// pull on that body works on it, by default so.
+    /// pull on that body works on it, by default so; `products_from`: points from which on bodies that allow it are
+    /// solved by products.
     #[new]
-    #[pyo3(signature = (lower, upper, geometry, motions, of_upper, is_pulled=None))]
+    #[pyo3(signature = (lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM))]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "one problem, by all it consists of"
+    )]
     fn new(
         lower: Option<&Bound<'_, PyCompliance>>,
         upper: Option<&Bound<'_, PyCompliance>>,
@@ -340,6 +346,7 @@ impl PyProblem {
         motions: PyReadonlyArray3<'_, f64>,
         of_upper: Vec<bool>,
         is_pulled: Option<Vec<bool>>,
+        products_from: usize,
     ) -> PyResult<Self> {
         let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
         let pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
@@ -366,13 +373,19 @@ impl PyProblem {
             .collect();
         let motions = motions.map_err(|e| bad_input(&e))?;
         let problem = Problem::new(pair, geometry, motions).map_err(|e| bad_input(&e))?;
-        Ok(Self(problem))
+        Ok(Self(problem.by_products_from(products_from)))
     }
 
     /// The two bodies together, as every way of solving has them.
     #[getter]
     fn pair(&self) -> PyCompliance {
         PyCompliance(Arc::new(self.0.pair().clone()))
+    }
+
+    /// Whether it is solved by products, without a matrix.
+    #[getter]
+    fn is_by_products(&self) -> bool {
+        self.0.is_by_products()
     }
 
     /// The free motions (m, 3, n): displacement of the lower body relative to the upper one along both tangents,

@@ -17,6 +17,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::elasticity::chosen;
 use crate::error::{bad_input, enter};
 use crate::operator::PyCompliance;
 
@@ -156,6 +157,15 @@ impl PySampling {
     fn joined(parts: Vec<PyRef<'_, Self>>) -> Self {
         let parts: Vec<Sampling> = parts.iter().map(|part| part.0.clone()).collect();
         Self(Sampling::joined(&parts))
+    }
+
+    /// The hats between some lines along x and y of each grid.
+    fn on_lines(&self, lines: Vec<(Vec<usize>, Vec<usize>)>) -> PyResult<Self> {
+        let lines = chosen(lines).map_err(|error| bad_input(&error))?;
+        self.0
+            .on_lines(&lines)
+            .map(Self)
+            .map_err(|error| bad_input(&error))
     }
 
     /// Area of each contact point (n,) [m2].

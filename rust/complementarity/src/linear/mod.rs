@@ -7,6 +7,7 @@ mod existence;
 mod gauss_seidel;
 mod lemke;
 mod problem;
+mod products;
 mod springs;
 
 pub use active_set::{Options, solve};
@@ -14,3 +15,4 @@ pub use existence::{definiteness_limit, reachable};
 pub use gauss_seidel::gauss_seidel;
 pub use lemke::lemke;
 pub use problem::{Border, Problem, Solution, Status};
+pub use products::{ByProducts, solve_by_products};

@@ -21,7 +21,7 @@ use mtb_operator::{Compliance, Monitor, Relative};
 
 use crate::coupled::{Coupled, CoupledContact, PATH_TOLERANCE};
 use crate::error::{Error, check};
-use crate::sliding::{SlidingContact, SlidingMatrix};
+use crate::sliding::{PRODUCTS_FROM, SlidingContact, SlidingMatrix};
 use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
@@ -53,6 +53,7 @@ pub struct Problem {
     geometry: Arc<Geometry>,
     motions: Vec<FreeMotion>,
     kept: Mutex<Option<Arc<Kept>>>,
+    products_from: usize,
 }
 
 /// The matrices of sliding in a direction.
@@ -85,7 +86,15 @@ impl Problem {
             geometry,
             motions,
             kept: Mutex::new(None),
+            products_from: PRODUCTS_FROM,
         })
+    }
+
+    /// The same problem, solved by products from so many points on instead of [`PRODUCTS_FROM`].
+    #[must_use]
+    pub fn by_products_from(mut self, points: usize) -> Self {
+        self.products_from = points;
+        self
     }
 
     /// The bodies.
@@ -126,10 +135,20 @@ impl Problem {
         let made = Arc::new(Kept {
             direction: direction.to_vec(),
             is_frictional,
-            matrix: SlidingMatrix::new(&self.pair, direction, is_frictional, monitor)?,
+            matrix: if self.is_by_products() {
+                SlidingMatrix::by_products(Arc::new(self.pair.clone()), direction, is_frictional)?
+            } else {
+                SlidingMatrix::new(&self.pair, direction, is_frictional, monitor)?
+            },
         });
         *kept = Some(made.clone());
         Ok(made)
+    }
+
+    /// Whether it is solved by products, and no matrix is formed: it has many points, and a body that
+    /// [prefers](Compliance::prefers_products) them.
+    pub fn is_by_products(&self) -> bool {
+        self.points() >= self.products_from && self.pair.prefers_products()
     }
 
     /// Forms the matrices of sliding in `direction` (2n), with friction or without; whether friction opens or

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::locate::{FaceFinder, FaceView, Hit};
 use super::mesh::{Order, TetraMesh};
-use crate::Error;
+use crate::{Error, Lines};
 
 /// A quadrature point on the surface of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,6 +129,55 @@ impl Sampling {
             whole.n_points += part.n_points;
         }
         whole
+    }
+
+    /// The hats between `lines` along x and y of the grids whose hats these are, one grid after the other.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for lines of other grids.
+    pub fn on_lines(&self, lines: &[[Lines; 2]]) -> Result<Self, Error> {
+        // of each point: grid, and the number in it
+        let mut place = Vec::with_capacity(self.n_points);
+        let mut n_points = 0;
+        let mut first = Vec::with_capacity(lines.len());
+        for (grid, [x, y]) in lines.iter().enumerate() {
+            first.push(n_points);
+            n_points += x.len() * y.len();
+            place.extend((0..x.nodes() * y.nodes()).map(|k| (grid, k)));
+        }
+        if place.len() != self.n_points {
+            return Err(Error::Shape {
+                name: "lines of the grids of all contact points",
+                found: place.len(),
+                expected: self.n_points,
+            });
+        }
+        let mut start = vec![0];
+        let mut basis: Vec<(usize, f64)> = Vec::with_capacity(self.basis.len());
+        for q in 0..self.quadrature.len() {
+            let begun = basis.len();
+            for &(point, phi) in self.basis(q) {
+                let (grid, k) = place[point];
+                let [x, y] = &lines[grid];
+                for (j, b) in y.at(k / x.nodes()) {
+                    for (i, a) in x.at(k % x.nodes()) {
+                        let own = first[grid] + j * x.len() + i;
+                        let value = a * b * phi;
+                        match basis[begun..].iter_mut().find(|(other, _)| *other == own) {
+                            Some((_, sum)) => *sum += value,
+                            None => basis.push((own, value)),
+                        }
+                    }
+                }
+            }
+            start.push(basis.len());
+        }
+        Ok(Self {
+            n_points,
+            quadrature: self.quadrature.clone(),
+            start,
+            basis,
+        })
     }
 
     /// Number of contact points.

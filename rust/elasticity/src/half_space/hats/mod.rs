@@ -3,7 +3,9 @@
 
 mod correlation;
 mod cut;
+mod lines;
 mod moments;
+mod product;
 
 use std::sync::OnceLock;
 
@@ -18,6 +20,7 @@ pub use cut::{CutHats, HatShare};
 
 use correlation::{VARIANTS, correlations, side, variant};
 use moments::{POWERS, moments};
+use product::Product;
 
 /// An elastic half-space under tractions that are bilinear between the nodes of regular grids.
 ///
@@ -29,15 +32,20 @@ use moments::{POWERS, moments};
 /// An entry is the integral of the point load's kernel against the correlation of two hats, a bicubic
 /// polynomial on each of 4 x 4 cells of offsets, and is taken by quadrature that is right at the
 /// singular point, to a relative accuracy of 1e-9. The matrices are made when
-/// first needed, each from one table per pair of patches. Points of several patches follow one
-/// another.
+/// first needed, each from one table per pair of patches. From [`DENSE_POINTS`] points on a product goes by the
+/// Fourier transform along x instead, and a matrix that is asked for is not kept. Points of several patches
+/// follow one another.
 pub struct HatHalfSpace {
     material: Material,
     patches: Vec<Patch>,
     starts: Vec<usize>,
     neighbours: Neighbours,
     blocks: [[OnceLock<Vec<f64>>; 3]; 3],
+    products: [[OnceLock<Vec<Option<Product>>>; 3]; 3],
 }
+
+/// Points up to which dense matrices are kept, and multiply.
+const DENSE_POINTS: usize = 2000;
 
 impl HatHalfSpace {
     /// Half-space with patches of nodes; `Patch::x0`, `y0` are the first node, the grid counts nodes.
@@ -64,6 +72,7 @@ impl HatHalfSpace {
             starts,
             neighbours,
             blocks: Default::default(),
+            products: Default::default(),
         })
     }
 
@@ -83,43 +92,59 @@ impl HatHalfSpace {
 
     /// The influence matrix [m/Pa], row = observed node, column = loaded node.
     fn block(&self, observed: Component, loaded: Component) -> &[f64] {
-        self.blocks[index(observed)][index(loaded)].get_or_init(|| {
-            let n = self.points();
-            let mut matrix = vec![0.0; n * n];
-            if !is_coupled(&self.material, observed, loaded) {
-                return matrix;
-            }
-            for target in 0..self.patches.len() {
-                for source in 0..self.patches.len() {
-                    if source == target || self.neighbours == Neighbours::Interact {
-                        self.fill(observed, loaded, [target, source], &mut matrix);
-                    }
+        self.blocks[index(observed)][index(loaded)].get_or_init(|| self.matrix(observed, loaded))
+    }
+
+    fn matrix(&self, observed: Component, loaded: Component) -> Vec<f64> {
+        let n = self.points();
+        let mut matrix = vec![0.0; n * n];
+        if !is_coupled(&self.material, observed, loaded) {
+            return matrix;
+        }
+        for target in 0..self.patches.len() {
+            for source in 0..self.patches.len() {
+                if self.acts(target, source) {
+                    let pair = [target, source];
+                    self.fill(&self.table(observed, loaded, pair), pair, &mut matrix);
                 }
             }
-            for (row, w) in matrix.chunks_exact_mut(n).zip(self.weights()) {
-                for a in row {
-                    *a /= w;
-                }
+        }
+        for (row, w) in matrix.chunks_exact_mut(n).zip(self.weights()) {
+            for a in row {
+                *a /= w;
             }
-            matrix
+        }
+        matrix
+    }
+
+    /// Whether loads on one patch move another.
+    fn acts(&self, target: usize, source: usize) -> bool {
+        source == target || self.neighbours == Neighbours::Interact
+    }
+
+    /// The maps from patch to patch, the target's first.
+    fn products(&self, observed: Component, loaded: Component) -> &[Option<Product>] {
+        self.products[index(observed)][index(loaded)].get_or_init(|| {
+            let k = self.patches.len();
+            let is_coupled = is_coupled(&self.material, observed, loaded);
+            let product = |pair: usize| {
+                let [target, source] = [pair / k, pair % k];
+                (is_coupled && self.acts(target, source))
+                    .then(|| Product::new(&self.table(observed, loaded, [target, source])))
+            };
+            (0..k * k).map(product).collect()
         })
     }
 
-    /// Fills `int phi_i u[phi_j] dA` for the nodes of one patch under loads on another.
+    /// All values of `int phi_i u[phi_j] dA` for the nodes of one patch under loads on another.
     ///
     /// With the same spacing on both (their mean, see [`super::HalfSpace::with_patches`]) an entry depends on the offset of the two nodes and on which
     /// hats (whole, cut on the left, cut on the right) they carry along x and along y. So the moments of
     /// the kernel over all cells of offsets are summed first along x, then along y.
-    fn fill(
-        &self,
-        observed: Component,
-        loaded: Component,
-        [target, source]: [usize; 2],
-        matrix: &mut [f64],
-    ) {
+    fn table(&self, observed: Component, loaded: Component, [target, source]: [usize; 2]) -> Table {
         let (t, s) = (&self.patches[target], &self.patches[source]);
         let place = Placement::new(t, s);
-        let (cell, n) = (place.cell, self.points());
+        let cell = place.cell;
         let kernel = |x: f64, y: f64| point_load(&self.material, observed, loaded, [x, y]);
         let x = Offsets::new(place.shift[0], t.grid.nx, s.grid.nx, cell[0]);
         let y = Offsets::new(place.shift[1], t.grid.ny, s.grid.ny, cell[1]);
@@ -170,24 +195,58 @@ impl HatHalfSpace {
                 sum
             })
             .collect();
+        Table {
+            target: [t.grid.nx, t.grid.ny],
+            source: [s.grid.nx, s.grid.ny],
+            nodes: [x.nodes, y.nodes],
+            values: along_y,
+        }
+    }
 
+    /// Fills a matrix over all points with the values of a [`HatHalfSpace::table`].
+    fn fill(&self, table: &Table, [target, source]: [usize; 2], matrix: &mut [f64]) {
+        let n = self.points();
         let (start_t, start_s) = (self.starts[target], self.starts[source]);
-        matrix[start_t * n..(start_t + t.grid.points()) * n]
+        let [nx, ny] = table.source;
+        matrix[start_t * n..(start_t + table.target[0] * table.target[1]) * n]
             .par_chunks_exact_mut(n)
             .enumerate()
             .for_each(|(node, row)| {
-                let (tx, ty) = (node % t.grid.nx, node / t.grid.nx);
-                let row = &mut row[start_s..start_s + s.grid.points()];
-                for (sy, row) in row.chunks_exact_mut(s.grid.nx).enumerate() {
-                    let vy = variant(side(ty, t.grid.ny), side(sy, s.grid.ny));
-                    let from = (vy * y.nodes + ty + s.grid.ny - 1 - sy) * width;
-                    let values = &along_y[from..from + width];
+                let to = [node % table.target[0], node / table.target[0]];
+                let row = &mut row[start_s..start_s + nx * ny];
+                for (sy, row) in row.chunks_exact_mut(nx).enumerate() {
                     for (sx, a) in row.iter_mut().enumerate() {
-                        let vx = variant(side(tx, t.grid.nx), side(sx, s.grid.nx));
-                        *a = values[vx * x.nodes + tx + s.grid.nx - 1 - sx];
+                        *a = table.at(to, [sx, sy]);
                     }
                 }
             });
+    }
+}
+
+/// What the hats of one patch do to those of another, for all offsets and all hats that end at an edge.
+struct Table {
+    /// Nodes `[nx, ny]` of the patch that is observed.
+    target: [usize; 2],
+    /// Nodes of the one that is loaded.
+    source: [usize; 2],
+    /// Offsets between them.
+    nodes: [usize; 2],
+    /// `[y variant][y offset][x variant][x offset]`.
+    values: Vec<f64>,
+}
+
+impl Table {
+    /// For the nodes `to` and `from`, each (column, row).
+    fn at(&self, to: [usize; 2], from: [usize; 2]) -> f64 {
+        let vx = variant(side(to[0], self.target[0]), side(from[0], self.source[0]));
+        self.value(vx, to[0] + self.source[0] - 1 - from[0], to[1], from[1])
+    }
+
+    /// For the rows `to` and `from`, a variant of hats along x, and an offset counted from the first one.
+    fn value(&self, vx: usize, offset: usize, to: usize, from: usize) -> f64 {
+        let vy = variant(side(to, self.target[1]), side(from, self.source[1]));
+        let row = vy * self.nodes[1] + to + self.source[1] - 1 - from;
+        self.values[(row * VARIANTS + vx) * self.nodes[0] + offset]
     }
 }
 
@@ -259,7 +318,21 @@ impl Compliance for HatHalfSpace {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        add_product(self.block(observed, loaded), scale, traction, displacement);
+        if self.points() <= DENSE_POINTS {
+            add_product(self.block(observed, loaded), scale, traction, displacement);
+            return;
+        }
+        let k = self.patches.len();
+        let mut moved = vec![0.0; self.points()];
+        for (pair, product) in self.products(observed, loaded).iter().enumerate() {
+            let part = |patch: usize| self.starts[patch]..self.starts[patch + 1];
+            if let Some(product) = product {
+                product.add(&traction[part(pair % k)], &mut moved[part(pair / k)]);
+            }
+        }
+        for ((u, moved), w) in displacement.iter_mut().zip(moved).zip(self.weights()) {
+            *u += scale * moved / w;
+        }
     }
 
     fn influence_memory(&self) -> f64 {
@@ -273,7 +346,11 @@ impl Compliance for HatHalfSpace {
         scale: f64,
         matrix: &mut [f64],
     ) {
-        add_scaled(self.block(observed, loaded), scale, matrix);
+        if self.points() <= DENSE_POINTS {
+            add_scaled(self.block(observed, loaded), scale, matrix);
+        } else {
+            add_scaled(&self.matrix(observed, loaded), scale, matrix);
+        }
     }
 }
 

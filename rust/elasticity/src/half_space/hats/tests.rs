@@ -335,3 +335,37 @@ fn cut_hats_of_another_grid_are_refused() -> Result<(), Error> {
     }
     Ok(())
 }
+
+#[test]
+fn products_of_many_points_are_those_of_the_matrix() {
+    // the second patch lies beside the first one and has fewer columns
+    let body = body(&[(0.0, 0.0, 50, 24), (7e-3, 60e-3, 43, 22)]).expect("valid");
+    let n = body.points();
+    assert!(n > DENSE_POINTS);
+    let traction: Vec<f64> = (0..n)
+        .map(|i| ((i * i + 3 * i) % 17) as f64 - 7.0)
+        .collect();
+    for (observed, loaded) in [(Normal, Normal), (Normal, X), (Y, Normal), (X, Y), (Y, Y)] {
+        let mut moved = vec![1.0; n];
+        body.add_displacement(observed, loaded, 2.0, &traction, &mut moved);
+        let matrix = body.matrix(observed, loaded);
+        let mut expected = vec![1.0; n];
+        add_product(&matrix, 2.0, &traction, &mut expected);
+        let scale = expected.iter().fold(0.0_f64, |m, u| m.max((u - 1.0).abs()));
+        for (u, e) in moved.iter().zip(&expected) {
+            assert!(
+                (u - e).abs() < 1e-11 * scale,
+                "{observed:?} {loaded:?}: {u} {e}"
+            );
+        }
+    }
+    let incompressible = HatHalfSpace::new(
+        Material::new(1e9, 0.5).expect("valid"),
+        body.patches.clone(),
+        Neighbours::Separate,
+    )
+    .expect("valid");
+    let mut moved = vec![0.0; n];
+    incompressible.add_displacement(Normal, X, 1.0, &traction, &mut moved);
+    assert!(moved.iter().all(|u| *u == 0.0));
+}

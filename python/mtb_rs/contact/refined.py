@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Elastic bodies on more contact points than they can be condensed onto.
+
+At distances that are small against a body it gives way as a half-space does, and what is left is smooth. So
+a body under many contact points is condensed onto the hats between some lines of their grids, and its
+compliance on all of them is that of a half-space and, from the lines, the difference of the body to it. Near
+a free edge of the body this difference varies over the distance from it, so the lines are dense there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..bodies.elastic_body import Condensed
+from ..bodies.material import Material
+from ..geometry.contact_points import Patch
+
+Array = NDArray[np.float64]
+#: Numbers of the lines along x and y that are kept of each grid of nodes.
+Lines = list[tuple[list[int], list[int]]]
+
+#: Memory [bytes] for each pair of contact points of bodies that are condensed onto them: blocks of both
+#: bodies, their halves, those of the pair.
+DIRECT_PAIR = 24.0 * 8.0
+#: Memory [bytes] that this may take: where it would be more, bodies are condensed onto fewer points. It is
+#: reached at 5590 points.
+DIRECT_MEMORY = 6e9
+#: Contact points from which on such bodies are solved by products, without a matrix.
+PRODUCTS_FROM = _mtb_rs.PRODUCTS_FROM
+#: Cells between lines on a patch, about, if its edges had none more: a strip has cells up to so many times
+#: longer than wide.
+CELLS, LONGEST = 150, 2.0
+#: Distance between two lines over that of the first one from a free edge, at most.
+GROWTH = 0.5
+#: Lines at each end that have elements between all of them; the others have an element over two cells.
+EDGE = 3
+#: Layers of these elements are those of a grid finer by this factor.
+THINNER = 0.7
+#: Widths of the cells away from the edges within which the end of a body is a free edge of a contact.
+NEAR = 3.0
+#: Memory [bytes] for each contact point of bodies that are condensed onto fewer ones, about.
+REFINED_POINT = 3e4
+
+
+class NotRefinedError(ValueError):
+    """A body that must be condensed onto all of its contact points."""
+
+
+def carrier_spacing(patches: Sequence[Patch]) -> tuple[float, float] | None:
+    """The largest distance (dx, dy) [m] of lines that bodies on these patches of nodes are condensed onto.
+
+    None where all nodes are few enough for condensation itself.
+    """
+    n = sum(patch.nx * patch.ny for patch in patches)
+    if DIRECT_PAIR * n**2 <= DIRECT_MEMORY:
+        return None
+    patch = max(patches, key=lambda p: p.nx * p.ny)
+    counts, steps = np.array([patch.nx, patch.ny]) - 1, np.array(patch.spacing)
+    sides = counts * steps
+    # what lies across a strip is nearer to its edges
+    longer = np.clip(sides / sides.min() / 3.0, 1.0, LONGEST)
+    size = float(np.sqrt(sides.prod() / (CELLS * longer.prod())))
+    dx, dy = np.maximum(size * longer, steps).tolist()
+    return dx, dy
+
+
+def lines_of(
+    patches: Sequence[Patch], carrier: tuple[float, float], *, along_x: bool = True, along_y: bool = True
+) -> Lines:
+    """The lines of patches of nodes, at most `carrier` (dx, dy) [m] apart.
+
+    They are dense at the ends of a direction where the body has free edges there: `along_x`, `along_y`.
+    """
+    return [
+        (
+            _lines(patch.nx, carrier[0] / patch.spacing[0], graded=along_x),
+            _lines(patch.ny, carrier[1] / patch.spacing[1], graded=along_y),
+        )
+        for patch in patches
+    ]
+
+
+def _lines(nodes: int, widest: float, *, graded: bool) -> list[int]:
+    """Some of the nodes of a row, symmetric about its middle, at most so many cells apart."""
+    end, largest = nodes - 1, max(round(widest), 1)
+    near = [0]
+    if graded:
+        while True:
+            step = min(max(int(GROWTH * near[-1]), 1), largest)
+            if near[-1] + step > end // 2:
+                break
+            near.append(near[-1] + step)
+            if step == largest:
+                break
+    rest = end - 2 * near[-1]
+    parts = -(-rest // largest)
+    # an odd rest has no node in its middle
+    parts += rest % 2 == 1 and parts % 2 == 0
+    inner = [near[-1] - (-rest * k) // parts for k in range(1, parts // 2 + 1)] if rest else []
+    left = near + inner
+    return sorted({*left, *(end - k for k in left)})
+
+
+def elements(kept: list[int]) -> list[int]:
+    """The lines of a row between which elements lie: every second one away from its ends, as elements have
+    nodes in their middles. An odd number of cells leaves one in the middle for itself."""
+    end = kept[-1]
+    half = [k for k in [*kept[:EDGE], *kept[EDGE + 1 :: 2]] if 2 * k <= end]
+    return sorted({*half, *(end - k for k in half)})
+
+
+def refined(coarse: Condensed, material: Material, lines: Lines, patches: Sequence[Patch]) -> Condensed:
+    """A body that is condensed onto the hats between `lines` of the patches, on all of their nodes.
+
+    Raises
+    ------
+    NotRefinedError
+        If the body ends inside the patches, or is so stiff there that its compliance might not be positive
+        definite.
+    """
+    grids = [((*p.origin, p.nx, p.ny), p.spacing) for p in patches]
+    elastic = material.shear_modulus, material.poisson_ratio
+    try:
+        compliance = _mtb_rs.refined(coarse.compliance, coarse.weights, elastic, lines, grids)
+    except ValueError as error:
+        raise NotRefinedError(str(error)) from None
+
+    def carried(amounts: Array) -> Array:
+        """Integrals over the hats, or amounts by a unit of each (..., n)."""
+        rows = np.ascontiguousarray(amounts.reshape(-1, amounts.shape[-1]))
+        fine = _mtb_rs.carried(rows, lines)
+        return fine.reshape(*amounts.shape[:-1], fine.shape[1])
+
+    weights = carried(coarse.weights)
+
+    def seen(means: Array) -> Array:
+        """Displacements (..., n) of the points."""
+        return carried(means * coarse.weights) / weights
+
+    return replace(
+        coarse,
+        weights=weights,
+        mode_displacement=seen(coarse.mode_displacement),
+        case_displacement=seen(coarse.case_displacement),
+        spread_displacement=seen(coarse.spread_displacement),
+        contact_resultant=carried(coarse.contact_resultant),
+        reaction=carried(coarse.reaction),
+        refined=compliance,
+    )
