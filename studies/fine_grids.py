@@ -13,7 +13,7 @@ import mtb_rs as mtb
 from mtb_rs.base import cache
 from mtb_rs.contact import refined
 
-COUNTS = (600, 300, refined.CELLS, 75, 40)
+COUNTS = (600, 300, refined.CELLS, 75)
 DISTANCES = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0]) * 1e-3
 
 

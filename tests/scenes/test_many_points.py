@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs import _mtb_rs
 from mtb_rs.base import cache
 from mtb_rs.commands import main
 from mtb_rs.contact import refined
@@ -152,7 +153,7 @@ def test_a_body_that_is_refused_is_condensed_directly_and_said(
     def refuse(*args: Any) -> None:
         raise ValueError("the body is too stiff")
 
-    monkeypatch.setattr(refined._mtb_rs, "refined", refuse)
+    monkeypatch.setattr(_mtb_rs, "refined", refuse)
     found = block().solve("elastic-upper")
     assert found.pressure == pytest.approx(expected.pressure, rel=1e-6)
     (note,) = found.report.notes

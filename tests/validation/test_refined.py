@@ -31,6 +31,7 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.coarse
 def test_the_pressure_is_that_of_direct_condensation(name: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,10 @@ from .symmetry import alike
 
 Array = NDArray[np.float64]
 
+Made = TypeVar("Made")
+
+#: Distances of the lines that are tried one after the other, as shares of the first ones.
+DENSER = (1.0, 0.7, 0.5)
 #: Share of its area by which a patch may miss the face of its elastic body.
 COVERAGE = 0.01
 
@@ -183,18 +187,36 @@ def upper_bodies(
     geometry: Geometry, grid: ContactGrid, material: Material, held: Held, time_s: dict[str, float]
 ) -> tuple[ElasticBodies, Array, tuple[str, ...]]:
     """The upper bodies, one a patch, the area of each contact point (n,) [m2], and what there is to say."""
-    lines = upper_lines(grid.node_patches, held.carrier)
-    if lines is None:
-        return *_upper_bodies(geometry, grid, None, material, held, time_s), ()
-    try:
-        return *_upper_bodies(geometry, grid, lines, material, held, time_s), ()
-    except NotRefinedError as error:
-        note = _condensed_directly("upper", error)
-        return *_upper_bodies(geometry, grid, None, material, held, time_s), (note,)
+
+    def on(lines: Lines | None) -> tuple[ElasticBodies, Array]:
+        return _upper_bodies(geometry, grid, lines, material, held, time_s)
+
+    (bodies, area), notes = _on_lines(
+        "upper", on, lambda carrier: upper_lines(grid.node_patches, carrier), grid.node_patches, held.carrier
+    )
+    return bodies, area, notes
 
 
-def _condensed_directly(name: str, why: NotRefinedError) -> str:
-    return f"The {name} body was condensed onto all of its contact points, because on fewer ones {why}."
+def _on_lines(
+    name: str,
+    on: Callable[[Lines | None], Made],
+    lines: Callable[[tuple[float, float] | None], Lines | None],
+    patches: Sequence[Patch],
+    carrier: tuple[float, float] | None,
+) -> tuple[Made, tuple[str, ...]]:
+    """What is made `on` lines by a carrier, on denser ones where these are refused, or on all of them; and
+    what there is to say of it."""
+    widest = carrier_spacing(patches) if carrier is None else carrier
+    if widest is None:
+        return on(None), ()
+    refusal = ""
+    for share in DENSER:
+        try:
+            return on(lines((share * widest[0], share * widest[1]))), ()
+        except NotRefinedError as error:
+            refusal = str(error)
+    note = f"The {name} body was condensed onto all of its contact points, because on fewer ones {refusal}."
+    return on(None), (note,)
 
 
 def upper_lines(patches: Sequence[Patch], carrier: tuple[float, float] | None) -> Lines | None:
@@ -333,14 +355,13 @@ def rail(
     """
     if image is not None and not geometry.rail()[0].is_symmetric:
         image = None
-    lines = lower_lines(geometry, grid, carrier)
-    if lines is None:
-        return _rail(geometry, grid, None, material, image, time_s), ()
-    try:
-        return _rail(geometry, grid, lines, material, image, time_s), ()
-    except NotRefinedError as error:
-        note = _condensed_directly("lower", error)
-        return _rail(geometry, grid, None, material, image, time_s), (note,)
+
+    def on(lines: Lines | None) -> ElasticBodies:
+        return _rail(geometry, grid, lines, material, image, time_s)
+
+    return _on_lines(
+        "lower", on, lambda carrier: lower_lines(geometry, grid, carrier), grid.node_patches, carrier
+    )
 
 
 def _rail(
