@@ -37,6 +37,7 @@ from .friction.laws import (
 from .geometry.pole_shoe import PoleShoe
 from .geometry.profiles import Profile
 from .geometry.wheel_rail import wheel_on_rail_gap
+from .half_space.chain import gradient_of_steps
 from .half_space.creep_force import (
     FoundationResult,
     KalkerCoefficients,
@@ -191,6 +192,7 @@ __all__ = [
     "creep_curve",
     "fastsim",
     "fastsim_curve",
+    "gradient_of_steps",
     "hertz",
     "kalker_coefficients",
     "load",

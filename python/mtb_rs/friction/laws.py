@@ -94,6 +94,17 @@ class Friction(WheelFriction):
         """Whether the coefficient follows the slip speed at once."""
         return False
 
+    def slopes(self, slips: NDArray[np.bool_]) -> dict[str, Array | None]:
+        """Slopes (ny, nx) of the coefficient at each point by its parameters; none where it follows the slip.
+
+        `slips` (ny, nx) tells the points that slip. None: the parameter is the coefficient at each point.
+        """
+        return {}
+
+    def followed(self) -> dict[str, tuple[int, ...]]:
+        """Parameters of a law that follows the slip, with their shapes, in the order of the core."""
+        return {}
+
     def native_of_wheels(self) -> _mtb_rs.Friction:
         """The law as wheels take it."""
         return self.native((1, 1), (slice(0, 1), slice(0, 1)))
@@ -161,6 +172,11 @@ class Coulomb(Friction):
         """The law as the solver takes it."""
         return _mtb_rs.Friction.coulomb(window(self._on_grid(shape), cut).ravel())
 
+    def slopes(self, slips: NDArray[np.bool_]) -> dict[str, Array | None]:
+        """The coefficient, and that at each point."""
+        own = np.ones(slips.shape) if np.ndim(self.coefficient) == 0 else None
+        return {"friction": own, "friction_field": None}
+
     def native_of_wheels(self) -> _mtb_rs.Friction:
         """The law as wheels take it, with one coefficient."""
         if np.ndim(self.coefficient):
@@ -225,6 +241,10 @@ class StaticKinetic(Friction):
         """The kinetic coefficient at each slip speed."""
         return np.full(len(slip_speed), self.kinetic)
 
+    def slopes(self, slips: NDArray[np.bool_]) -> dict[str, Array | None]:
+        """The kinetic coefficient acts where points slip; the static one only decides which do."""
+        return {"friction.static": np.zeros(slips.shape), "friction.kinetic": slips.astype(float)}
+
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""
         return _mtb_rs.Friction.static_kinetic(float(self.static), float(self.kinetic))
@@ -256,6 +276,15 @@ class SpeedDependentFriction(Friction):
         if self.memory is not None:
             _number("memory", self.memory, strictly=True)
         _number("memory_min_slip", self.memory_min_slip, strictly=True)
+
+    def followed(self) -> dict[str, tuple[int, ...]]:
+        """The parameters of the law, then those of the memory."""
+        memory = {} if self.memory is None else {"friction.memory": (), "friction.memory_min_slip": ()}
+        return {**self._law_parameters(), **memory}
+
+    @abstractmethod
+    def _law_parameters(self) -> dict[str, tuple[int, ...]]:
+        """Names and shapes of the parameters of the law."""
 
     def _native_memory(self) -> tuple[float, float] | None:
         return None if self.memory is None else (float(self.memory), float(self.memory_min_slip))
@@ -306,6 +335,9 @@ class FallingFriction(SpeedDependentFriction):
         fall = np.exp(-math.log(2.0) * np.asarray(slip_speed, dtype=float) / self.half_slip)
         return np.asarray(self.kinetic + (self.static - self.kinetic) * fall)
 
+    def _law_parameters(self) -> dict[str, tuple[int, ...]]:
+        return {f"friction.{name}": () for name in ("static", "kinetic", "half_slip")}
+
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""
         return _mtb_rs.Friction.exponential(
@@ -355,6 +387,9 @@ class TabulatedFriction(SpeedDependentFriction):
     def sliding(self, slip_speed: float | Array) -> Array:
         """Coefficient [-] of continuous sliding at the slip speed [m/s]."""
         return np.asarray(np.interp(slip_speed, self.slip_speed, self.coefficient))
+
+    def _law_parameters(self) -> dict[str, tuple[int, ...]]:
+        return {"friction.coefficient": (len(self.coefficient),)}
 
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
@@ -26,6 +26,7 @@ from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import slip_of_gap
+from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.plausible import of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
@@ -55,7 +56,7 @@ _FAILURES = {
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class NormalResult(Judged, Pictured):
+class NormalResult(Judged, Differentiable, Pictured):
     """The solved frictionless contact; arrays (ny, nx), SI units.
 
     Attributes
@@ -136,7 +137,27 @@ class NormalResult(Judged, Pictured):
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
         load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
-        return NormalTangent(core, shape, load, problem.moments, (self.lower, self.upper))
+        return NormalTangent(core, shape, load, problem.moments, (self.lower, self.upper), self._margin())
+
+    def _margin(self) -> Margin:
+        loaded = self.status > 0
+        if not loaded.any():
+            return Margin(np.inf, np.inf)
+        moved, beside = np.abs(_opened(self)[loaded]).max(), self.gap[~loaded]
+        return Margin(
+            pressure=float(self.pressure[loaded].min() / self.pressure.max()),
+            gap=float(beside.min() / moved) if beside.size else np.inf,
+        )
+
+    def _functionals(self) -> dict[str, Callable[[], Functional]]:
+        area = max(self.contact_area, np.finfo(float).tiny)
+        peak = np.zeros(self.pressure.shape)
+        peak.flat[int(self.pressure.argmax())] = 1.0
+        return {
+            "normal_force": lambda: Functional.of_one(pressure=self.area),
+            "peak_pressure": lambda: Functional.of_one(pressure=peak),
+            "mean_pressure": lambda: Functional.of_one(pressure=self.area / area),
+        }
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
@@ -300,12 +321,18 @@ def solve_normal(
 def _deformation(result: NormalResult) -> dict[str, Array]:
     """Displacement (3, n) [m] of each body at the points, normal to them."""
     compliance = {side: getattr(result, side).normal_compliance for side in ("upper", "lower")}
-    x, y, _ = result.points
-    along, across = result.tilts
-    apart = result.gap - result.initial_gap + result.approach + along * x + across * y
+    apart = _opened(result)
     moved = np.zeros((3, apart.size))
     moved[2] = apart.ravel()
     return {side: moved * (own / sum(compliance.values())) for side, own in compliance.items()}
+
+
+def _opened(result: NormalResult) -> Array:
+    """Displacement (ny, nx) [m] by which the bodies give way together."""
+    x, y, _ = result.points
+    along, across = result.tilts
+    opened: Array = result.gap - result.initial_gap + result.approach + along * x + across * y
+    return opened
 
 
 @dataclass(frozen=True)

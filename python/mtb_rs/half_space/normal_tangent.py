@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.simple import Simple
+from ..results.derivatives import Margin
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -29,6 +30,7 @@ class NormalTangent:
         What is given: ``gap`` (ny, nx), the initial one on the grid of the result; ``force`` () or
         ``approach`` (), ``moments_about_axes`` (2,) if one was given, and ``lower.young_modulus``,
         ``lower.poisson_ratio`` and those of the upper body, for each that is elastic.
+    margin : Margin
     """
 
     def __init__(
@@ -38,6 +40,7 @@ class NormalTangent:
         load: Literal["force", "approach"],
         moments: tuple[float | None, float | None],
         bodies: tuple[Simple, Simple],
+        margin: Margin,
     ) -> None:
         self._core = core
         self._load = load
@@ -48,31 +51,39 @@ class NormalTangent:
         if moments != (None, None):
             self.inputs["moments_about_axes"] = (2,)
         self.inputs |= dict.fromkeys(self._moduli, ())
+        self.margin = margin
         #: Products with the influence matrix so far.
         self.products = 0
 
     def forward(self, changes: Mapping[str, Array]) -> dict[str, Array]:
-        """Changes of all fields by changes of inputs, of their shapes; what is left out does not change."""
-        given = {name: np.asarray(changes.get(name, 0.0), dtype=float) for name in self.inputs}
-        about_x, about_y = given.get("moments_about_axes", np.zeros(2))
-        first = np.array([[about_y, -about_x]])
-        if any(m is None and change != 0.0 for m, change in zip(self._moments, first[0], strict=True)):
+        """Changes (k, *shape) of all fields by k changes (k, *shape) of inputs."""
+        count = max(len(change) for change in changes.values())
+        given = {
+            name: np.ascontiguousarray(changes.get(name, np.zeros((count, *shape))), dtype=float)
+            for name, shape in self.inputs.items()
+        }
+        about_x, about_y = given.get("moments_about_axes", np.zeros((count, 2))).T
+        first = np.stack([about_y, -about_x], axis=1)
+        locked = [moment is None for moment in self._moments]
+        if first[:, locked].any():
             raise ValueError(
                 "moments_about_axes changes about an axis whose tilt is locked: give a moment there first"
             )
-        compliance = sum(float(given[name]) * slope for name, slope in self._moduli.items())
+        compliance = np.zeros(count)
+        for name, slope in self._moduli.items():
+            compliance += slope * given[name]
         pressure, gap, approach, tilts, products = self._core.forward(
-            _one(given["gap"], self.fields["gap"]),
-            np.array([float(given[self._load])]),
-            first,
-            np.array([compliance]),
+            given["gap"], given[self._load], first, compliance
         )
         self.products += products
-        return {"pressure": pressure[0], "gap": gap[0], "approach": approach[0], "tilts": tilts[0]}
+        return {"pressure": pressure, "gap": gap, "approach": approach, "tilts": tilts}
 
     def adjoint(self, weights: Mapping[str, Array]) -> dict[str, Array]:
-        """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape)."""
-        count = max(np.shape(weight)[0] for weight in weights.values())
+        """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape).
+
+        They are 0 by a moment that is not given, as its tilt is locked.
+        """
+        count = max(len(weight) for weight in weights.values())
         all_weights = [
             np.ascontiguousarray(weights.get(name, np.zeros((count, *shape))), dtype=float)
             for name, shape in self.fields.items()
@@ -82,10 +93,6 @@ class NormalTangent:
         found = {"gap": gap, self._load: load, "moments_about_axes": np.stack([-first[:, 1], first[:, 0]], 1)}
         found |= {name: slope * compliance for name, slope in self._moduli.items()}
         return {name: found[name] for name in self.inputs}
-
-
-def _one(change: Array, shape: Shape) -> Array:
-    return np.ascontiguousarray(np.broadcast_to(change, shape)[None], dtype=float)
 
 
 def _moduli(lower: Simple, upper: Simple) -> list[tuple[str, float]]:

@@ -30,10 +30,12 @@ from ..base.words import Coupling
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, as_law
 from ..geometry.contact_points import window
+from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
 from .pressure_field import PressureField, creepage_rows, pressure_field
+from .tangential_tangent import Grids, Moving, TangentialTangent
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -79,6 +81,14 @@ class Motion(ABC):
     def advice(self) -> str:
         """How a step that has no solution may have one, to be put behind the advice of a memory."""
         return ""
+
+    def moving(self) -> Moving:
+        """What moves, as derivatives name it."""
+        raise ValueError(f"a {self.word} has no derivatives")
+
+    def _found(self) -> tuple[bool, bool]:
+        x, y = (is_force for _, is_force in self.drive())
+        return x, y
 
     @property
     def is_driven(self) -> bool:
@@ -157,6 +167,10 @@ class Rolling(Motion):
     def slip_speed(self) -> float:
         """Slip speed [m/s] of a unit of slip: slip is relative to the velocity."""
         return self.velocity
+
+    def moving(self) -> Moving:
+        """Creepages and spin together, at a velocity."""
+        return Moving({"creepage": (0, 1, 2)}, "velocity", 1.0 / self.velocity, self._found())
 
     @property
     def is_steady(self) -> bool:
@@ -243,6 +257,11 @@ class Shift(Motion):
     def slip_speed(self) -> float:
         """Slip speed [m/s] of a unit of slip."""
         return 1.0 / self.duration
+
+    def moving(self) -> Moving:
+        """The displacement, and the rotation, over a duration."""
+        rigid = {"displacement": (0, 1), "spin": (2,)}
+        return Moving(rigid, "duration", -1.0 / self.duration, self._found())
 
     @property
     def kind(self) -> str:
@@ -350,7 +369,7 @@ class TangentialState:
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(Judged, TangentialFields):
+class TangentialResult(Judged, Differentiable, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -451,8 +470,111 @@ class TangentialResult(Judged, TangentialFields):
         """What else its `summary.json` holds: the motion asked for, the report."""
         return {"motion": self.motion, "report": self.report.as_dict()}
 
+    def _tangent(self) -> TangentialTangent:
+        given: _Given | None = vars(self).get("_given")
+        if given is None:
+            raise ValueError(
+                "this result was read from a file, put together or solved with coupling='full', where the "
+                "pressure follows the traction: derivatives are those of a result that solve_tangential has "
+                "just returned with coupling='one-way'"
+            )
+        return given.tangent(self)
+
+    def _functionals(self) -> dict[str, Callable[[], Functional]]:
+        area, shape = self.area, self.pressure.shape
+        x, y = self.points
+        none = np.zeros(shape)
+        peak = np.zeros(shape)
+        peak.flat[int(self.pressure.argmax())] = 1.0
+        along = [np.array([area, none, none]), np.array([none, area, none]), np.zeros((3, *shape))]
+        force = {"traction": np.stack(along), "pressure": np.stack([none, none, -area])}
+        speed, total = self.motion.slip_speed, float((self.dissipation * area).sum())
+        moving = self.motion.moving()
+        return {
+            "force": lambda: Functional((3,), force),
+            "normal_force": lambda: Functional.of_one(pressure=area),
+            "spin_moment": lambda: Functional.of_one(traction=np.stack([-y * area, x * area, none])),
+            "peak_pressure": lambda: Functional.of_one(pressure=peak),
+            "mean_pressure": lambda: Functional.of_one(pressure=area / area[self.status > 0].sum()),
+            "friction_power": lambda: Functional(
+                (),
+                {"dissipation": speed * area[None]},
+                {moving.speed: np.array([speed * total * moving.speed_slope])},
+            ),
+        }
+
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]}, {self.report.status})"
+
+
+@dataclass(frozen=True)
+class _Given:
+    """What a tangential problem was solved from, besides its motion."""
+
+    field: PressureField
+    friction: Friction
+    layer: InterfaceLayer | None
+    state: TangentialState | None
+
+    def tangent(self, result: TangentialResult) -> TangentialTangent:
+        """The problem at its solution."""
+        field, motion, friction = self.field, result.motion, self.friction
+        shape = (field.pressure.shape[0], field.pressure.shape[1])
+        operators, cut, origin = _prepare(field, motion, self.layer, self.state)
+        key = _key(field, motion, self.layer, cut)
+        before, there = None, None
+        if self.state is not None:
+            before = (self.state.pressure.shape[0], self.state.pressure.shape[1])
+            there = _cut_before(self.state, field, cut)
+        slips = result.status == 2
+        grids = Grids(shape, cut, before, there, result.status == 0)
+        core = _mtb_rs.TangentialTangent(
+            operators,
+            grids.cells(field.pressure),
+            origin,
+            motion.drive(),
+            float(motion.rigid[2]),
+            float(motion.slip_speed),
+            friction.native(shape, cut),
+            _earlier(self.state, friction, there),
+            (
+                grids.cells(result.traction[:2]),
+                grids.cells(result.slip),
+                grids.cells(result.friction_coefficient, friction.at_rest()),
+                result.creepage[:2].tolist(),
+            ),
+            (shape[::-1], (cut[1].start, cut[0].start)),
+        )
+        bodies = {"lower": field.lower, "upper": field.upper}
+
+        def other_bodies(lower: Pair | None, upper: Pair | None) -> _mtb_rs.PatchOperators:
+            return _mtb_rs.PatchOperators(*key._replace(lower=lower, upper=upper, layer=0.0))
+
+        return TangentialTangent(
+            core,
+            grids,
+            motion.moving(),
+            friction.slopes(slips),
+            friction.followed(),
+            None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
+            {side: body for side, body in bodies.items() if body is not None},
+            other_bodies,
+            _margin(result),
+        )
+
+
+def _margin(result: TangentialResult) -> Margin:
+    """How near points are to slipping or sticking; those in contact are given."""
+    size = np.hypot(*result.traction[:2])
+    bound = result.friction_coefficient * result.pressure
+    sticks, slips = result.status == 1, result.status == 2
+    slip = np.hypot(*result.slip)
+    return Margin(
+        pressure=math.inf,
+        gap=math.inf,
+        stick=float((bound - size)[sticks].min() / bound.max()) if sticks.any() else math.inf,
+        slip=float(slip[slips].min() / slip.max()) if slips.any() else math.inf,
+    )
 
 
 class _Key(NamedTuple):
@@ -477,6 +599,46 @@ def _constants(body: Material | None) -> Pair | None:
     return None if body is None else (body.shear_modulus, body.poisson_ratio)
 
 
+def _key(
+    field: PressureField, motion: Rolling | Shift, layer: InterfaceLayer | None, cut: tuple[slice, slice]
+) -> _Key:
+    """What the operators on a rectangle of cells depend on."""
+    return _Key(
+        shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
+        spacing=field.spacing,
+        lower=_constants(field.lower),
+        upper=_constants(field.upper),
+        layer=0.0 if layer is None else layer.flexibility,
+        motion=motion.kind,
+        step=motion.step_on(field),
+        reference=field.reference,
+    )
+
+
+def _cut_before(
+    state: TangentialState, field: PressureField, cut: tuple[slice, slice]
+) -> tuple[slice, slice]:
+    """A rectangle of cells of the field, in those of an earlier state."""
+    rows, columns = state.cells_before(field)
+    return (
+        slice(cut[0].start - rows, cut[0].stop - rows),
+        slice(cut[1].start - columns, cut[1].stop - columns),
+    )
+
+
+def _earlier(
+    state: TangentialState | None, friction: Friction, there: tuple[slice, slice] | None
+) -> tuple[Array, Array, Array] | None:
+    """An earlier state on a rectangle of its cells, as the core takes it."""
+    if state is None or there is None:
+        return None
+    return (
+        window(state.traction, there),
+        window(state.pressure, there),
+        window(state.coefficient, there, fill=friction.at_rest()),
+    )
+
+
 def _prepare(
     field: PressureField,
     motion: Rolling | Shift,
@@ -495,16 +657,7 @@ def _prepare(
         loaded = np.concatenate([loaded, np.argwhere(carried) + state.cells_before(field)])
     first, last = loaded.min(axis=0).tolist(), loaded.max(axis=0).tolist()
     cut = (slice(first[0], last[0] + 1), slice(first[1], last[1] + 1))
-    key = _Key(
-        shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
-        spacing=field.spacing,
-        lower=_constants(field.lower),
-        upper=_constants(field.upper),
-        layer=0.0 if layer is None else layer.flexibility,
-        motion=motion.kind,
-        step=motion.step_on(field),
-        reference=field.reference,
-    )
+    key = _key(field, motion, layer, cut)
     origin = (
         field.start[0] + cut[1].start * field.spacing[0],
         field.start[1] + cut[0].start * field.spacing[1],
@@ -579,15 +732,7 @@ def solve_tangential(
     shape = field.pressure.shape
     operators, cut, origin = _prepare(field, motion, layer, state)
     prepared = time.perf_counter()
-    earlier = None
-    if state is not None:
-        before = state.cells_before(field)
-        there = tuple(slice(c.start - k, c.stop - k) for c, k in zip(cut, before, strict=True))
-        earlier = (
-            window(state.traction, there),
-            window(state.pressure, there),
-            window(state.coefficient, there, fill=friction.at_rest()),
-        )
+    there = None if state is None else _cut_before(state, field, cut)
     found = operators.solve(
         window(field.pressure, cut),
         origin,
@@ -595,12 +740,14 @@ def solve_tangential(
         float(motion.rigid[2]),
         float(motion.slip_speed),
         friction.native(shape, cut),
-        earlier,
+        _earlier(state, friction, there),
         float(tolerance),
         around=(shape[::-1], (cut[1].start, cut[0].start)),
     )
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
+    # what was given is no field of a result, but its derivatives need it
+    object.__setattr__(result, "_given", _Given(field, friction, layer, state))
     if not result.report.converged:
         raise ConvergenceError(
             f"stick and slip were not found: residual {result.report.residual:.1e} after "

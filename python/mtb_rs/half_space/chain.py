@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives through steps that follow each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results.derivatives import Functional, Gradient
+from .tangential import TangentialResult
+
+Array = NDArray[np.float64]
+
+
+def gradient_of_steps(results: Sequence[TangentialResult], of: Sequence[Any]) -> list[Gradient]:
+    """Exact derivatives of a sum over a chain of steps by all that was given in each of them.
+
+    Each step starts from the state of the one before, so that what was given in one acts on all later ones.
+    The derivatives by the state of a step go back to the step that left it: one transposed solve a step.
+
+    Parameters
+    ----------
+    results : sequence of TangentialResult
+        Shifts or transient steps, the first one first, each from the ``state`` of the one before.
+    of : sequence of str, Mapping or callable
+        What each step adds to the sum, as of :meth:`TangentialResult.derivative`: a number such as
+        ``"spin_moment"``, or weights of fields; ``{}`` for nothing.
+
+    Returns
+    -------
+    list of Gradient
+        For each step the derivatives of the sum by its inputs. What was given in all steps at once, such as
+        the friction, has the sum of the derivatives of all of them.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many numbers as steps, for a number that is not a single one, and for results that
+        have no derivatives.
+
+    Examples
+    --------
+    >>> import mtb_rs as mtb
+    >>> x = (np.arange(24) - 11.5) * 0.3e-3
+    >>> gap = (x[None, :] ** 2 + x[:, None] ** 2) / (2 * 0.3)
+    >>> pressed = mtb.solve_normal(gap, 0.3e-3, lower=mtb.steel, upper=mtb.steel, force=2e3)
+    >>> first = mtb.solve_tangential(pressed, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
+    >>> second = mtb.solve_tangential(pressed, mtb.Shift((0.0, 1e-6)), mtb.Coulomb(0.3), state=first.state)
+    >>> by_first, by_second = mtb.gradient_of_steps([first, second], [{}, {"traction": second.area}])
+    >>> abs(by_first["displacement"][0]) < abs(by_second["displacement"][1])
+    True
+    """
+    if len(of) != len(results):
+        raise ValueError(
+            f"of has {len(of)} entries, and there are {len(results)} steps: one for each is needed"
+        )
+    found: list[Gradient] = []
+    carried: dict[str, Array] = {}
+    for result, own in zip(reversed(results), reversed(of), strict=True):
+        tangent = result._tangent()
+        functional = result._functional(own, tangent)
+        if functional.shape:
+            raise ValueError(f"of has {own!r}, which is not a single number: weights of its field are needed")
+        summed = dict(carried)
+        for name, w in functional.weights.items():
+            summed[name] = summed.get(name, 0.0) + np.asarray(w)
+        if not summed:
+            summed = {"creepage": np.zeros((1, 3))}
+        by = tangent.adjoint(summed)
+        found.append(Gradient(tangent.inputs, partial(_entry, functional, by)))
+        carried = {}
+        if "state.traction" in tangent.inputs:
+            flat = by["state.traction"]
+            carried = {
+                "traction": np.concatenate([flat, np.zeros_like(flat[:, :1])], axis=1),
+                "pressure": by["state.pressure"],
+                "friction_coefficient": by["state.coefficient"],
+            }
+    return found[::-1]
+
+
+def _entry(functional: Functional, by: Any, name: str) -> Any:
+    values = np.asarray(by[name])[0]
+    if name in functional.explicit:
+        values = values + np.asarray(functional.explicit[name])[0]
+    return float(values) if values.ndim == 0 else values

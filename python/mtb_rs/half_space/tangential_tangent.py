@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives of shifts and of rolling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..bodies.material import Material
+from ..geometry.contact_points import window
+from ..results.derivatives import Margin
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+Cut = tuple[slice, slice]
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What moves, in the words of its motion.
+
+    Attributes
+    ----------
+    rigid : dict of str to tuple of int
+        Which of x, y and the rotation about z an input holds.
+    speed : str
+        The velocity of rolling, or the duration of a shift.
+    speed_slope : float
+        Derivative of the logarithm of the slip speed by it.
+    found : (bool, bool)
+        Whether x and y were found for a force.
+    """
+
+    rigid: Mapping[str, tuple[int, ...]]
+    speed: str
+    speed_slope: float
+    found: tuple[bool, bool]
+
+
+@dataclass(frozen=True)
+class Grids:
+    """Where the cells of the core lie: on a grid of `shape` (ny, nx), and on that of the earlier state.
+
+    `is_open` (ny, nx) tells the cells out of contact.
+    """
+
+    shape: tuple[int, int]
+    cut: Cut
+    before: tuple[int, int] | None
+    cut_before: Cut | None
+    is_open: NDArray[np.bool_]
+
+    def cells(self, field: Array, fill: float = 0.0) -> Array:
+        """The cells of the core of a field of the result."""
+        return np.ascontiguousarray(window(np.asarray(field, dtype=float), self.cut, fill))
+
+    def whole(self, part: Array) -> Array:
+        """A field of the result from that of the core."""
+        return _back(part, self.cut, self.shape)
+
+
+def _back(part: Array, cut: Cut, shape: tuple[int, int]) -> Array:
+    seen = tuple(slice(-c.start, n - c.start) for c, n in zip(cut, shape, strict=True))
+    return window(part, seen)
+
+
+class _Late(Mapping[str, Array]):
+    """Gradients by name, of which each is made when it is asked for."""
+
+    def __init__(self, made: Mapping[str, Callable[[], Array]]) -> None:
+        self._made = made
+
+    def __getitem__(self, name: str) -> Array:
+        return self._made[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._made)
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+
+class TangentialTangent:
+    """What changes of a shift or of rolling follow from changes of what was given.
+
+    Cells out of contact, in stick and in slip stay so. `forward` and `adjoint` take one linear solve for each
+    change or functional; nothing but the problem is kept between them.
+
+    Attributes
+    ----------
+    fields : dict of str to shape
+        What is found: ``traction`` (3, ny, nx), of which the third component is none; ``slip`` (2, ny, nx);
+        ``friction_coefficient`` and ``dissipation`` (ny, nx); ``creepage`` (3,), given or found. And
+        ``pressure`` (ny, nx), which is given.
+    inputs : dict of str to shape
+        What is given: ``pressure`` (ny, nx); ``creepage`` (3,) of rolling, ``displacement`` (2,) and ``spin``
+        of a shift; ``force`` (2,) if one was given; the parameters of friction;
+        ``velocity`` or ``duration`` if friction follows the slip; ``layer.thickness`` and
+        ``layer.shear_modulus``; ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body;
+        ``state.traction``, ``state.pressure`` and ``state.coefficient`` of the earlier state.
+    margin : Margin
+    """
+
+    def __init__(
+        self,
+        core: _mtb_rs.TangentialTangent,
+        grids: Grids,
+        moving: Moving,
+        slopes: Mapping[str, Array | None],
+        followed: Mapping[str, Shape],
+        layer: tuple[float, float] | None,
+        bodies: Mapping[str, Material],
+        other_bodies: Callable[[Any, Any], _mtb_rs.PatchOperators],
+        margin: Margin,
+    ) -> None:
+        shape = grids.shape
+        self._core, self._grids, self._moving = core, grids, moving
+        self._slopes, self._followed = slopes, followed
+        self._layer, self._bodies, self._other_bodies = layer, bodies, other_bodies
+        self.margin = margin
+        self.fields: dict[str, Shape] = {
+            "traction": (3, *shape),
+            "slip": (2, *shape),
+            "friction_coefficient": shape,
+            "dissipation": shape,
+            "creepage": (3,),
+            "pressure": shape,
+        }
+        self.inputs: dict[str, Shape] = {"pressure": shape}
+        self.inputs |= {n: (len(parts),) if len(parts) > 1 else () for n, parts in moving.rigid.items()}
+        if any(moving.found):
+            self.inputs["force"] = (2,)
+        self.inputs |= {name: shape if slope is None else () for name, slope in slopes.items()}
+        self.inputs |= followed
+        if followed:
+            self.inputs[moving.speed] = ()
+        if layer is not None:
+            self.inputs |= {"layer.thickness": (), "layer.shear_modulus": ()}
+        for side in bodies:
+            self.inputs |= {f"{side}.young_modulus": (), f"{side}.poisson_ratio": ()}
+        if grids.before is not None:
+            before = grids.before
+            self.inputs |= {"state.traction": (2, *before), "state.pressure": before}
+            self.inputs["state.coefficient"] = before
+        #: Products with the slip operator so far.
+        self.products = 0
+
+    def forward(self, changes: Mapping[str, Array]) -> dict[str, Array]:
+        """Changes (k, *shape) of all fields by k changes (k, *shape) of inputs."""
+        count = max(len(change) for change in changes.values())
+        rows = [self._forward({name: c[k] for name, c in changes.items()}) for k in range(count)]
+        return {name: np.stack([row[name] for row in rows]) for name in self.fields}
+
+    def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape).
+
+        They are 0 by creepages and displacements that were found, and by forces that were not given.
+        """
+        count = max(len(weight) for weight in weights.values())
+        found = [self._adjoint({name: w[k] for name, w in weights.items()}) for k in range(count)]
+        explicit = [{name: w[k] for name, w in weights.items()} for k in range(count)]
+
+        def entry(name: str) -> Callable[[], Array]:
+            pairs = list(zip(found, explicit, strict=True))
+            return lambda: np.stack([self._by(name, of_core, direct) for of_core, direct in pairs])
+
+        return _Late({name: entry(name) for name in self.inputs})
+
+    # forward
+
+    def _forward(self, change: Mapping[str, Array]) -> dict[str, Array]:
+        grids, moving = self._grids, self._moving
+        given = {n: np.asarray(change.get(n, np.zeros(s)), dtype=float) for n, s in self.inputs.items()}
+        rigid = np.zeros(3)
+        for name, parts in moving.rigid.items():
+            rigid[list(parts)] = given[name]
+        drive = [float(given["force"][c] if moving.found[c] else rigid[c]) for c in (0, 1)]
+        coefficient = np.zeros(grids.shape)
+        for name, slope in self._slopes.items():
+            coefficient += given[name] if slope is None else slope * given[name]
+        law = [np.ravel(given[name]) for name in self._followed]
+        if law:
+            law.append(np.array([moving.speed_slope * float(given[moving.speed])]))
+        layer = 0.0
+        if self._layer is not None:
+            thickness, modulus = self._layer
+            layer = float(
+                given["layer.thickness"] / modulus - thickness / modulus**2 * given["layer.shear_modulus"]
+            )
+        here, behind = np.zeros((2, 2, *self._cells)), None
+        for side in self._bodies:
+            for constant in ("young_modulus", "poisson_ratio"):
+                if (by := float(given[f"{side}.{constant}"])) != 0.0:
+                    here = here + by * self._by_constant(side, constant)
+        here, behind = here[0], here[1]
+        past = [np.zeros((2, *self._cells)), np.zeros(self._cells), np.zeros(self._cells)]
+        if grids.cut_before is not None:
+            names = ("state.traction", "state.pressure", "state.coefficient")
+            past = [np.ascontiguousarray(window(given[name], grids.cut_before)) for name in names]
+        traction, slip, coefficient_found, found, heat, products = self._core.forward(
+            grids.cells(given["pressure"]),
+            drive,
+            float(rigid[2]),
+            np.ascontiguousarray(here),
+            np.ascontiguousarray(behind),
+            grids.cells(coefficient),
+            np.concatenate(law) if law else np.zeros(0),
+            layer,
+            (past[0], past[1], past[2]),
+        )
+        self.products += products
+        tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
+        if law:
+            # out of contact the coefficient is that at rest, the first parameter
+            coefficients[grids.is_open] = law[0][0]
+        return {
+            "traction": np.concatenate([tangential, np.zeros((1, *grids.shape))]),
+            "slip": grids.whole(slip),
+            "friction_coefficient": coefficients,
+            "dissipation": heat,
+            "creepage": np.array([*found, rigid[2]]),
+            "pressure": given["pressure"],
+        }
+
+    # adjoint
+
+    def _adjoint(self, weights: Mapping[str, Array]) -> _mtb_rs.TangentialChange:
+        grids = self._grids
+        given = {n: np.asarray(weights.get(n, np.zeros(s)), dtype=float) for n, s in self.fields.items()}
+        found = self._core.adjoint(
+            grids.cells(given["traction"][:2]),
+            grids.cells(given["slip"]),
+            grids.cells(given["friction_coefficient"]),
+            given["creepage"][:2].tolist(),
+            np.ascontiguousarray(given["dissipation"]),
+        )
+        self.products += found.products
+        return found
+
+    def _by(self, name: str, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
+        """Derivative by an input, from those by what the core was given."""
+        grids, moving = self._grids, self._moving
+        if name == "pressure":
+            return grids.whole(found.pressure) + weights.get("pressure", 0.0)
+        if name in moving.rigid:
+            spin = found.spin + np.asarray(weights.get("creepage", np.zeros(3)))[2]
+            drive = [0.0 if is_found else d for d, is_found in zip(found.drive, moving.found, strict=True)]
+            return np.array([*drive, spin])[list(moving.rigid[name])].reshape(self.inputs[name])
+        if name == "force":
+            return np.where(moving.found, found.drive, 0.0)
+        if name in self._slopes:
+            slope, by_field = self._slopes[name], grids.whole(found.coefficient)
+            return by_field if slope is None else np.asarray((slope * by_field).sum())
+        if name in self._followed or name == moving.speed:
+            by_law = np.array(found.law)
+            of_coefficient = np.asarray(weights.get("friction_coefficient", np.zeros(grids.shape)))
+            # out of contact the coefficient is that at rest, the first parameter
+            by_law[0] += of_coefficient[grids.is_open].sum()
+            return self._by_law(name, by_law)
+        if name.startswith("layer."):
+            assert self._layer is not None
+            thickness, modulus = self._layer
+            slope_of = {"layer.thickness": 1.0 / modulus, "layer.shear_modulus": -thickness / modulus**2}
+            return np.asarray(slope_of[name] * found.layer)
+        if name.startswith("state."):
+            names = ("state.traction", "state.pressure", "state.coefficient")
+            assert grids.before is not None
+            assert grids.cut_before is not None
+            return _back(found.earlier[names.index(name)], grids.cut_before, grids.before)
+        side, constant = name.split(".")
+        here, behind = self._by_constant(side, constant)
+        return np.asarray((here * found.rigid_slip).sum() + (behind * found.rigid_slip_behind).sum())
+
+    def _by_law(self, name: str, by_law: Array) -> Array:
+        if name == self._moving.speed:
+            return np.asarray(self._moving.speed_slope * by_law[-1])
+        first = 0
+        for other, shape in self._followed.items():
+            size = int(np.prod(shape))
+            if other == name:
+                return by_law[first : first + size].reshape(shape)
+            first += size
+        raise KeyError(name)
+
+    # materials
+
+    @property
+    def _cells(self) -> tuple[int, int]:
+        rows, columns = self._grids.cut
+        return rows.stop - rows.start, columns.stop - columns.start
+
+    @cached_property
+    def _of_unit(self) -> dict[str, tuple[Array, Array]]:
+        """Rigid slip (2, 2, ny, nx), here and one step behind, for which a half-space of G = 1 Pa stands.
+
+        One of each side at a Poisson's ratio of 0, and at 0.5: between, it is linear in the ratio.
+        """
+        firm = np.array(self._core.slip_by_bodies(self._other_bodies((1.0, 0.5), None)))
+        sides = {"lower": ((1.0, 0.0), None), "upper": (None, (1.0, 0.0))}
+        return {
+            side: (np.array(self._core.slip_by_bodies(self._other_bodies(*sides[side]))), firm)
+            for side in self._bodies
+        }
+
+    def _by_constant(self, side: str, constant: str) -> Array:
+        """Rigid slip (2, 2, ny, nx) that does the same as a unit of a constant of a body."""
+        material = self._bodies[side]
+        modulus, ratio = material.shear_modulus, material.poisson_ratio
+        loose, firm = self._of_unit[side]
+        own = ((1.0 - 2.0 * ratio) * loose + 2.0 * ratio * firm) / modulus
+        if constant == "young_modulus":
+            return np.asarray(-own / material.young_modulus)
+        # at a given Young's modulus the shear modulus falls with the ratio
+        return np.asarray(2.0 * (firm - loose) / modulus + own / (1.0 + ratio))

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives of shifts and of rolling, against differences of solves, Kalker, Cattaneo and Mindlin."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+from mtb_rs.half_space.pressure_field import PressureField
+from mtb_rs.half_space.tangential import TangentialResult, TangentialState
+
+Array = NDArray[np.float64]
+
+#: Semi-axes [m], largest pressure [Pa], cells along a side.
+A, B, PEAK = 3e-3, 2.5e-3, 8e8
+BRASS = mtb.Material(100e9, 0.34)
+
+
+def field(nx: int, ny: int, upper: mtb.Material | None = mtb.steel) -> PressureField:
+    """The pressure of Hertz on an ellipse."""
+    dx, dy = 2.2 * A / nx, 2.2 * B / ny
+    x = (np.arange(nx) - 0.5 * (nx - 1)) * dx
+    y = (np.arange(ny) - 0.5 * (ny - 1)) * dy
+    inside = 1.0 - (x[None, :] / A) ** 2 - (y[:, None] / B) ** 2
+    return PressureField(PEAK * np.sqrt(np.maximum(inside, 0.0)), (dx, dy), mtb.steel, upper)
+
+
+CONTACT = field(16, 14, BRASS)
+SHAPE = CONTACT.pressure.shape
+LAYER = mtb.InterfaceLayer(2e-5, 1e9)
+FALLING = mtb.FallingFriction(0.34, 0.3, 1.0, memory=1e-4, memory_min_slip=1e-3)
+TABLE = mtb.TabulatedFriction([0.0, 0.5, 2.0], [0.33, 0.32, 0.3], memory=1e-4)
+SEEDED = np.random.default_rng(5)
+SPOTTED = mtb.Coulomb(0.3 + 0.03 * SEEDED.random(SHAPE))
+
+Given = dict[str, Any]
+
+
+def solved(given: Given) -> TangentialResult:
+    return mtb.solve_tangential(
+        given["field"],
+        given["motion"],
+        given["friction"],
+        layer=given.get("layer"),
+        state=given.get("state"),
+        tolerance=1e-12,
+    )
+
+
+STATE = solved({"field": CONTACT, "motion": mtb.Shift((1.5e-6, -1e-6)), "friction": FALLING}).state
+
+CASES: dict[str, Given] = {
+    "steady": {"motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": SPOTTED, "layer": LAYER},
+    "steady by force": {
+        "motion": mtb.Rolling((0.0, 5e-4, 0.1), force=(2000.0, None), angle=0.4),
+        "friction": mtb.Coulomb(0.3),
+        "layer": LAYER,
+    },
+    "steady falling": {"motion": mtb.Rolling((2e-3, 1e-3, 0.1)), "friction": FALLING},
+    "transient": {
+        "motion": mtb.Rolling((1e-3, 1e-3, 0.2), transient=True),
+        "friction": TABLE,
+        "state": STATE,
+        "layer": LAYER,
+    },
+    "shift": {
+        "motion": mtb.Shift((2e-6, 1e-6), spin=1e-4, duration=1e-5), "friction": FALLING, "state": STATE,
+    },
+    "shift by force": {
+        "motion": mtb.Shift((0.0, 1e-6), force=(2000.0, None)), "friction": mtb.Coulomb(0.3), "state": STATE,
+    },
+}  # fmt: skip
+
+
+def changed(given: Given, by: str, change: Array) -> Given:
+    """What is given, with one input changed, written without the code that it tests."""
+    motion, friction, contact = given["motion"], given["friction"], given["field"]
+    if by == "pressure":
+        return given | {"field": replace(contact, pressure=contact.pressure + change)}
+    if by == "force":
+        force = tuple(None if f is None else f + d for f, d in zip(motion.force, change, strict=True))
+        return given | {"motion": replace(motion, force=force)}
+    if by in ("creepage", "displacement"):
+        return given | {"motion": replace(motion, **{by: tuple(np.array(getattr(motion, by)) + change)})}
+    if by in ("spin", "velocity", "duration"):
+        return given | {"motion": replace(motion, **{by: getattr(motion, by) + float(change)})}
+    if by in ("friction", "friction_field"):
+        return given | {"friction": mtb.Coulomb(friction.coefficient + change)}
+    owner, name = by.split(".")
+    if owner == "friction":
+        value = np.asarray(getattr(friction, name)) + change
+        return given | {"friction": replace(friction, **{name: value.tolist()})}
+    if owner == "layer":
+        layer = given["layer"]
+        return given | {"layer": replace(layer, **{name: getattr(layer, name) + float(change)})}
+    if owner == "state":
+        state = given["state"]
+        parts = {n: getattr(state, n) for n in ("traction", "pressure", "coefficient")}
+        parts[name] = parts[name] + change
+        return given | {"state": TangentialState(**parts, origin=state.origin, spacing=state.spacing)}
+    body = getattr(contact, owner)
+    body = replace(body, **{name: getattr(body, name) + float(change)})
+    return given | {"field": replace(contact, **{owner: body})}
+
+
+def value_of(given: Given, by: str) -> Any:
+    """An input, or what it is of the size of."""
+    motion, friction, contact = given["motion"], given["friction"], given["field"]
+    if by == "pressure":
+        return 1e-2 * contact.pressure
+    if by == "force":
+        return np.array([0.0 if f is None else f for f in motion.force])
+    if by in ("creepage", "displacement", "spin", "velocity", "duration"):
+        forced = motion.force or (None, None)
+        value = np.array(getattr(motion, by))
+        if value.ndim:
+            value[:2][[f is not None for f in forced]] = 0.0
+        return value
+    if by in ("friction", "friction_field"):
+        return friction.coefficient * (0.1 if by == "friction" else 0.1 * np.ones(SHAPE))
+    owner, name = by.split(".")
+    if owner == "state":
+        # what has no traction or pressure has none
+        return 0.1 * getattr(given["state"], name)
+    body = {"friction": friction, "layer": given.get("layer")}.get(owner) or getattr(contact, owner)
+    return 0.1 * np.asarray(getattr(body, name))
+
+
+NUMBERS = ("force", "spin_moment", "friction_power", "creepage")
+
+
+def listed(result: TangentialResult) -> Array:
+    power = float((result.dissipation * result.area).sum()) * result.motion.slip_speed
+    return np.array([*result.force, result.spin_moment, power, *result.creepage])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_each_number_by_each_input(case: str) -> None:
+    given = {"field": CONTACT, **CASES[case]}
+    result = solved(given)
+    gradients = {of: result.gradient(of) for of in NUMBERS}
+    random = np.random.default_rng(3)
+    tried = 0
+    for by in gradients["force"]:
+        size = np.asarray(value_of(given, by))
+        change = size * (0.5 + random.random(size.shape))
+
+        def at(h: float, by: str = by, change: Array = change) -> Array | None:
+            moved = solved(changed(given, by, h * change))
+            return listed(moved) if np.array_equal(moved.status, result.status) else None
+
+        steps = [at(s * h) for h in (2e-4, 1e-4) for s in (1.0, -1.0)]
+        if any(step is None for step in steps):
+            continue
+        tried += 1
+        far, near = ((a - b) / (2 * h) for a, b, h in ((*steps[:2], 2e-4), (*steps[2:], 1e-4)))  # type: ignore[operator]
+        expected = (4.0 * near - far) / 3.0
+        parts = [np.tensordot(gradients[of][by], change, change.ndim) for of in NUMBERS]
+        found = np.concatenate([np.atleast_1d(part) for part in parts])
+        sizes = np.abs(listed(result)) + 1e-3 * np.abs(expected)
+        sizes[:3], sizes[-3:-1] = sizes[:3].max(), sizes[-3:-1].max() + 1e-12
+        wrong = np.abs(found - expected) / np.maximum(sizes, 1e-12)
+        assert wrong.max() < 2e-6, (by, found, expected)
+    assert tried > 0.7 * len(gradients["force"])
+
+
+def test_rolling_at_rest_has_the_coefficients_of_kalker() -> None:
+    contact = field(60, 60)
+    result = mtb.solve_tangential(contact, mtb.Rolling((0.0, 0.0, 0.0)), mtb.Coulomb(0.3), tolerance=1e-10)
+    c11, c22, c23, _ = mtb._mtb_rs.kalker_coefficients(A / B, mtb.steel.poisson_ratio)
+    scale = mtb.steel.shear_modulus * A * B
+    found = result.derivative("force", "creepage")
+    # the upper body drags the lower one along
+    assert found[0, 0] == pytest.approx(c11 * scale, rel=0.03)
+    assert found[1, 1] == pytest.approx(c22 * scale, rel=0.03)
+    assert abs(found[1, 2]) == pytest.approx(c23 * scale * np.sqrt(A * B), rel=0.03)
+    assert abs(found[0, 1]) < 1e-9 * found[0, 0]
+    assert result.margin().slip == np.inf
+
+
+def test_a_shift_of_a_sphere_is_as_stiff_as_cattaneo_and_mindlin_found() -> None:
+    radius, cells = 2e-3, 60
+    dx = 2.1 * radius / cells
+    x = (np.arange(cells) - 0.5 * (cells - 1)) * dx
+    pressure = PEAK * np.sqrt(np.maximum(1.0 - (x[None, :] ** 2 + x[:, None] ** 2) / radius**2, 0.0))
+    ball = PressureField(pressure, (dx, dx), mtb.steel, mtb.steel)
+    force, friction = 0.5, 0.3
+    limit = friction * ball.normal_force
+    result = mtb.solve_tangential(
+        ball, mtb.Shift(force=(force * limit, None)), mtb.Coulomb(friction), tolerance=1e-10
+    )
+    # dd/dF = (2 - nu) / (8 a G) (1 - F / (mu N))^(-1/3) for each of two like bodies
+    one = (2.0 - 0.3) / (8.0 * radius * mtb.steel.shear_modulus) * (1.0 - force) ** (-1.0 / 3.0)
+    assert result.derivative("creepage", "force")[0, 0] == pytest.approx(2.0 * one, rel=0.02)
+
+
+def test_steps_of_a_chain() -> None:
+    motion = mtb.Rolling((1e-3, 5e-4, 0.1), transient=True)
+
+    def chain(static: float, pressure: float) -> list[TangentialResult]:
+        friction, results = replace(FALLING, static=static), []
+        state = None
+        contact = replace(CONTACT, pressure=pressure * CONTACT.pressure)
+        for _ in range(3):
+            results.append(mtb.solve_tangential(contact, motion, friction, state=state, tolerance=1e-12))
+            state = results[-1].state
+        return results
+
+    results = chain(0.34, 1.0)
+    found = mtb.gradient_of_steps(results, [{}, {"traction": results[1].area}, "spin_moment"])
+
+    def number(results: list[TangentialResult]) -> float:
+        return float((results[1].traction * results[1].area).sum() + results[2].spin_moment)
+
+    def slope(at: Callable[[float], float], h: float) -> float:
+        near, far = ((at(s) - at(-s)) / (2.0 * s) for s in (0.5 * h, h))
+        return (4.0 * near - far) / 3.0
+
+    by_static = slope(lambda h: number(chain(0.34 + h, 1.0)), 2e-5)
+    assert sum(by["friction.static"] for by in found) == pytest.approx(by_static, rel=1e-6)
+    by_pressure = slope(lambda h: number(chain(0.34, 1.0 + h)), 1e-5)
+    total = sum(float((by["pressure"] * CONTACT.pressure).sum()) for by in found)
+    assert total == pytest.approx(by_pressure, rel=1e-6)
+
+
+def test_a_gradient_at_100_cells_a_side_takes_few_products() -> None:
+    contact = field(110, 110)
+    result = mtb.solve_tangential(contact, mtb.Rolling((1e-3, 5e-4, 0.1)), mtb.Coulomb(0.3), tolerance=1e-8)
+    tangent = result._tangent()
+    tangent.adjoint({"traction": np.stack([np.stack([result.area] * 3)])})
+    assert result.report.convolutions is not None
+    assert tangent.products < result.report.convolutions
+
+
+def test_what_has_no_derivatives_says_why() -> None:
+    given = {"field": CONTACT, **CASES["steady"]}
+    with pytest.raises(ValueError, match="one-way"):
+        replace(solved(given)).derivative("force", "creepage")
+    with pytest.raises(ValueError, match="creepage"):
+        solved(given).derivative("force", "creepages")
