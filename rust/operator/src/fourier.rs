@@ -158,6 +158,17 @@ impl Transform {
         self.block(kernels, scale, true, inputs, outputs, &unmonitored);
     }
 
+    /// [`Transform::apply_block_add`] that overwrites the outputs.
+    pub fn apply_block(
+        &self,
+        kernels: &[&[Option<&Kernel>]],
+        scale: f64,
+        inputs: &[&[f64]],
+        outputs: &mut [&mut [f64]],
+    ) {
+        self.block(kernels, scale, false, inputs, outputs, &unmonitored);
+    }
+
     fn block(
         &self,
         kernels: &[&[Option<&Kernel>]],

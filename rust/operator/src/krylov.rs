@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Krylov solvers for closures that know how to multiply.
 
+/// Entries of a vector that stay in the cache while those of all others pass by.
+const CHUNK: usize = 1024;
+
+/// Share of a vector's length left of it at which what is left may lean on what was taken out.
+const CANCELLED: f64 = 0.1;
+
 /// How a Krylov solve went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KrylovReport {
@@ -46,20 +52,15 @@ pub fn gmres(
         let mut next = vec![0.0; n];
         apply(&work, &mut next);
         let scale = norm(&next);
-        let mut column = Vec::with_capacity(k + 2);
-        for v in &basis {
-            let h = dot(v, &next);
-            add_scaled(&mut next, -h, v);
-            column.push(h);
-        }
+        let mut column = project(&basis, &mut next);
         // a second sweep when cancellation has eaten the orthogonality
         let mut length = norm(&next);
-        if length < 0.7 * scale {
-            for (v, h) in basis.iter().zip(&mut column) {
-                let correction = dot(v, &next);
-                add_scaled(&mut next, -correction, v);
-                *h += correction;
-            }
+        if length < CANCELLED * scale {
+            let corrections = project(&basis, &mut next);
+            column
+                .iter_mut()
+                .zip(corrections)
+                .for_each(|(h, c)| *h += c);
             length = norm(&next);
         }
         for (i, (c, s)) in rotations.iter().enumerate() {
@@ -106,6 +107,22 @@ pub fn gmres(
         steps,
         residual: rhs[steps].abs(),
     }
+}
+
+/// Takes the parts along the orthonormal `basis` out of `vector`, and returns them.
+fn project(basis: &[Vec<f64>], vector: &mut [f64]) -> Vec<f64> {
+    let mut parts = vec![0.0; basis.len()];
+    for (k, chunk) in vector.chunks(CHUNK).enumerate() {
+        for (part, v) in parts.iter_mut().zip(basis) {
+            *part += dot(&v[k * CHUNK..][..chunk.len()], chunk);
+        }
+    }
+    for (k, chunk) in vector.chunks_mut(CHUNK).enumerate() {
+        for (part, v) in parts.iter().zip(basis) {
+            add_scaled(chunk, -part, &v[k * CHUNK..][..chunk.len()]);
+        }
+    }
+    parts
 }
 
 /// `a . b` of two vectors of the same length.

@@ -12,6 +12,8 @@ const LEAST_REDUCTION: f64 = 1e-2;
 
 /// Power of `1 + curvature / diagonal` by which the preconditioner given fades: 1 to 2 serve alike.
 const FADING: f64 = 1.25;
+/// The least that it fades to, whose reciprocal is still a number.
+const FADED: f64 = 1e-60;
 /// Stiffness that the operator adds to the curvature where that rules, in diagonals: 2 to 5 serve alike.
 const STIFFENING: f64 = 3.0;
 
@@ -22,9 +24,11 @@ const STIFFENING: f64 = 3.0;
 pub(super) struct LinearStep<'a> {
     problem: &'a DiscProblem<'a>,
     iterate: &'a Iterate,
+    /// Curvature in diagonals; infinite at points that take no part.
+    curvature: Vec<f64>,
     /// Weight of the preconditioner given, `S = (1 + curvature / diagonal)^-FADING`.
     share: Vec<f64>,
-    /// What stands in for it, `(1 - S^2) / (STIFFENING diagonal + curvature)`.
+    /// What stands in for it over that weight, `(1 / S - S) / (STIFFENING diagonal + curvature)`.
     local: Vec<f64>,
     /// Scale of the rows of the resultants.
     row_scale: f64,
@@ -47,15 +51,20 @@ pub(super) struct Outcome {
 
 impl<'a> LinearStep<'a> {
     pub(super) fn new(problem: &'a DiscProblem<'a>, iterate: &'a Iterate) -> Self {
-        let share: Vec<f64> = iterate
-            .curvature
+        let curvature: Vec<f64> = (iterate.curvature.iter().zip(&iterate.state))
+            .map(|(d, state)| match state {
+                DiscState::Excluded => f64::INFINITY,
+                _ => d / problem.diagonal,
+            })
+            .collect();
+        let share: Vec<f64> = curvature
             .iter()
-            .map(|d| (1.0 + d / problem.diagonal).powf(-FADING))
+            .map(|c| (1.0 + c).powf(-FADING).max(FADED))
             .collect();
         let local = share
             .iter()
             .zip(&iterate.curvature)
-            .map(|(s, d)| (1.0 - s * s) / (STIFFENING * problem.diagonal + d))
+            .map(|(s, d)| (1.0 / s - s) / (STIFFENING * problem.diagonal + d))
             .collect();
         let free = iterate
             .state
@@ -65,6 +74,7 @@ impl<'a> LinearStep<'a> {
         let mut step = Self {
             problem,
             iterate,
+            curvature,
             share,
             local,
             row_scale: 1.0,
@@ -77,10 +87,15 @@ impl<'a> LinearStep<'a> {
         };
         step.row_scale = problem.diagonal * (free.max(1) as f64).sqrt()
             / norm(&first.weight).max(f64::MIN_POSITIVE);
+        let mut free = vec![0.0; first.direction.len()];
         step.columns = problem
             .resultants
             .iter()
-            .map(|r| step.precondition_field(&r.direction))
+            .map(|r| {
+                let mut column = vec![0.0; r.direction.len()];
+                step.precondition_field(&r.direction, &mut column, &mut free);
+                column
+            })
             .collect();
         let m = problem.resultants.len();
         let mut schur = vec![0.0; m * m];
@@ -144,9 +159,12 @@ impl<'a> LinearStep<'a> {
         }
         let start = norm(&residual);
         let mut step = vec![0.0; 2 * n + m];
+        // fresh memory costs as much as a product
+        let (mut field, mut work) = (vec![0.0; 2 * n], image);
+        let mut free = vec![0.0; 2 * n];
         let krylov = gmres(
-            |x, y| self.apply(x, y),
-            |y, x| self.precondition(y, x),
+            |x, y| self.apply(x, y, &mut field, &mut work),
+            |y, x| self.precondition(y, x, &mut free),
             &mut step,
             &mut residual,
             target.max(LEAST_REDUCTION * start),
@@ -263,46 +281,50 @@ impl<'a> LinearStep<'a> {
         }
     }
 
-    pub(super) fn apply(&self, x: &[f64], y: &mut [f64]) {
+    /// Overwrites `y` with the left-hand side at `x`; `field` and `image` (2n) are work space.
+    pub(super) fn apply(&self, x: &[f64], y: &mut [f64], field: &mut [f64], image: &mut [f64]) {
         let n = self.iterate.radius.len();
-        let mut field = x[..2 * n].to_vec();
-        self.reduce(&mut field, law(self.problem).is_some());
-        let mut image = vec![0.0; 2 * n];
-        self.problem.operator.apply(&field, &mut image);
+        field.copy_from_slice(&x[..2 * n]);
+        self.reduce(field, law(self.problem).is_some());
+        self.problem.operator.apply(field, image);
         for (c, resultant) in x[2 * n..].iter().zip(self.problem.resultants) {
             for (f, e) in image.iter_mut().zip(&resultant.direction) {
                 *f -= c * e;
             }
         }
-        let change = self.magnitude_change(&image, None);
-        self.assemble_rows(&image, &field, Some(&field), change.as_deref(), y);
+        let change = self.magnitude_change(image, None);
+        self.assemble_rows(image, field, Some(field), change.as_deref(), y);
         for (k, resultant) in self.problem.resultants.iter().enumerate() {
             let yielded = resultant.softness * x[2 * n + k];
-            y[2 * n + k] = self.row_scale * (dot(&resultant.weight, &field) + yielded);
+            y[2 * n + k] = self.row_scale * (dot(&resultant.weight, field) + yielded);
         }
     }
 
-    /// `S P M P S + (1 - S^2) / (STIFFENING diagonal + curvature)` on the free part, `1 / diagonal`
-    /// along normals that may move.
+    /// `S P M P S + (1 - S^2) / (STIFFENING diagonal + curvature)` on the free part, `1 / diagonal` along normals
+    /// that may move.
     ///
     /// Where the curvature outweighs the operator its inverse is nearly the curvature's, whatever the wave
-    /// length. `M` knows nothing of curvature and is largest for the waves that the operator hardly sees
+    /// length. `M` knows little of curvature and is largest for the waves that the operator hardly sees
     /// (in rolling those across the rolling direction, the more so the finer the grid), so it must fade
     /// there.
-    fn precondition_field(&self, y: &[f64]) -> Vec<f64> {
+    ///
+    /// `free` (2n) is work space.
+    fn precondition_field(&self, y: &[f64], x: &mut [f64], free: &mut [f64]) {
         let n = self.iterate.radius.len();
-        let mut free = y[..2 * n].to_vec();
-        self.reduce(&mut free, false);
-        let mut inner = free.clone();
-        self.weigh(&mut inner);
-        let mut x = vec![0.0; 2 * n];
-        self.problem.preconditioner.apply(&inner, &mut x);
-        self.reduce(&mut x, false);
-        self.weigh(&mut x);
-        for i in 0..n {
-            if self.iterate.curvature[i] > 0.0 {
-                x[i] += self.local[i] * free[i];
-                x[n + i] += self.local[i] * free[n + i];
+        free.copy_from_slice(&y[..2 * n]);
+        self.reduce(free, false);
+        let (first, second) = free.split_at_mut(n);
+        for part in [first, second] {
+            part.iter_mut().zip(&self.share).for_each(|(f, s)| *f *= s);
+        }
+        let preconditioner = self.problem.preconditioner;
+        preconditioner.invert(&self.curvature, free, x);
+        self.reduce(x, false);
+        let (first, second) = x.split_at_mut(n);
+        for (x, free) in [(first, &free[..n]), (second, &free[n..])] {
+            let known = self.share.iter().zip(&self.local);
+            for ((x, f), (share, local)) in x.iter_mut().zip(free).zip(known) {
+                *x = share * *x + local * f;
             }
         }
         if law(self.problem).is_some() {
@@ -315,29 +337,20 @@ impl<'a> LinearStep<'a> {
                 }
             }
         }
-        x
     }
 
-    fn weigh(&self, field: &mut [f64]) {
-        let (first, second) = field.split_at_mut(self.share.len());
-        for ((x, y), s) in first.iter_mut().zip(second).zip(&self.share) {
-            *x *= s;
-            *y *= s;
-        }
-    }
-
-    pub(super) fn precondition(&self, y: &[f64], x: &mut [f64]) {
+    pub(super) fn precondition(&self, y: &[f64], x: &mut [f64], free: &mut [f64]) {
         let n2 = 2 * self.iterate.radius.len();
         let m = self.problem.resultants.len();
-        let field = self.precondition_field(y);
-        x[..n2].copy_from_slice(&field);
+        let (x, multipliers) = x.split_at_mut(n2);
+        self.precondition_field(y, x, free);
         let missing: Vec<f64> = (0..m)
-            .map(|k| y[n2 + k] - self.row_scale * dot(&self.problem.resultants[k].weight, &field))
+            .map(|k| y[n2 + k] - self.row_scale * dot(&self.problem.resultants[k].weight, x))
             .collect();
         for k in 0..m {
             let c = dot(&self.schur[k * m..(k + 1) * m], &missing);
-            x[n2 + k] = c;
-            for (a, b) in x[..n2].iter_mut().zip(&self.columns[k]) {
+            multipliers[k] = c;
+            for (a, b) in x.iter_mut().zip(&self.columns[k]) {
                 *a += c * b;
             }
         }

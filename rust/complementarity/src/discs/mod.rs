@@ -12,7 +12,7 @@ mod tests;
 pub use dense::{DenseDiscProblem, solve_discs_dense};
 pub use newton::solve_discs;
 pub use problem::{
-    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
-    Resultant,
+    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Preconditioner,
+    Radius, Resultant,
 };
 pub use tangent::{DiscChange, DiscResponse, DiscTangent, transposed};

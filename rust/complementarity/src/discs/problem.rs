@@ -25,6 +25,29 @@ pub trait DependentRadius: Send + Sync {
     fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]);
 }
 
+/// A rough inverse of an operator under a curvature.
+pub trait Preconditioner: Send + Sync {
+    /// Length of the vectors.
+    fn dim(&self) -> usize;
+
+    /// Overwrites `x` (2n) with roughly what solves `A x + diagonal curvature x = y`.
+    ///
+    /// Where `curvature` (n) outweighs the operator, what `x` becomes is of little account, and none is taken of
+    /// points that take no part, whose curvature is infinite and whose `y` is zero.
+    fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]);
+}
+
+/// A rough inverse of the operator alone, which leaves the curvature to the solver.
+impl<T: LinearOperator> Preconditioner for T {
+    fn dim(&self) -> usize {
+        LinearOperator::dim(self)
+    }
+
+    fn invert(&self, _: &[f64], y: &[f64], x: &mut [f64]) {
+        LinearOperator::apply(self, y, x);
+    }
+}
+
 /// One scalar condition on the unknown field, with its own scalar unknown.
 ///
 /// `weight . q + softness c = value` holds by the choice of the multiplier `c`, which enters the
@@ -49,8 +72,8 @@ pub struct Resultant {
 pub struct DiscProblem<'a> {
     /// `A`, of dimension 2n.
     pub operator: &'a dyn LinearOperator,
-    /// An approximate inverse of `A`, of dimension 2n.
-    pub preconditioner: &'a dyn LinearOperator,
+    /// A rough inverse of `A`, of dimension 2n.
+    pub preconditioner: &'a dyn Preconditioner,
     /// `b`, (2n).
     pub offset: &'a [f64],
     /// `g`.

@@ -141,8 +141,8 @@ impl<'a> DiscTangent<'a> {
         }
         let mut counts = [1, 0];
         let found = solved(
-            |x, y| step.apply(x, y),
-            |y, x| step.precondition(y, x),
+            |x, y| step.apply(x, y, &mut vec![0.0; 2 * n], &mut vec![0.0; 2 * n]),
+            |y, x| step.precondition(y, x, &mut vec![0.0; 2 * n]),
             &right,
             &mut counts,
             monitor,
@@ -226,7 +226,8 @@ impl<'a> DiscTangent<'a> {
                 x[2 * n + k] = step.row_scale() * dot(&resultant.weight, &pressed);
             }
         };
-        let precondition = |y: &[f64], x: &mut [f64]| step.precondition(y, x);
+        let precondition =
+            |y: &[f64], x: &mut [f64]| step.precondition(y, x, &mut vec![0.0; 2 * n]);
         let found = solved(apply, precondition, &right, &mut counts, monitor)?;
         let Some(found) = found else {
             return Ok(None);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::Grid;
 
-use super::operators::{Motion, PatchOperators, upstream};
+use mtb_operator::LinearOperator;
+
+use super::given::{carried, rigid_slip};
+use super::operators::{Motion, PatchOperators};
 use super::problem::{TangentialProblem, TangentialSolution};
-use super::solve::{carried, rigid_slip};
+use super::table::upstream;
 
 /// A grid that holds the cells of a patch, and cells around them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +126,7 @@ pub(super) fn slip_behind(
     };
     if matches!(operators.motion, Motion::Steady { .. }) {
         let fine = &operators.levels[0].slip;
-        fine.apply_add(transform, 1.0, &turned(traction), &mut reversed);
+        fine.apply(&turned(traction), &mut reversed);
         add_pressure(&operators.pressure_now, 1.0, &pressure, &mut reversed);
     } else {
         if let Some(kernels) = &operators.earlier {
@@ -138,9 +141,10 @@ pub(super) fn slip_behind(
             }
         }
         if let Some(earlier) = problem.earlier {
-            operators.levels[0]
-                .slip
-                .apply_add(transform, 1.0, &earlier.traction, &mut slip);
+            let mut back = vec![0.0; 2 * n];
+            let fine = &operators.levels[0].slip;
+            fine.apply(&earlier.traction, &mut back);
+            slip.iter_mut().zip(back).for_each(|(s, b)| *s += b);
             add_pressure(&operators.pressure_now, -1.0, &earlier.pressure, &mut slip);
         }
     }

@@ -5,9 +5,9 @@ use mtb_operator::{Kernel, LinearOperator};
 
 use super::change::{TangentialChange, TangentialResponse};
 use super::dissipation::{Surroundings, slip_behind};
-use super::operators::{Motion, SlipOperator};
+use super::given::{carried, rigid_slip};
+use super::operators::Motion;
 use super::problem::{Drive, TangentialProblem};
-use super::solve::{carried, rigid_slip};
 use super::tangent::{TangentialTangent, add, dot, turned};
 
 impl<'a> TangentialTangent<'a> {
@@ -113,7 +113,7 @@ impl<'a> TangentialTangent<'a> {
         let n = operators.grid().points();
         let transform = operators.transform();
         let scale = 1.0 / self.length();
-        let fine = SlipOperator(&operators.levels[0]);
+        let fine = &operators.levels[0].slip;
         let sum_of = |kernels: &Option<[Kernel; 2]>, scale: f64, field: &[f64]| {
             let mut sum = vec![0.0; n];
             if let Some([along, across]) = kernels {

@@ -12,13 +12,21 @@
 //! Sought is `|q| <= mu p` with `S = 0` where less, and `q = mu p S / |S|` where it slips. A layer adds
 //! `h / G` to the diagonal of `C`. [Kalker1990, ch. 4], [Vollebregt2012]
 
+mod bound;
 mod change;
+mod checks;
 mod dissipation;
 mod dissipation_tangent;
+mod given;
+mod inverse;
+mod kernels;
+mod level;
 mod levels;
 mod operators;
 mod problem;
+mod slip;
 mod solve;
+mod table;
 mod tangent;
 
 pub use change::{TangentialChange, TangentialResponse, TangentialState};

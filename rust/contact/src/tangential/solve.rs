@@ -5,13 +5,15 @@ use mtb_complementarity::discs::{
     DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
     Resultant, solve_discs,
 };
-use mtb_operator::{Grid, Monitor};
+use mtb_operator::Monitor;
 
-use super::operators::{InverseSymbol, Level, Motion, PatchOperators, SlipOperator, upstream};
+use super::bound::{SlipBound, past};
+use super::checks::check_problem;
+use super::given::offset;
+use super::operators::{Motion, PatchOperators};
 use super::problem::{Drive, TangentialProblem, TangentialSolution};
 use crate::Error;
-use crate::error::{check, check_number, check_positive};
-use crate::friction::{Friction, Memory, Past, SlipFriction, SlipLaw};
+use crate::friction::{Friction, Memory, SlipFriction, SlipLaw};
 
 /// Residual to which the coarser grids are solved: they only provide a start.
 const COARSE_TOLERANCE: f64 = 3e-3;
@@ -22,10 +24,6 @@ const FINE_ITERATIONS: usize = 200;
 /// Attempts at friction that depends on the slip, and fixed problems before each.
 const ROUNDS: usize = 4;
 const STEPS_A_ROUND: usize = 5;
-/// Share of the largest force that is left to rounding.
-const ROUNDING: f64 = 1e-12;
-/// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
-const SPIN_ADVANCE: f64 = 1.0 / 6.0;
 
 /// Solves a shift, a step of transient rolling, or steady rolling.
 ///
@@ -51,91 +49,6 @@ pub fn solve(
         let solution = cascade.solve(monitor)?;
         Ok(cascade.finish(solution))
     }
-}
-
-/// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
-pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
-    let grid = operators.grid();
-    let n = grid.points();
-    let step = operators.motion.step();
-    let given = problem.drive.map(|d| match d {
-        Drive::Slip(value) => value,
-        Drive::Force(_) => 0.0,
-    });
-    let mut offset = rigid_slip(operators, problem, given, [0.0; 2]);
-    for f in &mut offset {
-        *f = -*f;
-    }
-    let transform = operators.transform();
-    let (first, second) = offset.split_at_mut(n);
-    if let Some([along, across]) = &operators.pressure_now {
-        // the slip grows by the displacement that the pressure causes, the image falls
-        transform.apply_add(along, -1.0, problem.pressure, first);
-        transform.apply_add(across, -1.0, problem.pressure, second);
-    }
-    let Some(earlier) = problem.earlier else {
-        return offset;
-    };
-    if let Some([along, across]) = &operators.pressure_earlier {
-        transform.apply_add(along, 1.0, &earlier.pressure, first);
-        transform.apply_add(across, 1.0, &earlier.pressure, second);
-    }
-    if let Some(kernels) = &operators.earlier {
-        kernels.apply_add(transform, -1.0, &earlier.traction, &mut offset);
-        for c in 0..2 {
-            let layer = carried(&grid, step, &earlier.traction[c * n..(c + 1) * n], 0.0);
-            for (f, q) in offset[c * n..(c + 1) * n].iter_mut().zip(layer) {
-                *f -= operators.layer * q;
-            }
-        }
-    }
-    offset
-}
-
-/// Rigid slip (2n) at the places `away` [m] from the cells: [m] in a shift and over a transient step, relative in
-/// steady rolling.
-pub(super) fn rigid_slip(
-    operators: &PatchOperators,
-    problem: &TangentialProblem<'_>,
-    drive: [f64; 2],
-    away: [f64; 2],
-) -> Vec<f64> {
-    let grid = operators.grid();
-    let n = grid.points();
-    let step = operators.motion.step();
-    let length = match operators.motion {
-        Motion::Transient { .. } => operators.motion.step_length(),
-        _ => 1.0,
-    };
-    let first = [0, 1].map(|c| problem.origin[c] + away[c] + SPIN_ADVANCE * step[c]);
-    let mut slip = vec![0.0; 2 * n];
-    for k in 0..n {
-        let x = first[0] + (k % grid.nx) as f64 * grid.dx;
-        let y = first[1] + (k / grid.nx) as f64 * grid.dy;
-        slip[k] = length * (drive[0] - problem.spin * y);
-        slip[n + k] = length * (drive[1] + problem.spin * x);
-    }
-    slip
-}
-
-/// Values of a field one step ahead, by bilinear interpolation; `outside` beyond the grid.
-pub(super) fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
-    let weights = upstream(grid, step);
-    (0..grid.points())
-        .map(|k| {
-            weights
-                .iter()
-                .map(|(d, w)| neighbour(grid, k, *d).map_or(outside, |m| field[m]) * w)
-                .sum()
-        })
-        .collect()
-}
-
-/// Point `d` cells away from point `k`, if it is on the grid.
-fn neighbour(grid: &Grid, k: usize, d: [isize; 2]) -> Option<usize> {
-    let i = (k % grid.nx).checked_add_signed(d[0])?;
-    let j = (k / grid.nx).checked_add_signed(d[1])?;
-    (i < grid.nx && j < grid.ny).then_some(j * grid.nx + i)
 }
 
 /// One problem on all grids, finest first.
@@ -343,8 +256,8 @@ impl<'a> Cascade<'a> {
         let here = &self.operators.levels[level];
         let resultants = self.resultants(level);
         let problem = DiscProblem {
-            operator: &SlipOperator(here),
-            preconditioner: &InverseSymbol(here),
+            operator: &here.slip,
+            preconditioner: &here.inverse,
             offset: &self.offset[level],
             radius,
             resultants: &resultants,
@@ -389,11 +302,21 @@ impl<'a> Cascade<'a> {
         law: &'b SlipLaw,
         memory: Option<Memory>,
     ) -> SlipBound<'b> {
-        let here = &self.operators.levels[level];
-        let past = memory.map(|memory| (memory, self.past(level, here, law)));
+        let pressure = &self.pressure[level];
+        let past = memory.map(|memory| {
+            let past = past(
+                self.operators,
+                self.problem,
+                level,
+                pressure,
+                law,
+                self.speed(),
+            );
+            (memory, past)
+        });
         SlipBound {
             friction: SlipFriction::new(law, past),
-            pressure: &self.pressure[level],
+            pressure,
             speed: self.speed(),
         }
     }
@@ -403,52 +326,6 @@ impl<'a> Cascade<'a> {
         match self.operators.motion {
             Motion::Transient { .. } => self.problem.speed / self.operators.motion.step_length(),
             _ => self.problem.speed,
-        }
-    }
-
-    fn past(&self, level: usize, here: &Level, law: &SlipLaw) -> Past {
-        let grid = &here.grid;
-        let rest = law.evaluate(0.0).0;
-        if let Motion::Steady { .. } = self.operators.motion {
-            let pressure = &self.pressure[level];
-            let length = here.step[0].hypot(here.step[1]);
-            let along = |k: usize| {
-                (k % grid.nx) as f64 * grid.dx * here.step[0]
-                    + (k / grid.nx) as f64 * grid.dy * here.step[1]
-            };
-            let mut order: Vec<usize> = (0..grid.points()).filter(|k| pressure[*k] > 0.0).collect();
-            order.sort_by(|a, b| along(*b).total_cmp(&along(*a)));
-            let weights = upstream(grid, here.step);
-            let sources = (0..grid.points())
-                .map(|k| {
-                    weights.map(|(d, w)| match neighbour(grid, k, d) {
-                        Some(m) if pressure[m] > 0.0 => (m, w),
-                        _ => (k, 0.0),
-                    })
-                })
-                .collect();
-            return Past::Upstream {
-                order,
-                sources,
-                time: length / self.problem.speed,
-            };
-        }
-        let mut coefficient = match self.problem.earlier {
-            Some(earlier) => carried(
-                &self.operators.grid(),
-                self.operators.motion.step(),
-                &earlier.coefficient,
-                rest,
-            ),
-            None => vec![rest; self.operators.grid().points()],
-        };
-        for coarsening in &self.operators.coarsenings[..level] {
-            let ones = vec![1.0; coefficient.len()];
-            coefficient = coarsening.weighted(&coefficient, &ones);
-        }
-        Past::Known {
-            coefficient,
-            time: 1.0 / self.speed(),
         }
     }
 
@@ -554,150 +431,6 @@ impl<'a> Cascade<'a> {
             products: self.products.get(),
             preconditionings: self.preconditionings.get(),
             history: solution.history,
-        }
-    }
-}
-
-/// Traction bound `mu(s) p` for the disc solver.
-pub(super) struct SlipBound<'a> {
-    pub(super) friction: SlipFriction<'a>,
-    pressure: &'a [f64],
-    speed: f64,
-}
-
-impl DependentRadius for SlipBound<'_> {
-    fn radius(&self, magnitude: &[f64], radius: &mut [f64]) {
-        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
-        self.friction.coefficients(&speed, radius);
-        for (g, p) in radius.iter_mut().zip(self.pressure) {
-            *g *= p.max(0.0);
-        }
-    }
-
-    fn derivative(&self, magnitude: &[f64], change: &[f64], derivative: &mut [f64]) {
-        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
-        let change: Vec<f64> = change.iter().map(|m| m * self.speed).collect();
-        self.friction.derivative(&speed, &change, derivative);
-        for (g, p) in derivative.iter_mut().zip(self.pressure) {
-            *g *= p.max(0.0);
-        }
-    }
-
-    fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]) {
-        let speed: Vec<f64> = magnitude.iter().map(|m| m * self.speed).collect();
-        for ((d, w), p) in derivative.iter_mut().zip(weight).zip(self.pressure) {
-            *d = w * p.max(0.0);
-        }
-        self.friction.derivative_transposed(&speed, derivative);
-        for d in derivative.iter_mut() {
-            *d *= self.speed;
-        }
-    }
-}
-
-fn check_problem(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Result<(), Error> {
-    let n = operators.grid().points();
-    check("pressure", problem.pressure, n)?;
-    check("origin", &problem.origin, 2)?;
-    for drive in problem.drive {
-        match drive {
-            Drive::Slip(value) => check_number("slip", value, true, "a finite number is needed")?,
-            Drive::Force(value) => check_number("force", value, true, "a finite number is needed")?,
-        }
-    }
-    check_number("spin", problem.spin, true, "a finite number is needed")?;
-    check_positive("speed", problem.speed)?;
-    check_number(
-        "tolerance",
-        problem.tolerance,
-        problem.tolerance > 0.0 && problem.tolerance < 1.0,
-        "a number between 0 and 1 is needed",
-    )?;
-    if let Some(earlier) = problem.earlier {
-        check("earlier traction", &earlier.traction, 2 * n)?;
-        check("earlier pressure", &earlier.pressure, n)?;
-        check("earlier coefficient", &earlier.coefficient, n)?;
-    }
-    if let Some(start) = problem.start {
-        check("start", start, 2 * n)?;
-    }
-    if !problem.pressure.iter().any(|p| *p > 0.0) {
-        return Err(Error::NoContact);
-    }
-    let largest = check_friction(problem)?;
-    let force = problem
-        .drive
-        .map(|d| if let Drive::Force(f) = d { f } else { 0.0 });
-    let capacity = largest * operators.grid().cell_area();
-    // a force at the limit itself leaves the creepage open, and a sum of many cells is rounded
-    if force[0].hypot(force[1]) >= capacity * (1.0 - ROUNDING) && force != [0.0; 2] {
-        return Err(Error::ForceTooLarge {
-            force: force[0].hypot(force[1]),
-            largest: capacity,
-        });
-    }
-    Ok(())
-}
-
-/// Checks the law; returns the sum of the largest traction bounds [Pa].
-fn check_friction(problem: &TangentialProblem<'_>) -> Result<f64, Error> {
-    let wanted = "a coefficient of friction must not be negative";
-    let total: f64 = problem.pressure.iter().map(|p| p.max(0.0)).sum();
-    match problem.friction {
-        Friction::Coulomb(coefficient) => {
-            check("friction coefficient", coefficient, problem.pressure.len())?;
-            for mu in coefficient {
-                check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
-            }
-            let bound = coefficient.iter().zip(problem.pressure);
-            Ok(bound.map(|(mu, p)| mu * p.max(0.0)).sum())
-        }
-        Friction::StaticKinetic { at_rest, kinetic } => {
-            check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
-            check_number(
-                "static coefficient",
-                *at_rest,
-                at_rest >= kinetic,
-                "it must not be below the kinetic one",
-            )?;
-            Ok(at_rest * total)
-        }
-        Friction::SpeedDependent { law, memory } => {
-            let most = match law {
-                SlipLaw::Exponential {
-                    at_rest,
-                    kinetic,
-                    half_slip,
-                } => {
-                    check_positive("half_slip", *half_slip)?;
-                    check_number("static coefficient", *at_rest, *at_rest >= 0.0, wanted)?;
-                    check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
-                    at_rest.max(*kinetic)
-                }
-                SlipLaw::Table {
-                    slip_speed,
-                    coefficient,
-                } => {
-                    check("slip speed", slip_speed, coefficient.len())?;
-                    let rises = slip_speed.windows(2).all(|w| w[1] > w[0]);
-                    let first = slip_speed.first().copied().unwrap_or(f64::NAN);
-                    check_number(
-                        "first slip speed",
-                        first,
-                        rises && first.abs() <= 0.0,
-                        "slip speeds must rise strictly from 0",
-                    )?;
-                    for mu in coefficient {
-                        check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
-                    }
-                    coefficient.iter().copied().fold(0.0, f64::max)
-                }
-            };
-            if let Some(memory) = memory {
-                check_positive("memory distance", memory.distance)?;
-                check_positive("memory slip speed", memory.min_slip)?;
-            }
-            Ok(most * total)
         }
     }
 }

@@ -6,15 +6,17 @@
 //! problem has the operators of the problem itself, on fields that are turned around.
 
 use mtb_complementarity::discs::{
-    DiscChange, DiscProblem, DiscResponse, DiscTangent, Radius, transposed,
+    DiscChange, DiscProblem, DiscResponse, DiscTangent, Preconditioner, Radius, transposed,
 };
 use mtb_operator::{Kernel, LinearOperator, Monitor};
 
+use super::bound::SlipBound;
 use super::change::{TangentialChange, TangentialResponse, TangentialState};
 use super::dissipation::Surroundings;
-use super::operators::{InverseSymbol, Motion, PatchOperators, SlipOperator};
+use super::given::{carried, offset, rigid_slip};
+use super::operators::{Motion, PatchOperators};
 use super::problem::{Drive, Earlier, TangentialProblem};
-use super::solve::{Cascade, SlipBound, carried, offset, rigid_slip};
+use super::solve::Cascade;
 use crate::Error;
 use crate::error::{check, check_number};
 use crate::friction::Friction;
@@ -294,7 +296,8 @@ impl<'a> TangentialTangent<'a> {
             ..self.problem.clone()
         };
         let mut image = vec![0.0; self.state.traction.len()];
-        SlipOperator(&other.levels[0]).apply(self.state.traction, &mut image);
+        let slip = &other.levels[0].slip;
+        slip.apply(self.state.traction, &mut image);
         add(&mut image, 1.0, &offset(other, &still));
         let length = self.length();
         image.iter().map(|f| -f / length).collect()
@@ -490,16 +493,16 @@ impl<'a> TangentialTangent<'a> {
             Some(law) => Radius::Dependent(law),
             None => Radius::Fixed(&bound),
         };
-        let (slip, inverse) = (SlipOperator(here), InverseSymbol(here));
+        let (slip, inverse) = (&here.slip, &here.inverse);
         let given = DiscProblem {
-            operator: &slip,
-            preconditioner: &inverse,
+            operator: slip,
+            preconditioner: inverse,
             offset: &offset,
             radius,
             resultants: &resultants,
             diagonal: here.diagonal,
         };
-        let (slip_back, inverse_back) = (Turned(&slip), Turned(&inverse));
+        let (slip_back, inverse_back) = (Turned(slip), TurnedInverse(inverse));
         let back = DiscProblem {
             operator: &slip_back,
             preconditioner: &inverse_back,
@@ -547,6 +550,23 @@ impl LinearOperator for Turned<'_> {
         let mut image = vec![0.0; y.len()];
         self.0.apply(&turned(x), &mut image);
         y.copy_from_slice(&turned(&image));
+    }
+}
+
+/// A rough inverse of an operator of convolutions, for the operator transposed: on what is seen from the other end, that
+/// is the same problem.
+struct TurnedInverse<'a>(&'a dyn Preconditioner);
+
+impl Preconditioner for TurnedInverse<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]) {
+        let curvature: Vec<f64> = curvature.iter().rev().copied().collect();
+        let mut image = vec![0.0; x.len()];
+        self.0.invert(&curvature, &turned(y), &mut image);
+        x.copy_from_slice(&turned(&image));
     }
 }
 

@@ -11,10 +11,16 @@ use rustfft::num_complex::Complex;
 #[derive(Clone, Default)]
 pub struct Buffers {
     fields: Arc<Pool<Vec<Complex<f64>>>>,
+    reals: Arc<Pool<Vec<f64>>>,
     scratch: Arc<Pool<Scratch>>,
 }
 
 impl Buffers {
+    /// A vector of any content and length, to be given back by dropping it.
+    pub fn reals(&self) -> impl DerefMut<Target = Vec<f64>> + '_ {
+        self.reals.lend()
+    }
+
     /// Room for the spectra of a product, of any content.
     pub(super) fn field(&self) -> Lent<'_, Vec<Complex<f64>>> {
         self.fields.lend()

@@ -24,6 +24,8 @@ pub struct Kernel {
 enum Values {
     /// Even in both directions: the spectrum is real and even, a quarter is kept.
     Even(Vec<f64>),
+    /// Odd in both directions: the spectrum is real and odd, a quarter is kept.
+    Odd(Vec<f64>),
     General(Vec<Complex<f64>>),
 }
 
@@ -37,33 +39,38 @@ impl Kernel {
         is_first: bool,
     ) {
         let my = x.len();
+        let nky = my / 2 + 1;
         match &self.values {
-            Values::Even(values) => {
-                let nky = my / 2 + 1;
+            Values::Even(values) | Values::Odd(values) => {
                 let values = &values[kx * nky..(kx + 1) * nky];
-                multiply(values.iter(), x, y, is_first);
+                multiply(values.iter().copied(), x, y, is_first);
                 // the upper half runs backwards through the same values
                 let upper = values[1..=my - nky].iter().rev();
-                multiply(upper, &x[nky..], &mut y[nky..], is_first);
+                let (x, y) = (&x[nky..], &mut y[nky..]);
+                if matches!(self.values, Values::Odd(_)) {
+                    multiply(upper.map(|v| -v), x, y, is_first);
+                } else {
+                    multiply(upper.copied(), x, y, is_first);
+                }
             }
             Values::General(values) => {
                 let values = &values[kx * my..(kx + 1) * my];
-                multiply(values.iter(), x, y, is_first);
+                multiply(values.iter().copied(), x, y, is_first);
             }
         }
     }
 }
 
 /// Writes (`is_first`) or adds the products of numbers.
-fn multiply<'a, V: 'a + Copy>(
-    values: impl Iterator<Item = &'a V>,
+fn multiply<V>(
+    values: impl Iterator<Item = V>,
     x: &[Complex<f64>],
     y: &mut [Complex<f64>],
     is_first: bool,
 ) where
     Complex<f64>: Mul<V, Output = Complex<f64>>,
 {
-    let terms = x.iter().zip(values).map(|(x, v)| *x * *v);
+    let terms = x.iter().zip(values).map(|(x, v)| *x * v);
     if is_first {
         for (y, term) in y.iter_mut().zip(terms) {
             *y = term;
@@ -134,6 +141,27 @@ impl Transform {
         value: impl Fn(usize, usize) -> f64 + Sync,
         monitor: Monitor<'_>,
     ) -> Kernel {
+        Kernel {
+            values: Values::Even(self.mirrored(value, false, monitor)),
+        }
+    }
+
+    /// Kernel that is odd along x and along y, from its values at the offsets `i, j >= 0`; as cheap as an even one.
+    ///
+    /// Half a period away it is both its values and what they are mirrored to: none is taken there.
+    pub fn odd_kernel(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        Kernel {
+            values: Values::Odd(self.mirrored(value, true, &unmonitored)),
+        }
+    }
+
+    /// A quarter of the real spectrum of a kernel that is even or odd in both directions.
+    fn mirrored(
+        &self,
+        value: impl Fn(usize, usize) -> f64 + Sync,
+        is_odd: bool,
+        monitor: Monitor<'_>,
+    ) -> Vec<f64> {
         let [mx, my] = self.padded;
         let (nkx, nky) = (self.waves_x(), my / 2 + 1);
         let reach = |(first, last): (isize, isize)| last.max(-first) as usize;
@@ -153,13 +181,17 @@ impl Transform {
             for i in 0..=reach_x {
                 let v = value(i, j);
                 row[i] = v;
-                row[(mx - i) % mx] = v;
+                row[(mx - i) % mx] = if is_odd { -v } else { v };
+                if is_odd && 2 * i % mx == 0 {
+                    row[i] = 0.0;
+                }
             }
         };
+        let part = |wave: &Complex<f64>| if is_odd { wave.im } else { wave.re };
         let pair = |waves: &mut [Complex<f64>]| {
             for k in 0..nkx.div_ceil(2) {
-                let second = waves.get(2 * k + 1).map_or(0.0, |v| v.re);
-                waves[k] = Complex::new(waves[2 * k].re, second);
+                let second = waves.get(2 * k + 1).map_or(0.0, part);
+                waves[k] = Complex::new(part(&waves[2 * k]), second);
             }
         };
         let cost = VALUE * (reach_x + 1) as f64;
@@ -172,25 +204,27 @@ impl Transform {
             |j| j,
             |column| {
                 for j in 1..=reach_y {
-                    column[my - j] = column[j];
+                    column[my - j] = if is_odd { -column[j] } else { column[j] };
+                }
+                for j in (0..=reach_y).filter(|j| is_odd && (2 * j) % my == 0) {
+                    column[j] = Complex::default();
                 }
             },
             &mut values,
             2 * nky,
             |column, values| {
                 let (first, second) = values.split_at_mut(nky);
+                // of an odd kernel i times i times the transform of what it was paired from
                 for (value, wave) in first.iter_mut().zip(column) {
-                    *value = wave.re * normalisation;
+                    *value = normalisation * if is_odd { -wave.im } else { wave.re };
                 }
                 for (value, wave) in second.iter_mut().zip(column) {
-                    *value = wave.im * normalisation;
+                    *value = normalisation * if is_odd { wave.re } else { wave.im };
                 }
             },
             monitor,
         );
-        Kernel {
-            values: Values::Even(values),
-        }
+        values
     }
 
     /// Kernel from its spectrum at the wave indices `(kx, ky)`, `kx < mx / 2 + 1`, `ky < my`.
@@ -220,6 +254,21 @@ impl Transform {
 
     /// Even kernel from its real spectrum at the wave indices `kx <= mx / 2`, `ky <= my / 2`.
     pub fn even_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        Kernel {
+            values: Values::Even(self.quarter(value)),
+        }
+    }
+
+    /// Kernel that is odd along x and along y from its real spectrum at the wave indices `kx <= mx / 2`,
+    /// `ky <= my / 2`.
+    pub fn odd_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
+        Kernel {
+            values: Values::Odd(self.quarter(value)),
+        }
+    }
+
+    /// A quarter of a spectrum, scaled.
+    fn quarter(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
         let (nky, normalisation) = (self.padded[1] / 2 + 1, self.normalisation());
         let mut values = vec![0.0; self.waves_x() * nky];
         each_chunk(
@@ -235,9 +284,7 @@ impl Transform {
                 }
             },
         );
-        Kernel {
-            values: Values::Even(values),
-        }
+        values
     }
 
     /// Value of the spectrum of `kernel` at the wave indices `(kx, ky)`.
@@ -246,6 +293,10 @@ impl Transform {
         let scale = (self.padded[0] * my) as f64;
         match &kernel.values {
             Values::Even(v) => Complex::new(v[kx * (my / 2 + 1) + ky.min(my - ky)] * scale, 0.0),
+            Values::Odd(v) => {
+                let value = v[kx * (my / 2 + 1) + ky.min(my - ky)] * scale;
+                Complex::new(if 2 * ky > my { -value } else { value }, 0.0)
+            }
             Values::General(v) => v[kx * my + ky] * scale,
         }
     }

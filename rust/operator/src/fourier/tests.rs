@@ -76,6 +76,42 @@ fn even_kernel_equals_the_general_one() {
 }
 
 #[test]
+fn odd_kernel_equals_the_general_one() {
+    let value = |i: isize, j: isize| (i * j) as f64 / (1.0 + (i * i + 3 * j * j) as f64).powi(2);
+    for shape in [[9, 6], [8, 8], [2, 1], [130, 140]] {
+        let free = Transform::new(shape, shape);
+        // with an odd number of columns and an even one of rows, which are half a period apart from themselves
+        let wrapped = Transform::periodic([shape[0] | 1, shape[1]]);
+        for (transform, half) in [(free, usize::MAX), (wrapped, shape[1] / 2)] {
+            let at = |i: isize, j: isize| {
+                if j.unsigned_abs() == half {
+                    0.0
+                } else {
+                    value(i, j)
+                }
+            };
+            let odd = transform.odd_kernel(|i, j| value(i as isize, j as isize));
+            let general = transform.kernel(at);
+            let [nx, ny] = transform.source();
+            let x = field(nx * ny, 5);
+            let (mut a, mut b, mut c) =
+                (vec![0.0; x.len()], vec![0.0; x.len()], vec![0.0; x.len()]);
+            transform.apply_add(&odd, 2.0, &x, &mut a);
+            transform.apply_add(&general, 2.0, &x, &mut b);
+            assert_close(&a, &b);
+            let copy =
+                transform.odd_kernel_from_spectrum(|kx, ky| transform.spectrum(&odd, kx, ky).re);
+            transform.apply_add(&copy, 2.0, &x, &mut c);
+            assert_close(&c, &b);
+            for (kx, ky) in [(0, 0), (nx / 3, ny - 1), (nx / 3, ny / 2)] {
+                let [found, wanted] = [&odd, &general].map(|k| transform.spectrum(k, kx, ky));
+                assert!((found - wanted).norm() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
 fn zero_rows_are_skipped_without_a_trace() {
     let transform = Transform::new([6, 9], [6, 9]);
     let kernel = transform.kernel(skewed);

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether a tangential problem makes sense.
+
+use super::operators::PatchOperators;
+use super::problem::{Drive, TangentialProblem};
+use crate::Error;
+use crate::error::{check, check_number, check_positive};
+use crate::friction::{Friction, SlipLaw};
+
+/// Share of the largest force that is left to rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// # Errors
+/// As [`solve`](super::solve).
+pub(super) fn check_problem(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+) -> Result<(), Error> {
+    let n = operators.grid().points();
+    check("pressure", problem.pressure, n)?;
+    check("origin", &problem.origin, 2)?;
+    for drive in problem.drive {
+        match drive {
+            Drive::Slip(value) => check_number("slip", value, true, "a finite number is needed")?,
+            Drive::Force(value) => check_number("force", value, true, "a finite number is needed")?,
+        }
+    }
+    check_number("spin", problem.spin, true, "a finite number is needed")?;
+    check_positive("speed", problem.speed)?;
+    check_number(
+        "tolerance",
+        problem.tolerance,
+        problem.tolerance > 0.0 && problem.tolerance < 1.0,
+        "a number between 0 and 1 is needed",
+    )?;
+    if let Some(earlier) = problem.earlier {
+        check("earlier traction", &earlier.traction, 2 * n)?;
+        check("earlier pressure", &earlier.pressure, n)?;
+        check("earlier coefficient", &earlier.coefficient, n)?;
+    }
+    if let Some(start) = problem.start {
+        check("start", start, 2 * n)?;
+    }
+    if !problem.pressure.iter().any(|p| *p > 0.0) {
+        return Err(Error::NoContact);
+    }
+    let largest = check_friction(problem)?;
+    let force = problem
+        .drive
+        .map(|d| if let Drive::Force(f) = d { f } else { 0.0 });
+    let capacity = largest * operators.grid().cell_area();
+    // a force at the limit itself leaves the creepage open, and a sum of many cells is rounded
+    if force[0].hypot(force[1]) >= capacity * (1.0 - ROUNDING) && force != [0.0; 2] {
+        return Err(Error::ForceTooLarge {
+            force: force[0].hypot(force[1]),
+            largest: capacity,
+        });
+    }
+    Ok(())
+}
+
+/// Checks the law; returns the sum of the largest traction bounds [Pa].
+fn check_friction(problem: &TangentialProblem<'_>) -> Result<f64, Error> {
+    let wanted = "a coefficient of friction must not be negative";
+    let total: f64 = problem.pressure.iter().map(|p| p.max(0.0)).sum();
+    match problem.friction {
+        Friction::Coulomb(coefficient) => {
+            check("friction coefficient", coefficient, problem.pressure.len())?;
+            for mu in coefficient {
+                check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
+            }
+            let bound = coefficient.iter().zip(problem.pressure);
+            Ok(bound.map(|(mu, p)| mu * p.max(0.0)).sum())
+        }
+        Friction::StaticKinetic { at_rest, kinetic } => {
+            check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
+            check_number(
+                "static coefficient",
+                *at_rest,
+                at_rest >= kinetic,
+                "it must not be below the kinetic one",
+            )?;
+            Ok(at_rest * total)
+        }
+        Friction::SpeedDependent { law, memory } => {
+            let most = match law {
+                SlipLaw::Exponential {
+                    at_rest,
+                    kinetic,
+                    half_slip,
+                } => {
+                    check_positive("half_slip", *half_slip)?;
+                    check_number("static coefficient", *at_rest, *at_rest >= 0.0, wanted)?;
+                    check_number("kinetic coefficient", *kinetic, *kinetic >= 0.0, wanted)?;
+                    at_rest.max(*kinetic)
+                }
+                SlipLaw::Table {
+                    slip_speed,
+                    coefficient,
+                } => {
+                    check("slip speed", slip_speed, coefficient.len())?;
+                    let rises = slip_speed.windows(2).all(|w| w[1] > w[0]);
+                    let first = slip_speed.first().copied().unwrap_or(f64::NAN);
+                    check_number(
+                        "first slip speed",
+                        first,
+                        rises && first.abs() <= 0.0,
+                        "slip speeds must rise strictly from 0",
+                    )?;
+                    for mu in coefficient {
+                        check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
+                    }
+                    coefficient.iter().copied().fold(0.0, f64::max)
+                }
+            };
+            if let Some(memory) = memory {
+                check_positive("memory distance", memory.distance)?;
+                check_positive("memory slip speed", memory.min_slip)?;
+            }
+            Ok(most * total)
+        }
+    }
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The slip that is known before the tractions: of the rigid motion, of the pressure, of the earlier state.
+
+use mtb_operator::Grid;
+
+use super::operators::{Motion, PatchOperators};
+use super::problem::{Drive, TangentialProblem};
+use super::table::upstream;
+
+/// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
+const SPIN_ADVANCE: f64 = 1.0 / 6.0;
+
+/// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
+pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
+    let grid = operators.grid();
+    let n = grid.points();
+    let step = operators.motion.step();
+    let given = problem.drive.map(|d| match d {
+        Drive::Slip(value) => value,
+        Drive::Force(_) => 0.0,
+    });
+    let mut offset = rigid_slip(operators, problem, given, [0.0; 2]);
+    for f in &mut offset {
+        *f = -*f;
+    }
+    let transform = operators.transform();
+    let (first, second) = offset.split_at_mut(n);
+    if let Some([along, across]) = &operators.pressure_now {
+        // the slip grows by the displacement that the pressure causes, the image falls
+        transform.apply_add(along, -1.0, problem.pressure, first);
+        transform.apply_add(across, -1.0, problem.pressure, second);
+    }
+    let Some(earlier) = problem.earlier else {
+        return offset;
+    };
+    if let Some([along, across]) = &operators.pressure_earlier {
+        transform.apply_add(along, 1.0, &earlier.pressure, first);
+        transform.apply_add(across, 1.0, &earlier.pressure, second);
+    }
+    if let Some(kernels) = &operators.earlier {
+        kernels.apply_add(transform, -1.0, &earlier.traction, &mut offset);
+        for c in 0..2 {
+            let layer = carried(&grid, step, &earlier.traction[c * n..(c + 1) * n], 0.0);
+            for (f, q) in offset[c * n..(c + 1) * n].iter_mut().zip(layer) {
+                *f -= operators.layer * q;
+            }
+        }
+    }
+    offset
+}
+
+/// Rigid slip (2n) at the places `away` [m] from the cells: [m] in a shift and over a transient step, relative in
+/// steady rolling.
+pub(super) fn rigid_slip(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    drive: [f64; 2],
+    away: [f64; 2],
+) -> Vec<f64> {
+    let grid = operators.grid();
+    let n = grid.points();
+    let step = operators.motion.step();
+    let length = match operators.motion {
+        Motion::Transient { .. } => operators.motion.step_length(),
+        _ => 1.0,
+    };
+    let first = [0, 1].map(|c| problem.origin[c] + away[c] + SPIN_ADVANCE * step[c]);
+    let mut slip = vec![0.0; 2 * n];
+    for k in 0..n {
+        let x = first[0] + (k % grid.nx) as f64 * grid.dx;
+        let y = first[1] + (k / grid.nx) as f64 * grid.dy;
+        slip[k] = length * (drive[0] - problem.spin * y);
+        slip[n + k] = length * (drive[1] + problem.spin * x);
+    }
+    slip
+}
+
+/// Values of a field one step ahead, by bilinear interpolation; `outside` beyond the grid.
+pub(super) fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
+    let weights = upstream(grid, step);
+    (0..grid.points())
+        .map(|k| {
+            weights
+                .iter()
+                .map(|(d, w)| neighbour(grid, k, *d).map_or(outside, |m| field[m]) * w)
+                .sum()
+        })
+        .collect()
+}
+
+/// Point `d` cells away from point `k`, if it is on the grid.
+pub(super) fn neighbour(grid: &Grid, k: usize, d: [isize; 2]) -> Option<usize> {
+    let i = (k % grid.nx).checked_add_signed(d[0])?;
+    let j = (k / grid.nx).checked_add_signed(d[1])?;
+    (i < grid.nx && j < grid.ny).then_some(j * grid.nx + i)
+}
