@@ -192,6 +192,8 @@ class PreparedContact:
         velocity: tuple[float, float],
         magnetic_pressure: float | None = None,
         given: Loading | None = None,
+        gap: _Array | None = None,
+        friction: _Array | None = None,
     ) -> tuple[Outcome, Tangent | None]: ...
     @property
     def geometry(self) -> ContactGeometry: ...

@@ -177,6 +177,26 @@ def rough_contact_area(names: dict[str, Any]) -> None:
     assert (names["share"][2] < names["share"][1]).all()
 
 
+def friction_and_pull_from_forces(names: dict[str, Any]) -> None:
+    assert names["clean_error"] < 1e-6
+    assert names["evaluations"] < 15
+    # 95 % of 23, and by chance a few less
+    assert names["inside"] >= 19
+
+
+def sole_of_least_peak_pressure(names: dict[str, Any]) -> None:
+    assert names["count"] > 400
+    assert names["carried"]["best"] == pytest.approx(names["carried"]["flat"], rel=1e-6)
+    assert names["peak"]["best"] < 0.3 * names["peak"]["flat"]
+    assert names["peak"]["best"] > names["mean"]["best"]
+
+
+def stopping_distance_and_its_deviation(names: dict[str, Any]) -> None:
+    assert names["along"] == pytest.approx(names["check"] / 2e-3, rel=1e-4)
+    # sixty rides know their deviation to about 9 %
+    assert names["deviation"] == pytest.approx(names["distances"].std(ddof=1), rel=0.3)
+
+
 CHECKS = {
     check.__name__: check
     for check in (
@@ -189,18 +209,25 @@ CHECKS = {
         elastomer_pad_on_steel,
         europrinter_traction_curve,
         falling_friction_instability,
+        friction_and_pull_from_forces,
         hertz,
         pictures_of_a_result,
         pole_shoe_design,
         rough_contact_area,
+        sole_of_least_peak_pressure,
         start_of_sliding,
+        stopping_distance_and_its_deviation,
         worn_wheel_over_lateral_shift,
     )
 }
 
 #: What an example is started with, and what it needs beyond the package.
-ARGUMENTS = {"braking_manoeuvre": ["--short"]}
-NEEDS = {"braking_manoeuvre": "exudyn"}
+ARGUMENTS = {"braking_manoeuvre": ["--short"], "stopping_distance_and_its_deviation": ["--rides", "60"]}
+NEEDS = {
+    "braking_manoeuvre": "exudyn",
+    "friction_and_pull_from_forces": "scipy",
+    "sole_of_least_peak_pressure": "scipy",
+}
 
 #: Runs a script up to its first call of the core, which it tells.
 UNTIL_THE_CORE = """

@@ -95,7 +95,7 @@ def test_at_a_kink_the_two_sides_differ_and_the_margin_says_so() -> None:
     dug[48, 48] -= open_here.gap[48, 48] * (1.0 - 1e-9)
     kink = solved(dug, approach=approach)
     margin = kink.margin()
-    assert min(margin.pressure, margin.gap) < 1e-8 < 1e-4 < at_rest.margin().pressure
+    assert min(margin.parting, margin.touching) < 1e-8 < 1e-4 < at_rest.margin().parting
     weights, side = {"pressure": kink.area}, np.zeros(BOWL.shape)
     side[48, 48] = 1e-10
     opened, closed = solved(dug + side, approach=approach), solved(dug - side, approach=approach)

@@ -179,7 +179,7 @@ def test_rolling_at_rest_has_the_coefficients_of_kalker() -> None:
     assert found[1, 1] == pytest.approx(c22 * scale, rel=0.03)
     assert abs(found[1, 2]) == pytest.approx(c23 * scale * np.sqrt(A * B), rel=0.03)
     assert abs(found[0, 1]) < 1e-9 * found[0, 0]
-    assert result.margin().slip == np.inf
+    assert result.margin().sticking == np.inf
 
 
 def test_a_shift_of_a_sphere_is_as_stiff_as_cattaneo_and_mindlin_found() -> None:

@@ -180,8 +180,8 @@ class SlidingTangent:
             return Margin(np.inf, np.inf, wedging=self._wedging)
         beside, moved = self._gap[~contact], float(np.abs(self._core.opening()[contact]).max())
         return Margin(
-            pressure=float(pressure[contact].min() / pressure.max()),
-            gap=float(beside.min() / moved) if beside.size else np.inf,
+            parting=float(pressure[contact].min() / pressure.max()),
+            touching=float(beside.min() / moved) if beside.size else np.inf,
             wedging=self._wedging,
         )
 

@@ -145,8 +145,8 @@ class NormalResult(Judged, Differentiable, Pictured):
             return Margin(np.inf, np.inf)
         moved, beside = np.abs(_opened(self)[loaded]).max(), self.gap[~loaded]
         return Margin(
-            pressure=float(self.pressure[loaded].min() / self.pressure.max()),
-            gap=float(beside.min() / moved) if beside.size else np.inf,
+            parting=float(self.pressure[loaded].min() / self.pressure.max()),
+            touching=float(beside.min() / moved) if beside.size else np.inf,
         )
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:

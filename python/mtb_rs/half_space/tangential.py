@@ -570,10 +570,10 @@ def _margin(result: TangentialResult) -> Margin:
     sticks, slips = result.status == 1, result.status == 2
     slip = np.hypot(*result.slip)
     return Margin(
-        pressure=math.inf,
-        gap=math.inf,
-        stick=float((bound - size)[sticks].min() / bound.max()) if sticks.any() else math.inf,
-        slip=float(slip[slips].min() / slip.max()) if slips.any() else math.inf,
+        parting=math.inf,
+        touching=math.inf,
+        slipping=float((bound - size)[sticks].min() / bound.max()) if sticks.any() else math.inf,
+        sticking=float(slip[slips].min() / slip.max()) if slips.any() else math.inf,
     )
 
 

@@ -33,28 +33,29 @@ class Margin:
 
     Attributes
     ----------
-    pressure : float [-]
+    parting : float [-]
         Smallest pressure of a point in contact, over the largest one.
-    gap : float [-]
+    touching : float [-]
         Smallest gap of a point beside the contact, over the largest elastic displacement.
-    stick : float or None [-]
+    slipping : float or None [-]
         Smallest distance of the traction from its bound where points stick, over the largest bound.
-    slip : float or None [-]
+    sticking : float or None [-]
         Smallest slip where points slip, over the largest one.
     wedging : float or None [-]
         `wedging_margin` of the report. Near 1 the derivatives grow without limit.
     """
 
-    pressure: float
-    gap: float
-    stick: float | None = None
-    slip: float | None = None
+    parting: float
+    touching: float
+    slipping: float | None = None
+    sticking: float | None = None
     wedging: float | None = None
 
     @property
     def smallest(self) -> float:
         """The smallest of the distances of points."""
-        return min(v for v in (self.pressure, self.gap, self.stick, self.slip) if v is not None)
+        of_points = (self.parting, self.touching, self.slipping, self.sticking)
+        return min(v for v in of_points if v is not None)
 
 
 class Tangent(Protocol):

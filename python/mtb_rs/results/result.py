@@ -497,11 +497,15 @@ class Result(Judged, Differentiable, Pictured):
             raise ValueError(
                 f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"
             )
-        raise ValueError("this result was loaded or is not converged: only a solved one has derivatives")
+        raise ValueError(
+            "this result was loaded, copied or is not converged: derivatives are those of a result that solve "
+            "has just returned"
+        )
 
     def __getstate__(self) -> dict[str, Any]:
-        # without the matrices
-        return {name: value for name, value in self.__dict__.items() if name != "_linearised"}
+        # without the matrices, and without the scene, whose functions need not be such as can be copied
+        kept = {name: value for name, value in self.__dict__.items() if name != "_linearised"}
+        return kept | {"_derived": None}
 
     def states(self) -> dict[str, BodyState]:
         """The whole elastic bodies, by name: displacements, reactions and stresses inside.

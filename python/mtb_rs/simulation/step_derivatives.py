@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,6 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..contact.tangent import Change, Points, SlidingTangent, peak_weight
 from ..results.derivatives import Functional
-
-if TYPE_CHECKING:
-    from .stepping import StepResult
 
 Array = NDArray[np.float64]
 
@@ -85,9 +81,8 @@ class StepDerived:
         assert whole.work is not None
         return Change(gap=whole.gap, work=whole.work[:, self.linear.balanced()])
 
-    def functionals(self, result: StepResult) -> dict[str, Callable[[], Functional]]:
-        """Numbers of the step that are sums of its fields, by name."""
-        area, pressure = result.area, result.pressure
+    def functionals(self, area: Array, pressure: Array) -> dict[str, Callable[[], Functional]]:
+        """Numbers of the step that are sums of its fields, by name; `pressure` (n,) [Pa] is the mean one."""
         closed = float(area[self.pressure > 0.0].sum())
         return {
             "force": lambda: Functional((3,), {"unknowns": self._resultants[:3]}),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import number, positive, warn
+from ..base.check import number, positive, reals, warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
@@ -25,7 +25,7 @@ from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
 from ..contact.tangent import Change, by_pull_field
-from ..friction.fields import as_form
+from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
 from ..results.derivatives import Differentiable, Functional, Tangent
 from ..results.plausible import of_deformation, width_of
@@ -187,7 +187,7 @@ class StepResult(Differentiable, Pictured):
         return self._source().tangent
 
     def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
-        return self._source().functionals(self)
+        return self._source().functionals(self.area, self.pressure)
 
     def _source(self) -> StepDerived:
         if self._derived is None:
@@ -263,6 +263,9 @@ class PreparedContact:
         dt: float | None = None,
         magnetic_pressure: Any = None,
         state: StepState | None = None,
+        *,
+        gap: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
     ) -> StepResult:
         """Solves the contact at one instant.
 
@@ -287,6 +290,11 @@ class PreparedContact:
             compliance.
         state : StepState
             State to start from in place of the memory.
+        gap : (n,) [m]
+            Added to the gap at this step: a joint of the rail, wear.
+        friction : float or (n,) [-]
+            Friction coefficients in place of those of the scene, at this step. Below a `standstill_speed`
+            they fade as those do.
 
         Raises
         ------
@@ -313,7 +321,10 @@ class PreparedContact:
         if state is not None:
             self._check_state(state)
             self._core.resume(state.pressure, state.motion)
-        out, tangent = self._core.step(place.tolist(), sliding, uniform, given)
+        n = self.area.size
+        added = None if gap is None else _at_points("gap", gap, n, "m")
+        rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
+        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing)
         power = out.friction_power
         status, pull = out.status, self._pull(magnetic_pressure, uniform)
         if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
@@ -482,6 +493,20 @@ class PreparedContact:
             raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
         vx, vy = velocity  # type: ignore[misc]
         return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
+
+
+def _at_points(name: str, given: ArrayLike, n: int, unit: str, highest: float | None = None) -> Array:
+    """A number or values (n,) at the contact points; from 0 to `highest`, if this is given."""
+    values = reals(name, given, unit)
+    if values.shape not in ((), (n,)):
+        raise ValueError(
+            f"{name} has shape {values.shape}: a number or ({n},), one for each contact point, is needed"
+        )
+    values = np.array(np.broadcast_to(values, (n,)))
+    if highest is not None and not np.all((values >= 0.0) & (values <= highest)):
+        k = int(np.argmax((values < 0.0) | (values > highest)))
+        raise ValueError(f"{name}[{k}] is {values[k]:g}: numbers from 0 to {highest:g} are needed")
+    return values
 
 
 def pose_of(pose: Any) -> Array:

@@ -418,6 +418,8 @@ pub unsafe extern "C" fn mtb_contact_step(
             } else {
                 Pull::Uniform(magnetic_pressure)
             },
+            gap: None,
+            friction: None,
         };
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);

@@ -136,6 +136,8 @@ fn taken(contact: &mut PreparedContact, given: &[f64; 9], uniform: bool) -> Opti
         } else {
             Pull::Scene
         },
+        gap: None,
+        friction: None,
     };
     let out = contact.step(&step, &unmonitored).unwrap();
     (out.solution.status == Status::Solved).then_some(out)

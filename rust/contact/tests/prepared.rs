@@ -68,6 +68,8 @@ fn step(pose: [f64; 6], velocity: [f64; 2], pull: Pull<'_>) -> Step<'_> {
         pose,
         velocity,
         pull,
+        gap: None,
+        friction: None,
     }
 }
 

@@ -129,6 +129,8 @@ impl Unit {
             pose: self.values.pose(),
             velocity: self.values.velocity(),
             pull,
+            gap: None,
+            friction: None,
         };
         let out = self
             .contact

@@ -114,6 +114,8 @@ fn contacts_that_run_over_the_edge() {
                 pose,
                 velocity: [1.0, 0.0],
                 pull: Pull::Scene,
+                gap: None,
+                friction: None,
             };
             contact.step(&step, &unmonitored)
         };

@@ -216,7 +216,8 @@ impl PyPreparedContact {
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
     /// equations linearised about it, if it is solved.
-    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None))]
+    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None))]
+    #[allow(clippy::too_many_arguments, reason = "what one step is given")]
     fn step<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
@@ -224,6 +225,8 @@ impl PyPreparedContact {
         velocity: [f64; 2],
         magnetic_pressure: Option<f64>,
         given: Option<&Bound<'py, PyLoading>>,
+        gap: Option<PyReadonlyArray1<'py, f64>>,
+        friction: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
         let pull = match (given, magnetic_pressure) {
             (Some(given), _) => Pull::Given {
@@ -233,10 +236,17 @@ impl PyPreparedContact {
             (None, Some(pressure)) => Pull::Uniform(pressure),
             (None, None) => Pull::Scene,
         };
+        let gap = gap.as_ref().map(|gap| flat(gap, "gap")).transpose()?;
+        let friction = friction
+            .as_ref()
+            .map(|mu| flat(mu, "friction"))
+            .transpose()?;
         let step = Step {
             pose,
             velocity,
             pull,
+            gap,
+            friction,
         };
         let contact = slf.get();
         let (outcome, taken) = enter(py, |monitor| {

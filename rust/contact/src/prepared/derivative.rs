@@ -46,6 +46,8 @@ pub struct Taken {
     velocity: [f64; 2],
     /// Whether the loads are those of the scene, at the speed of the step.
     is_scene: bool,
+    /// Friction coefficients (n) that were given.
+    friction: Option<Vec<f64>>,
     state: SlidingState,
     /// Which of the prepared motions were found from balance.
     balanced: Vec<usize>,
@@ -81,6 +83,7 @@ impl Taken {
             pose: step.pose,
             velocity: step.velocity,
             is_scene: matches!(step.pull, Pull::Scene),
+            friction: step.friction.map(<[f64]>::to_vec),
             state: SlidingState {
                 area: prepared.geometry.area.clone(),
                 pressure: outcome.solution.pressure.clone(),
@@ -238,7 +241,13 @@ impl Prepared {
         }
         let [x, y] = taken.velocity;
         let speed = x.hypot(y);
-        let table = self.friction.at("friction", speed)?;
+        let (table, slope) = match &taken.friction {
+            Some(given) => (given.clone(), vec![0.0; n]),
+            None => (
+                self.friction.at("friction", speed)?,
+                self.friction.slope(speed),
+            ),
+        };
         // friction is `table` times a share that falls to nothing with the speed
         let (share, fall) = match self.standstill_speed {
             Some(slow) if speed < slow => (speed / slow, 1.0 / slow),
@@ -254,7 +263,6 @@ impl Prepared {
             }
             return Ok(inputs);
         }
-        let slope = self.friction.slope(speed);
         let by_component = [x / speed, y / speed];
         let d = &taken.state.direction;
         for i in 0..n {

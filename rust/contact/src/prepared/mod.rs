@@ -104,6 +104,10 @@ pub struct Step<'a> {
     pub velocity: [f64; 2],
     /// What presses.
     pub pull: Pull<'a>,
+    /// Gap (n) [m] that is added at this step: joints, wear.
+    pub gap: Option<&'a [f64]>,
+    /// Friction coefficients (n) in place of the prepared ones; below the standstill speed they fade as these do.
+    pub friction: Option<&'a [f64]>,
 }
 
 /// A prepared contact with the memory of its last step.
@@ -202,10 +206,17 @@ impl Prepared {
     }
 
     /// Friction coefficients and sliding directions (2n) at a velocity.
-    fn sliding(&self, velocity: [f64; 2]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    fn sliding(
+        &self,
+        velocity: [f64; 2],
+        given: Option<&[f64]>,
+    ) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let n = self.influence.points();
         let speed = velocity[0].hypot(velocity[1]);
-        let mut friction = self.friction.at("friction", speed)?;
+        let mut friction = match given {
+            Some(given) => given.to_vec(),
+            None => self.friction.at("friction", speed)?,
+        };
         if let Some(slow) = self.standstill_speed {
             let share = (speed / slow).min(1.0);
             for mu in &mut friction {
@@ -316,7 +327,10 @@ impl PreparedContact {
         if let Pull::Uniform(pressure) = step.pull {
             check_size("magnetic_pressure", &[pressure])?;
         }
-        let (friction, direction) = prepared.sliding(step.velocity)?;
+        if let Some(friction) = step.friction {
+            check("friction", friction, n)?;
+        }
+        let (friction, direction) = prepared.sliding(step.velocity, step.friction)?;
         let mut gap = match step.pull {
             Pull::Scene => {
                 let [x, y] = step.velocity;
@@ -337,6 +351,12 @@ impl PreparedContact {
         };
         let work = gap.split_off(n);
         prepared.add_pose(&step.pose, &mut gap)?;
+        if let Some(added) = step.gap {
+            check("gap", added, n)?;
+            gap.iter_mut()
+                .zip(added)
+                .for_each(|(gap, added)| *gap += added);
+        }
         let balanced: Vec<usize> = (0..m)
             .filter(|&k| {
                 let component = prepared.motions[k].component;
