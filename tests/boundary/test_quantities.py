@@ -259,6 +259,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(pose=(1e-6, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0, dt=0.1, magnetic_pressure=1e6),
     ),
     ("PreparedContact.step", lambda **a: of_step(prepared(), **a), dict(velocity=(3.0, 1.0))),
+    ("PreparedContact.step", lambda **a: of_step(prepared(), **a), dict(gap=1e-7, friction=0.2)),
     (
         "PreparedWheels.step",
         lambda **a: of_step(wheels(), **a),

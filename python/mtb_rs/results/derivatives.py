@@ -33,15 +33,15 @@ class Margin:
 
     Attributes
     ----------
-    parting : float [-]
+    parting : float
         Smallest pressure of a point in contact, over the largest one.
-    touching : float [-]
+    touching : float
         Smallest gap of a point beside the contact, over the largest elastic displacement.
-    slipping : float or None [-]
+    slipping : float or None
         Smallest distance of the traction from its bound where points stick, over the largest bound.
-    sticking : float or None [-]
+    sticking : float or None
         Smallest slip where points slip, over the largest one.
-    wedging : float or None [-]
+    wedging : float or None
         `wedging_margin` of the report. Near 1 the derivatives grow without limit.
     """
 

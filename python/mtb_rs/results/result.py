@@ -498,7 +498,7 @@ class Result(Judged, Differentiable, Pictured):
                 f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"
             )
         raise ValueError(
-            "this result was loaded, copied or is not converged: derivatives are those of a result that solve "
+            "this result was loaded, copied or is not converged: derivatives are those of one that solve "
             "has just returned"
         )
 
