@@ -17,6 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             pose: [f64::NAN; 6],
             velocity: [speed, 0.0],
             pull: Pull::Scene,
+            gap: None,
+            friction: None,
         };
         let found = shoe.step(&step, &unmonitored)?;
         println!(
