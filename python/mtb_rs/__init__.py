@@ -67,6 +67,7 @@ from .results.result import Displacement, Result
 from .results.solid import Solid
 from .results.sweep_table import SweepTable
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
+from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
 from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
@@ -194,6 +195,7 @@ __all__ = [
     "fastsim_curve",
     "gradient_of_steps",
     "hertz",
+    "jax_function",
     "kalker_coefficients",
     "load",
     "load_case",

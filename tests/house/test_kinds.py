@@ -69,6 +69,7 @@ PROBES = {
     "bodies/supports.py": {"_told"},
     "half_space/pressure_field.py": {"_half_space", "pressure_field"},
     "moved.py": {"_is_held"},
+    "results/with_jax.py": {"value_of"},
     "simulation/stepping.py": {"_check_state"},
     "studies/sweep_cases.py": {"_label", "cases_of"},
     "studies/sweeps.py": {"_end_processes", "_pool", "_solved"},

@@ -153,6 +153,9 @@ class Gradient(Mapping[str, Any]):
 class Differentiable(ABC):
     """A result that has derivatives."""
 
+    pressure: Any
+    area: Any
+
     @abstractmethod
     def _tangent(self) -> Tangent:
         """Its linearised equations; ValueError if there are none, with the reason."""

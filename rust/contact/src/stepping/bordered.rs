@@ -185,12 +185,7 @@ impl Bordered {
         let mut columns = Mat::zeros(k, count);
         for (j, &point) in come.iter().enumerate() {
             let to = columns.col_as_slice_mut(j);
-            for (to, a) in to
-                .iter_mut()
-                .zip(influence.column(point, &self.drag, &self.factorised))
-            {
-                *to = a;
-            }
+            influence.put_column(point, &self.drag, &self.factorised, to);
         }
         for (j, &place) in gone.iter().enumerate() {
             columns[(place, come.len() + j)] = -1.0;
@@ -468,10 +463,7 @@ impl Making {
 fn block(influence: &Influence, drag: &[f64], set: &[usize]) -> Mat<f64> {
     let mut matrix = Mat::zeros(set.len(), set.len());
     for (j, &point) in set.iter().enumerate() {
-        let column = matrix.col_as_slice_mut(j);
-        for (to, a) in column.iter_mut().zip(influence.column(point, drag, set)) {
-            *to = a;
-        }
+        influence.put_column(point, drag, set, matrix.col_as_slice_mut(j));
     }
     matrix
 }

@@ -89,29 +89,22 @@ impl Influence {
         [self.along[0].as_deref(), self.along[1].as_deref()]
     }
 
-    /// Column `j` of `C_nn + C_nx drag_x + C_ny drag_y`, rows `rows`.
-    pub(super) fn column<'a>(
-        &'a self,
-        j: usize,
-        drag: &'a [f64],
-        rows: &'a [usize],
-    ) -> impl Iterator<Item = f64> + 'a {
+    /// Puts column `j` of `C_nn + C_nx drag_x + C_ny drag_y`, rows `rows`, to `column`.
+    pub(super) fn put_column(&self, j: usize, drag: &[f64], rows: &[usize], column: &mut [f64]) {
         let n = self.points;
         let normal = &self.normal[j * n..(j + 1) * n];
-        let [x, y] = [0, 1].map(|axis| {
+        for (to, &i) in column.iter_mut().zip(rows) {
+            *to = normal[i];
+        }
+        for (axis, block) in self.along.iter().enumerate() {
             let factor = drag[axis * n + j];
-            self.along[axis]
-                .as_ref()
-                .filter(|_| factor != 0.0)
-                .map(|block| (factor, &block[j * n..(j + 1) * n]))
-        });
-        rows.iter().map(move |&i| {
-            let mut a = normal[i];
-            for (factor, block) in x.iter().chain(&y) {
-                a += factor * block[i];
+            if let Some(block) = block.as_ref().filter(|_| factor != 0.0) {
+                let block = &block[j * n..(j + 1) * n];
+                for (to, &i) in column.iter_mut().zip(rows) {
+                    *to += factor * block[i];
+                }
             }
-            a
-        })
+        }
     }
 
     /// Entry (i, j) of the same matrix.

@@ -12,8 +12,8 @@ use super::influence::Influence;
 use crate::error::{Error, check};
 use crate::sliding::{RigidMotion, SlidingContact};
 
-/// Relative residual of the linear equations at which they count as solved ...
-const SOLVED: f64 = 1e-12;
+/// Relative size of the last correction at which the linear equations count as solved ...
+const SOLVED: f64 = 1e-9;
 /// ... and corrections that may reach it before factors of the equations themselves are made.
 const CORRECTIONS: usize = 12;
 
@@ -399,41 +399,25 @@ impl<'a> Tangent<'a> {
             .sum()
     }
 
-    /// Left-hand side of the equations, or of the transposed ones, at the columns of `x`.
-    fn product(&self, x: &Mat<f64>, transposed: bool) -> Mat<f64> {
-        let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
+    /// Matrix of the equations: gaps of the set, then balances, by its pressures, then motions.
+    fn equations(&self) -> Mat<f64> {
+        let (m, k) = (self.state.motions.len(), self.points.len());
         let contact = self.state.contact(&self.state.pressure, &self.state.slope);
-        let mut spread = Mat::zeros(n, x.ncols());
-        for (i, &point) in self.points.iter().enumerate() {
-            spread.row_mut(point).copy_from(x.row(i));
-        }
-        let gaps = if transposed {
-            self.pulled_back(&spread)
-        } else {
-            let [along, across] = [0, 1].map(|axis| {
-                Mat::from_fn(n, x.ncols(), |i, j| {
-                    self.slope[axis * n + i] * spread[(i, j)]
-                })
-            });
-            self.influence.products(&spread, [&along, &across])
-        };
-        let mut out = Mat::zeros(k + m, x.ncols());
-        for j in 0..x.ncols() {
-            for (i, &point) in self.points.iter().enumerate() {
-                out[(i, j)] = gaps[(point, j)];
-                for (l, motion) in self.state.motions.iter().enumerate() {
-                    let work = contact.work_of_pressure(motion, point);
-                    let (of_motion, of_pressure) = if transposed {
-                        (-work, motion.opening[point])
-                    } else {
-                        (motion.opening[point], -work)
-                    };
-                    out[(i, j)] += of_motion * x[(k + l, j)];
-                    out[(k + l, j)] += of_pressure * x[(i, j)];
-                }
+        let mut matrix = Mat::zeros(k + m, k + m);
+        for (j, &point) in self.points.iter().enumerate() {
+            let column = matrix.col_as_slice_mut(j);
+            self.influence
+                .put_column(point, &self.slope, &self.points, &mut column[..k]);
+            for (row, motion) in column[k..].iter_mut().zip(&self.state.motions) {
+                *row = -contact.work_of_pressure(motion, point);
             }
         }
-        out
+        for (l, motion) in self.state.motions.iter().enumerate() {
+            for (i, &point) in self.points.iter().enumerate() {
+                matrix[(i, k + l)] = motion.opening[point];
+            }
+        }
+        matrix
     }
 
     /// The solution of the equations, or of the transposed ones, for the columns of `rhs`.
@@ -459,9 +443,15 @@ impl<'a> Tangent<'a> {
 
     /// Improves `x` by the factors of a friction nearby; whether the equations hold then.
     fn corrected(&self, rhs: &Mat<f64>, x: &mut Mat<f64>, transposed: bool) -> bool {
+        let equations = self.equations();
+        let turned = if transposed {
+            equations.transpose()
+        } else {
+            equations.as_ref()
+        };
         let mut before = f64::INFINITY;
         for _ in 0..CORRECTIONS {
-            let left = rhs - self.product(x, transposed);
+            let left = rhs - turned * &*x;
             let change = self.factors.solve_many(&left, &self.points, transposed);
             // of each column by its own size, since rows have unlike units
             let worst = (0..x.ncols()).fold(0.0_f64, |worst, j| {

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Results as functions of JAX, with their exact derivatives (extra ``jax``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .derivatives import Differentiable
+
+Array = NDArray[np.float64]
+
+
+def jax_function(
+    solve: Callable[..., Differentiable],
+    of: str | Sequence[str],
+    by: Mapping[str, str],
+    at: Mapping[str, ArrayLike],
+) -> Callable[..., Any]:
+    """A solve as a function of JAX: of arrays to arrays, with exact derivatives forward and in reverse.
+
+    It is a ``jax.custom_jvp`` round a callback, so that `jax.jit`, `jax.grad`, `jax.jacfwd`, `jax.jacrev` and
+    `jax.vmap` (one solve after the other) take it; second derivatives are refused by JAX. It needs
+    ``jax.config.update("jax_enable_x64", True)``.
+
+    Parameters
+    ----------
+    solve : callable
+        Returns a result for arrays (NumPy) by the names in `by`, for example
+        ``lambda gap, friction: contact.step(gap=gap, friction=friction)``.
+    of : str or sequence of str
+        What the function returns: a name of :meth:`mtb_rs.Result.derivative`, or several.
+    by : Mapping of str to str
+        Argument of `solve` to the name by which the result is derived: ``{"gap": "gap", "friction":
+        "friction_field"}``.
+    at : Mapping of str to array
+        Arguments at which it is solved once, to learn the shapes.
+
+    Returns
+    -------
+    callable
+        Takes the arguments in the order of `by`, or by name; returns an array, or a tuple of them for several
+        `of`.
+
+    Raises
+    ------
+    ImportError
+        Without JAX; it names what to install.
+    ValueError
+        If JAX computes with single precision, a name is unknown, or arguments are missing.
+    """
+    try:
+        import jax
+        import jax.numpy as jnp
+    except ImportError as error:
+        raise ImportError("jax is missing: pip install 'mtb-rs[jax]'") from error
+    if not jax.config.jax_enable_x64:
+        raise ValueError(
+            "JAX computes with single precision, which derivatives do not survive: "
+            'jax.config.update("jax_enable_x64", True) is needed at the start of the program'
+        )
+    if set(at) != set(by):
+        raise ValueError(f"at has {', '.join(at)}: {', '.join(by)}, the arguments of by, are needed")
+    names = (of,) if isinstance(of, str) else tuple(of)
+    arguments = tuple(by)
+    first = solve(**{name: np.asarray(at[name], dtype=float) for name in arguments})
+    shapes = tuple(np.shape(value_of(first, name)) for name in names)
+    inputs = tuple(np.shape(np.asarray(at[name])) for name in arguments)
+    for name in names:
+        for argument, shape in zip(arguments, inputs, strict=True):
+            found = np.shape(first.derivative(name, by[argument]))
+            needed = found[np.ndim(value_of(first, name)) :]
+            if needed != shape:
+                raise ValueError(
+                    f"at[{argument!r}] has shape {shape}, but {by[argument]} has the shape {needed} in the "
+                    "derivatives: an argument of that shape is needed"
+                )
+
+    def values(*given: Any) -> tuple[Array, ...]:
+        result = solve(**{name: np.asarray(v) for name, v in zip(arguments, given, strict=True)})
+        return tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
+
+    def jacobians(*given: Any) -> tuple[tuple[Array, ...], tuple[tuple[Array, ...], ...]]:
+        result = solve(**{name: np.asarray(v) for name, v in zip(arguments, given, strict=True)})
+        found = tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
+        gradients = [result.gradient(name) for name in names]
+        return found, tuple(
+            tuple(np.asarray(gradient[by[a]], dtype=float) for a in arguments) for gradient in gradients
+        )
+
+    def shaped(shape: tuple[int, ...]) -> Any:
+        return jax.ShapeDtypeStruct(shape, np.float64)
+
+    of_values = tuple(map(shaped, shapes))
+    of_jacobians = tuple(tuple(shaped((*shape, *other)) for other in inputs) for shape in shapes)
+
+    @jax.custom_jvp
+    def solved(*given: Any) -> Any:
+        return jax.pure_callback(values, of_values, *given, vmap_method="sequential")
+
+    @solved.defjvp
+    def derived(primals: Any, tangents: Any) -> Any:
+        found, by_all = jax.pure_callback(
+            jacobians, (of_values, of_jacobians), *primals, vmap_method="sequential"
+        )
+        changes = tuple(
+            sum(jnp.tensordot(j, t, axes=jnp.ndim(t)) for j, t in zip(row, tangents, strict=True))
+            for row in by_all
+        )
+        return found, changes
+
+    def function(*given: Any, **named: Any) -> Any:
+        taken = dict(zip(arguments, given, strict=False)) | named
+        if len(given) > len(arguments) or set(taken) != set(arguments):
+            raise TypeError(f"the function takes {', '.join(arguments)}, each once")
+        found = solved(*(jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments))
+        return found[0] if isinstance(of, str) else found
+
+    return function
+
+
+def value_of(result: Differentiable, name: str) -> Any:
+    """The number or field of a result that has a name in its derivatives."""
+    own = getattr(result, name, None)
+    if own is not None:
+        return own
+    pressure, area = np.asarray(result.pressure), np.asarray(result.area)
+    force = float((pressure * area).sum())
+    sums = {
+        "peak_pressure": float(pressure.max()),
+        "normal_force": force,
+        "mean_pressure": force / float(area[pressure > 0.0].sum()),
+    }
+    if name not in sums:
+        raise ValueError(f"of is {name!r}: a number or field that the result has is needed")
+    return sums[name]

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Results as functions of JAX: its own check of gradients, forward and in reverse."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+jax = pytest.importorskip("jax")
+test_util = pytest.importorskip("jax.test_util")
+
+N = 8
+X = (np.arange(N) - 0.5 * (N - 1)) * 1e-3
+BALL = (X[None, :] ** 2 + X[:, None] ** 2) / 0.4
+SCENE = mtb.Scene(mtb.Material(80e9, 0.1), mtb.steel, gap=BALL, spacing=1e-3, force=2e3, moments=(0.0, 0.0))
+
+pytestmark = pytest.mark.filterwarnings("ignore::mtb_rs.ToleranceWarning")
+
+
+@pytest.fixture(autouse=True)
+def _double() -> Any:
+    with jax.enable_x64(True):
+        yield
+
+
+def stepped() -> Any:
+    contact = SCENE.with_(friction=0.3).prepare("half-space")
+    by = {"gap": "gap", "friction": "friction_field", "velocity": "velocity"}
+    at = {"gap": np.zeros(N * N), "friction": np.full(N * N, 0.3), "velocity": np.array([4.0, 1.0])}
+    return mtb.jax_function(lambda **given: contact.step(**given), ("force", "peak_pressure"), by, at), at
+
+
+def test_gradients_are_those_that_jax_checks() -> None:
+    function, at = stepped()
+    # in units in which all of them are about one
+    sizes = {"gap": 1e-7, "friction": 0.1, "velocity": 1.0}
+
+    def scaled(*given: Any) -> Any:
+        force, peak = function(*(at[name] + sizes[name] * v for name, v in zip(at, given, strict=True)))
+        return force / 2e3, peak / 1e9
+
+    random = np.random.default_rng(0)
+    given = [0.3 * random.standard_normal(np.shape(at[name])) for name in at]
+    test_util.check_grads(scaled, given, order=1, modes=["fwd", "rev"], eps=1e-3, rtol=1e-5, atol=1e-7)
+
+
+def test_it_is_compiled_mapped_and_differentiated() -> None:
+    function, at = stepped()
+
+    def brake(friction: Any) -> Any:
+        return function(at["gap"], friction, velocity=at["velocity"])[0][0]
+
+    slope = jax.jit(jax.grad(brake))(at["friction"])
+    assert slope.shape == (N * N,)
+    assert float(slope.sum()) == pytest.approx(2e3 * 4.0 / np.hypot(4.0, 1.0), rel=1e-6)
+    forces = jax.vmap(brake)(np.array([np.full(N * N, mu) for mu in (0.1, 0.2)]))
+    assert forces[1] / forces[0] == pytest.approx(2.0)
+
+
+def test_fields_and_scenes() -> None:
+    def solve(force: Any) -> mtb.Result:
+        return SCENE.with_(force=float(force), friction=0.3).solve(model="half-space")
+
+    field = mtb.jax_function(solve, "pressure", {"force": "force"}, {"force": 2e3})
+    slope = jax.jacfwd(field)(2e3)
+    assert float((slope * 1e-6).sum()) == pytest.approx(1.0)
+
+
+def test_what_does_not_fit_is_told() -> None:
+    contact = SCENE.prepare("half-space")
+
+    def solve(gap: Any) -> mtb.StepResult:
+        return contact.step(gap=gap)
+
+    with pytest.raises(ValueError, match=r"at\['gap'\] has shape \(\), but gap has the shape \(64,\)"):
+        mtb.jax_function(solve, "force", {"gap": "gap"}, {"gap": 0.0})
+    with pytest.raises(ValueError, match="the arguments of by, are needed"):
+        mtb.jax_function(solve, "force", {"gap": "gap"}, {})
+    with pytest.raises(ValueError, match="of is 'weight': a number or field"):
+        mtb.jax_function(solve, "weight", {"gap": "gap"}, {"gap": np.zeros(N * N)})
+    with jax.enable_x64(False), pytest.raises(ValueError, match="single precision"):
+        mtb.jax_function(solve, "force", {"gap": "gap"}, {"gap": np.zeros(N * N)})
+
+
+def test_jax_is_imported_only_when_asked_for() -> None:
+    told = subprocess.run(
+        [sys.executable, "-c", "import sys, mtb_rs; print('jax' in sys.modules)"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert told.stdout.strip() == "False"
