@@ -13,7 +13,7 @@ use crate::error::{Error, check};
 use crate::sliding::{RigidMotion, SlidingContact};
 
 /// Relative size of the last correction at which the linear equations count as solved ...
-const SOLVED: f64 = 1e-9;
+const SOLVED: f64 = 1e-11;
 /// ... and corrections that may reach it before factors of the equations themselves are made.
 const CORRECTIONS: usize = 12;
 
@@ -399,27 +399,6 @@ impl<'a> Tangent<'a> {
             .sum()
     }
 
-    /// Matrix of the equations: gaps of the set, then balances, by its pressures, then motions.
-    fn equations(&self) -> Mat<f64> {
-        let (m, k) = (self.state.motions.len(), self.points.len());
-        let contact = self.state.contact(&self.state.pressure, &self.state.slope);
-        let mut matrix = Mat::zeros(k + m, k + m);
-        for (j, &point) in self.points.iter().enumerate() {
-            let column = matrix.col_as_slice_mut(j);
-            self.influence
-                .put_column(point, &self.slope, &self.points, &mut column[..k]);
-            for (row, motion) in column[k..].iter_mut().zip(&self.state.motions) {
-                *row = -contact.work_of_pressure(motion, point);
-            }
-        }
-        for (l, motion) in self.state.motions.iter().enumerate() {
-            for (i, &point) in self.points.iter().enumerate() {
-                matrix[(i, k + l)] = motion.opening[point];
-            }
-        }
-        matrix
-    }
-
     /// The solution of the equations, or of the transposed ones, for the columns of `rhs`.
     fn solved(
         &mut self,
@@ -431,7 +410,7 @@ impl<'a> Tangent<'a> {
             return Err(Error::Singular);
         }
         let mut x = self.factors.solve_many(rhs, &self.points, transposed);
-        if !self.factors.is_exact(&self.slope) && !self.corrected(rhs, &mut x, transposed) {
+        if !self.factors.is_exact(&self.slope) && !self.corrected(&mut x, transposed) {
             self.refactorise(monitor)?;
             x = self.factors.solve_many(rhs, &self.points, transposed);
         }
@@ -442,17 +421,13 @@ impl<'a> Tangent<'a> {
     }
 
     /// Improves `x` by the factors of a friction nearby; whether the equations hold then.
-    fn corrected(&self, rhs: &Mat<f64>, x: &mut Mat<f64>, transposed: bool) -> bool {
-        let equations = self.equations();
-        let turned = if transposed {
-            equations.transpose()
-        } else {
-            equations.as_ref()
-        };
+    fn corrected(&self, x: &mut Mat<f64>, transposed: bool) -> bool {
         let mut before = f64::INFINITY;
+        let mut change = x.clone();
         for _ in 0..CORRECTIONS {
-            let left = rhs - turned * &*x;
-            let change = self.factors.solve_many(&left, &self.points, transposed);
+            let left = self.left_over(&change, transposed);
+            change = self.factors.solve_many(&left, &self.points, transposed);
+            *x += &change;
             // of each column by its own size, since rows have unlike units
             let worst = (0..x.ncols()).fold(0.0_f64, |worst, j| {
                 let (change, size) = (change.col(j).norm_l2(), x.col(j).norm_l2());
@@ -462,8 +437,8 @@ impl<'a> Tangent<'a> {
                     worst
                 }
             });
-            *x += &change;
-            if worst <= SOLVED {
+            // what the next one would be
+            if worst * (worst / before).min(1.0) <= SOLVED {
                 return true;
             }
             // it would take longer than new factors
@@ -473,6 +448,42 @@ impl<'a> Tangent<'a> {
             before = worst;
         }
         false
+    }
+
+    /// What the factors' own equations leave of the right-hand sides whose solutions they say `x` to be: they differ
+    /// from these by the influence of a change of the friction.
+    fn left_over(&self, x: &Mat<f64>, transposed: bool) -> Mat<f64> {
+        let (n, cases) = (self.count(), x.ncols());
+        let then = self.factors.drag();
+        let change =
+            |axis: usize, point: usize| self.slope[axis * n + point] - then[axis * n + point];
+        let mut left = Mat::zeros(x.nrows(), cases);
+        let mut spread = Mat::zeros(n, cases);
+        for (i, &point) in self.points.iter().enumerate() {
+            spread.row_mut(point).copy_from(x.row(i));
+        }
+        if transposed {
+            let along = self.influence.transposed_along(&spread);
+            for (axis, product) in along.iter().enumerate() {
+                let Some(product) = product else { continue };
+                for j in 0..cases {
+                    for (i, &point) in self.points.iter().enumerate() {
+                        left[(i, j)] -= change(axis, point) * product[(point, j)];
+                    }
+                }
+            }
+        } else {
+            let [along, across] =
+                [0, 1].map(|axis| Mat::from_fn(n, cases, |i, j| change(axis, i) * spread[(i, j)]));
+            let none = Mat::zeros(n, cases);
+            let opened = self.influence.products(&none, [&along, &across]);
+            for j in 0..cases {
+                for (i, &point) in self.points.iter().enumerate() {
+                    left[(i, j)] = -opened[(point, j)];
+                }
+            }
+        }
+        left
     }
 }
 
