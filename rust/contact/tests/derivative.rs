@@ -224,7 +224,7 @@ proptest! {
             // what balance determines does not depend on the gap
             let size = own.gap.iter().fold(1.0_f64, |s, v| s.max(v.abs()));
             for (a, b) in own.gap.iter().zip(&step.gap) {
-                prop_assert!((a - b).abs() <= 1e-10 * size);
+                prop_assert!((a - b).abs() <= 1e-10 * size, "{} {} {}", a, b, size);
             }
         }
         for (at, name) in INPUTS.iter().enumerate() {

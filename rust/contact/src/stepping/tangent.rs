@@ -422,7 +422,7 @@ impl<'a> Tangent<'a> {
 
     /// Improves `x` by the factors of a friction nearby; whether the equations hold then.
     fn corrected(&self, x: &mut Mat<f64>, transposed: bool) -> bool {
-        let mut before = f64::INFINITY;
+        let mut before = 1.0;
         let mut change = x.clone();
         for _ in 0..CORRECTIONS {
             let left = self.left_over(&change, transposed);
@@ -438,7 +438,7 @@ impl<'a> Tangent<'a> {
                 }
             });
             // what the next one would be
-            if worst * (worst / before).min(1.0) <= SOLVED {
+            if worst * worst / before <= SOLVED {
                 return true;
             }
             // it would take longer than new factors
