@@ -97,11 +97,9 @@ def jax_function(
     of_values = tuple(map(shaped, shapes))
     of_jacobians = tuple(tuple(shaped((*shape, *other)) for other in inputs) for shape in shapes)
 
-    @jax.custom_jvp
     def solved(*given: Any) -> Any:
         return jax.pure_callback(values, of_values, *given, vmap_method="sequential")
 
-    @solved.defjvp
     def derived(primals: Any, tangents: Any) -> Any:
         found, by_all = jax.pure_callback(
             jacobians, (of_values, of_jacobians), *primals, vmap_method="sequential"
@@ -112,11 +110,14 @@ def jax_function(
         )
         return found, changes
 
+    with_slopes: Any = jax.custom_jvp(solved)
+    with_slopes.defjvp(derived)
+
     def function(*given: Any, **named: Any) -> Any:
         taken = dict(zip(arguments, given, strict=False)) | named
         if len(given) > len(arguments) or set(taken) != set(arguments):
             raise TypeError(f"the function takes {', '.join(arguments)}, each once")
-        found = solved(*(jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments))
+        found = with_slopes(*(jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments))
         return found[0] if isinstance(of, str) else found
 
     return function
