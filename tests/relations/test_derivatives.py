@@ -379,6 +379,9 @@ def test_a_gap_and_a_friction_of_one_step_are_those_of_a_scene() -> None:
     # it fades below the standstill speed, and the next step is as if nothing had been
     slow = contact.step(velocity=0.05, friction=0.4)
     assert slow.force[0] == pytest.approx(0.2 * -slow.force[2])
+    # by what was given, of which a half acts
+    assert slow.derivative("force", "friction")[0] == pytest.approx(0.5 * 2e3)
+    assert slow.derivative("force", "friction_field")[0].sum() == pytest.approx(0.5 * 2e3)
     assert contact.step(velocity=4.0).force[0] == pytest.approx(0.3 * 2e3)
     uniform = contact.step(velocity=4.0, friction=0.2).derivative("force", "velocity")
     assert uniform[0, 0] == pytest.approx(0.0, abs=1e-9)
@@ -399,6 +402,15 @@ def test_what_has_no_derivatives_says_so() -> None:
         result.derivative("force", "frictions")
     with pytest.raises(ValueError, match=r"of\['pressure'\] has shape \(3,\): \(12, 12\) is needed"):
         result.derivative({"pressure": np.ones(3)}, "gap")
+    assert result.derivative({}, "friction") == 0.0
+    assert not result.gradient({})["gap"].any()
+    for weights in ("a", 1j, [[1.0], [1.0, 2.0]]):
+        with pytest.raises(ValueError, match=r"of\['pressure'\] is no array of real numbers"):
+            result.derivative({"pressure": weights}, "gap")
+    with pytest.raises(ValueError, match="of is a function whose value is nan"):
+        result.derivative(lambda r: (np.nan, {"pressure": r.pressure}), "gap")
+    with pytest.raises(ValueError, match="loaded, copied or is not converged"):
+        replace(result, pressure=result.pressure[::-1]).derivative("force", "gap")
     with pytest.raises(ValueError, match="a name, weights of fields, or a function"):
         result.derivative(3.0, "gap")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="loaded, copied or is not converged"):

@@ -242,3 +242,45 @@ def test_what_has_no_derivatives_says_why() -> None:
         replace(solved(given)).derivative("force", "creepage")
     with pytest.raises(ValueError, match="creepage"):
         solved(given).derivative("force", "creepages")
+
+
+@pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")
+def test_fields_out_of_contact_have_the_derivatives_of_what_they_show() -> None:
+    x = (np.arange(16) - 7.5) * 0.3e-3
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.6
+    pressed = mtb.solve_normal(gap, 0.3e-3, lower=mtb.steel, upper=mtb.Material(80e9, 0.1), force=1e3)
+
+    def rolled(along: float, friction: Any) -> mtb.TangentialResult:
+        return mtb.solve_tangential(pressed, mtb.Rolling((along, 2e-4, 0.1)), friction, tolerance=1e-12)
+
+    here = rolled(1e-3, mtb.Coulomb(0.3))
+    ahead, behind = (rolled(1e-3 + e, mtb.Coulomb(0.3)) for e in (1e-7, -1e-7))
+    weights = np.zeros((2, 16, 16))
+    weights[0] = 1.0
+    found = here.derivative({"slip": weights}, "creepage")[0]
+    assert found == pytest.approx((ahead.slip[0].sum() - behind.slip[0].sum()) / 2e-7, rel=1e-5)
+    assert not here.derivative("slip", "creepage")[:, here.status == 0].any()
+    ones = {"friction_coefficient": np.ones((16, 16))}
+    assert here.derivative(ones, "friction") == pytest.approx(256.0)
+    np.testing.assert_allclose(here.derivative(ones, "friction_field"), 1.0)
+    both = rolled(1e-3, mtb.StaticKinetic(0.4, 0.3))
+    slips = int((both.status == 2).sum())
+    assert both.derivative(ones, "friction.kinetic") == pytest.approx(slips)
+    assert both.derivative(ones, "friction.static") == pytest.approx(256 - slips)
+
+
+def test_a_chain_is_told_from_steps_that_are_none() -> None:
+    x = (np.arange(16) - 7.5) * 0.3e-3
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / 0.6
+    pressed = mtb.solve_normal(gap, 0.3e-3, lower=mtb.steel, upper=mtb.steel, force=1e3)
+    steps: list[mtb.TangentialResult] = []
+    for _ in range(3):
+        state = steps[-1].state if steps else None
+        steps.append(mtb.solve_tangential(pressed, mtb.Shift((1e-7, 0.0)), mtb.Coulomb(0.3), state=state))
+    of = {"traction": np.stack([steps[0].area, *np.zeros((2, 16, 16))])}
+    assert len(mtb.gradient_of_steps(iter(steps), [{}, {}, of])) == 3
+    for wrong in ([steps[0], steps[2]], steps[::-1], [steps[1], steps[1]]):
+        with pytest.raises(ValueError, match=r"results\[1\] does not start from the state of results\[0\]"):
+            mtb.gradient_of_steps(wrong, [{}] * len(wrong))
+    with pytest.raises(ValueError, match=r"results\[0\] is .*: results of solve_tangential are needed"):
+        mtb.gradient_of_steps([pressed], [{}])  # type: ignore[list-item]

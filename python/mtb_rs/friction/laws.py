@@ -243,7 +243,7 @@ class StaticKinetic(Friction):
 
     def slopes(self, slips: NDArray[np.bool_]) -> dict[str, Array | None]:
         """The kinetic coefficient acts where points slip; the static one only decides which do."""
-        return {"friction.static": np.zeros(slips.shape), "friction.kinetic": slips.astype(float)}
+        return {"friction.static": (~slips).astype(float), "friction.kinetic": slips.astype(float)}
 
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,7 @@ from .tangential import TangentialResult
 Array = NDArray[np.float64]
 
 
-def gradient_of_steps(results: Sequence[TangentialResult], of: Sequence[Any]) -> list[Gradient]:
+def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) -> list[Gradient]:
     """Exact derivatives of a sum over a chain of steps by all that was given in each of them.
 
     Each step starts from the state of the one before, so that what was given in one acts on all later ones.
@@ -54,6 +54,15 @@ def gradient_of_steps(results: Sequence[TangentialResult], of: Sequence[Any]) ->
     >>> abs(by_first["displacement"][0]) < abs(by_second["displacement"][1])
     True
     """
+    results, of = list(results), list(of)
+    for k, result in enumerate(results):
+        if not isinstance(result, TangentialResult):
+            raise ValueError(f"results[{k}] is {result!r}: results of solve_tangential are needed")
+        if k and not result.follows(results[k - 1]):
+            raise ValueError(
+                f"results[{k}] does not start from the state of results[{k - 1}]: all steps of a chain are "
+                "needed, in their order, those that add nothing to the sum as well"
+            )
     if len(of) != len(results):
         raise ValueError(
             f"of has {len(of)} entries, and there are {len(results)} steps: one for each is needed"

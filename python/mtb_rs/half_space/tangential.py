@@ -470,6 +470,17 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         """What else its `summary.json` holds: the motion asked for, the report."""
         return {"motion": self.motion, "report": self.report.as_dict()}
 
+    def follows(self, before: TangentialResult) -> bool:
+        """Whether it started from the state that another one left, as far as it knows."""
+        given: _Given | None = vars(self).get("_given")
+        if given is None:
+            return True
+        own, left = given.state, before.state
+        return own is not None and all(
+            np.array_equal(getattr(own, name), getattr(left, name))
+            for name in ("traction", "pressure", "coefficient")
+        )
+
     def _tangent(self) -> TangentialTangent:
         given: _Given | None = vars(self).get("_given")
         if given is None:

@@ -216,12 +216,12 @@ class TangentialTangent:
         )
         self.products += products
         tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
-        if law:
-            # out of contact the coefficient is that at rest, the first parameter
-            coefficients[grids.is_open] = law[0][0]
+        # out of contact the coefficient is what was given, of a law that follows the slip that at rest
+        coefficients[grids.is_open] = law[0][0] if law else coefficient[grids.is_open]
         return {
             "traction": np.concatenate([tangential, np.zeros((1, *grids.shape))]),
-            "slip": grids.whole(slip),
+            # nothing slips out of contact
+            "slip": np.where(grids.is_open, 0.0, grids.whole(slip)),
             "friction_coefficient": coefficients,
             "dissipation": heat,
             "creepage": np.array([*found, rigid[2]]),
@@ -235,7 +235,7 @@ class TangentialTangent:
         given = {n: np.asarray(weights.get(n, np.zeros(s)), dtype=float) for n, s in self.fields.items()}
         found = self._core.adjoint(
             grids.cells(given["traction"][:2]),
-            grids.cells(given["slip"]),
+            grids.cells(np.where(grids.is_open, 0.0, given["slip"])),
             grids.cells(given["friction_coefficient"]),
             given["creepage"][:2].tolist(),
             np.ascontiguousarray(given["dissipation"]),
@@ -256,6 +256,8 @@ class TangentialTangent:
             return np.where(moving.found, found.drive, 0.0)
         if name in self._slopes:
             slope, by_field = self._slopes[name], grids.whole(found.coefficient)
+            of_coefficient = np.asarray(weights.get("friction_coefficient", np.zeros(grids.shape)))
+            by_field = np.where(grids.is_open, of_coefficient, by_field)
             return by_field if slope is None else np.asarray((slope * by_field).sum())
         if name in self._followed or name == moving.speed:
             by_law = np.array(found.law)

@@ -231,6 +231,8 @@ class Differentiable(ABC):
         tangent = self._tangent()
         if isinstance(of, str) and of in tangent.fields:
             shape = tangent.fields[of]
+            largest = max(map(math.prod, tangent.inputs.values()))
+            _refuse_large(of, "all that was given", math.prod(shape) * largest)
             functional = Functional(shape, {of: _units(shape)})
         else:
             functional = self._functional(of, tangent)
@@ -265,13 +267,23 @@ class Differentiable(ABC):
                     "of is a function that does not return (value, {field: gradient}): both are needed"
                 )
             weights = told[1]
+            value = told[0]
+            if not (isinstance(value, (int, float, np.number)) and math.isfinite(value)):
+                raise ValueError(f"of is a function whose value is {value!r}: a finite number is needed")
+        if not weights:
+            # of nothing
+            name, shape = next(iter(tangent.fields.items()))
+            return Functional.of_one(**{name: np.zeros(shape)})
         return Functional((), {name: _weight(name, w, tangent)[None] for name, w in weights.items()})
 
 
 def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
     _known("a weight in of", name, tangent.fields)
-    values = np.asarray(given, dtype=float)
     shape = tangent.fields[name]
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"of[{name!r}] is no array of real numbers: {shape} of them are needed") from None
     if values.shape != shape:
         try:
             values = np.broadcast_to(values, shape)

@@ -437,7 +437,6 @@ class Result(Judged, Differentiable, Pictured):
     coefficients: Array | None = None
     motion: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
-    _derived: Any = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
     )  # fmt: skip
@@ -475,7 +474,7 @@ class Result(Judged, Differentiable, Pictured):
 
     def _kept(self) -> Result:
         bodies = {side: getattr(self, side) and getattr(self, side).kept() for side in ("lower", "upper")}
-        kept = {"parts": (), "loaded": self.solids(), "summary": input_data(self.summary), "_derived": None}
+        kept = {"parts": (), "loaded": self.solids(), "summary": input_data(self.summary)}
         return replace(self, **kept, **bodies)
 
     def _tangent(self) -> Tangent:
@@ -491,8 +490,10 @@ class Result(Judged, Differentiable, Pictured):
         return known
 
     def _source(self) -> Any:
-        if self._derived is not None:
-            return self._derived
+        # not a field: what is put together from parts of it was not solved
+        source = vars(self).get("_derived")
+        if source is not None:
+            return source
         if self.report.method != "direct":
             raise ValueError(
                 f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"
@@ -504,8 +505,7 @@ class Result(Judged, Differentiable, Pictured):
 
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices, and without the scene, whose functions need not be such as can be copied
-        kept = {name: value for name, value in self.__dict__.items() if name != "_linearised"}
-        return kept | {"_derived": None}
+        return {k: value for k, value in self.__dict__.items() if k not in ("_linearised", "_derived")}
 
     def states(self) -> dict[str, BodyState]:
         """The whole elastic bodies, by name: displacements, reactions and stresses inside.

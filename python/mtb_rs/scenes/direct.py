@@ -170,8 +170,9 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
         missed = f"No error can be estimated: it needs {needed}.{refused}"
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
-    source = Derived(fixed, chosen.model, chosen.coupled)
-    return replace(result, report=report, _derived=source)
+    result = replace(result, report=report)
+    object.__setattr__(result, "_derived", Derived(fixed, chosen.model, chosen.coupled))
+    return result
 
 
 def _missed(

@@ -56,7 +56,7 @@ class StepDerived:
         geometry, n = self.core.geometry, self.pressure.size
         sliding = self.linear.sliding()
         assert sliding is not None
-        (friction,), direction = sliding
+        (friction,), direction, ((fade,),) = sliding
         motions = self._inputs[1].shape[1]
 
         def columns(which: slice) -> Change:
@@ -64,16 +64,18 @@ class StepDerived:
             return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n))
 
         named = {
-            "friction": ((), lambda: Change(drag=direction[None])),
+            "friction": ((), lambda: Change(drag=fade * direction[None])),
             "pose": ((6,), lambda: columns(slice(0, 6))),
             "velocity": ((2,), lambda: columns(slice(6, 8))),
-            "magnetic_pressure": ((), lambda: columns(slice(8, 9))),
             "work": ((motions,), lambda: Change(work=np.eye(motions))),
         }
+        if any(part[8].any() for part in self._inputs):
+            named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
         if self.by_field is not None:
             named["magnetic_pressure_field"] = ((n,), self._by_field)
         points = Points((n,), None, geometry.tangents, geometry, self.pressure)
-        return SlidingTangent(self.linear, points, motions, friction, direction, named, self.gap)
+        # what is given fades below the standstill speed, and all that follows from it
+        return SlidingTangent(self.linear, points, motions, friction, fade * direction, named, self.gap)
 
     def _by_field(self) -> Change:
         assert self.by_field is not None

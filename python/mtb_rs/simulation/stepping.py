@@ -144,7 +144,6 @@ class StepResult(Differentiable, Pictured):
     _grid: StepGrid = field(repr=False)
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
-    _derived: StepDerived | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -181,7 +180,7 @@ class StepResult(Differentiable, Pictured):
 
     def _kept(self) -> StepResult:
         # without the matrices
-        return replace(self, _core=None, _pressure=self.pressure, _derived=None)
+        return replace(self, _core=None, _pressure=self.pressure)
 
     def _tangent(self) -> Tangent:
         return self._source().tangent
@@ -190,16 +189,19 @@ class StepResult(Differentiable, Pictured):
         return self._source().functionals(self.area, self.pressure)
 
     def _source(self) -> StepDerived:
-        if self._derived is None:
+        # not a field: what is put together from parts of it was not solved
+        source: StepDerived | None = vars(self).get("_derived")
+        if source is None:
             raise ValueError(
                 "this step was loaded, copied or is not solved: only a step that its contact has solved has "
                 "derivatives"
             )
-        return self._derived
+        return source
 
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices
-        return self.__dict__ | {"_core": None, "_pressure": self.pressure, "_derived": None}
+        kept = {name: value for name, value in self.__dict__.items() if name != "_derived"}
+        return kept | {"_core": None, "_pressure": self.pressure}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -353,8 +355,10 @@ class PreparedContact:
             ),
             _grid=self._grid,
             _core=self._core,
-            _derived=None if tangent is None else self._derived(tangent, out, sliding, magnetic_pressure),
         )
+        if tangent is not None:
+            source = self._derived(tangent, out, sliding, magnetic_pressure)
+            object.__setattr__(result, "_derived", source)
         if out.status != "solved":
             raise _failure(out, result, uniform)
         if self._source is not None:

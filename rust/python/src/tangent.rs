@@ -107,11 +107,14 @@ impl PyTangent {
         Ok(opening.into_pyarray(py))
     }
 
-    /// Friction coefficient (n,) of a step, and direction of sliding (2, n); `None` of a state that is no step.
-    fn sliding<'py>(&self, py: Python<'py>) -> PyResult<Option<[Rows<'py>; 2]>> {
-        let Source::Step(_, taken) = &self.source else {
+    /// Friction coefficient (1, n) of a step, direction of sliding (2, n), and the share (1, 1) of the given
+    /// coefficient that acts at its speed; `None` of a state that is no step.
+    fn sliding<'py>(&self, py: Python<'py>) -> PyResult<Option<[Rows<'py>; 3]>> {
+        let Source::Step(contact, taken) = &self.source else {
             return Ok(None);
         };
+        let share = vec![contact.get().prepared().share(taken.velocity())];
+        let share = share.into_pyarray(py).reshape([1, 1])?;
         let state = taken.state();
         let friction = state
             .friction
@@ -123,7 +126,7 @@ impl PyTangent {
             .clone()
             .into_pyarray(py)
             .reshape([2, self.points])?;
-        Ok(Some([friction, direction]))
+        Ok(Some([friction, direction, share]))
     }
 
     /// Changes of pressure (k, n) [Pa], traction (k, 2n) [Pa], gap (k, n) [m] and motion (k, m) by those of gap (k, n),

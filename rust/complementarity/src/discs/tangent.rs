@@ -13,7 +13,7 @@ use super::problem::{DiscProblem, DiscState, Resultant};
 use crate::error::{Error, check};
 
 /// Residual, over that of no step, at which a linear system counts as solved, and the one that is needed.
-const ENOUGH: f64 = 1e-13;
+const ENOUGH: f64 = 1e-11;
 const NEEDED: f64 = 1e-10;
 
 /// Basis vectors between two restarts, and most restarts.

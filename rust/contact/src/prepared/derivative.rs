@@ -58,7 +58,7 @@ pub struct Taken {
 pub struct Gradient {
     /// By the gap (n) [1/m].
     pub gap: Vec<f64>,
-    /// By the friction coefficients (n).
+    /// By the friction coefficients (n) that are given: below the standstill speed a share of them acts.
     pub friction: Vec<f64>,
     /// By the work of the loads on each motion (m) [1/J]; 0 for motions that the pose prescribes.
     pub work: Vec<f64>,
@@ -101,6 +101,11 @@ impl Taken {
         &self.balanced
     }
 
+    /// The velocity [m/s].
+    pub fn velocity(&self) -> [f64; 2] {
+        self.velocity
+    }
+
     /// The state of the contact.
     pub fn state(&self) -> &SlidingState {
         &self.state
@@ -138,6 +143,7 @@ impl PreparedContact {
     ) -> Result<Vec<Gradient>, Error> {
         let prepared = self.prepared.clone();
         let inputs = prepared.inputs(taken)?;
+        let share = prepared.share(taken.velocity);
         let mut tangent = self.tangent(taken, monitor)?;
         let given = tangent.adjoint(of, monitor)?;
         let gradients = given.into_iter().map(|given| {
@@ -146,8 +152,12 @@ impl PreparedContact {
                 work[k] = *w;
             }
             let by = |k: usize| inputs[k].dot(&given);
+            let mut friction = tangent.by_friction(&given);
+            for by in &mut friction {
+                *by *= share;
+            }
             Gradient {
-                friction: tangent.by_friction(&given),
+                friction,
                 pose: std::array::from_fn(by),
                 velocity: [by(6), by(7)],
                 magnetic_pressure: by(8),

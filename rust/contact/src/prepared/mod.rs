@@ -217,11 +217,9 @@ impl Prepared {
             Some(given) => given.to_vec(),
             None => self.friction.at("friction", speed)?,
         };
-        if let Some(slow) = self.standstill_speed {
-            let share = (speed / slow).min(1.0);
-            for mu in &mut friction {
-                *mu *= share;
-            }
+        let share = self.share(velocity);
+        for mu in &mut friction {
+            *mu *= share;
         }
         if speed == 0.0 {
             if friction.iter().any(|mu| *mu != 0.0) {
@@ -230,6 +228,13 @@ impl Prepared {
             return Ok((friction, vec![0.0; 2 * n]));
         }
         Ok((friction, self.geometry.sliding_direction(velocity)?))
+    }
+
+    /// Share of the friction coefficients that acts at a velocity: less than 1 below the standstill speed.
+    pub fn share(&self, velocity: [f64; 2]) -> f64 {
+        let speed = velocity[0].hypot(velocity[1]);
+        self.standstill_speed
+            .map_or(1.0, |slow| (speed / slow).min(1.0))
     }
 
     /// Opening of each gap by the prescribed components of a pose.
