@@ -17,7 +17,7 @@ SCENE_CELL = 1800.0
 #: What it takes besides for each pair of points in one line of it, to compare it with a coarser one [bytes].
 SCENE_LINE = 8.0
 #: What a patch takes for each of its cells to roll or to be shifted, most of it spectra [bytes].
-ROLLING_CELL = {"steady": 1150.0, "transient": 950.0, "shift": 950.0}
+ROLLING_CELL = {"steady": 800.0, "transient": 950.0, "shift": 950.0}
 #: The part of it that is still to come when the grid is made [bytes].
 SOLVED_CELL = 1500.0
 
