@@ -567,3 +567,26 @@ def test_newton_steps_stay_few_on_finer_grids(motion: mtb.Rolling | mtb.Shift) -
         patch = reference.elliptic_pressure(1e4, (3.2e-3, 3.2e-3), (n, n), BODY, BODY)
         steps.append(mtb.solve_tangential(patch, motion, MU).report.iterations)
     assert max(steps) <= 5
+
+
+@pytest.mark.parametrize("cells", [150, 300])
+@pytest.mark.parametrize("motion", ["force", "creepage"])
+def test_long_line_contacts_that_slip_both_ways_are_solved(cells: int, motion: str) -> None:
+    """Slip that turns along a line contact, in steps that are no whole cells."""
+    x = (np.arange(cells) - 0.5 * (cells - 1)) / (0.5 * cells)
+    pressure = 5e8 * np.sqrt(np.clip(1.0 - 1.2 * x**2, 0.0, None))[None]
+    limit = 0.3 * float(pressure.sum()) * 1e-4
+    line = mtb.PressureField(pressure, (1e-4, 1.0), mtb.steel, mtb.steel, reference=1.0)
+    by_force = mtb.Rolling(force=(0.5 * limit, 0.5 * limit), step=1.7e-4)
+    rolling = by_force if motion == "force" else mtb.Rolling((1e-3, -2e-3, 0.0), step=0.5e-4)
+    result = mtb.solve_tangential(line, rolling, mtb.Coulomb(0.3))
+    assert result.report.converged
+    bound = 0.3 * pressure
+    assert np.hypot(*result.traction[:2]).max() <= bound.max() * (1.0 + 1e-12)
+    assert np.all(np.hypot(*result.traction[:2]) <= bound * (1.0 + 1e-9))
+    slips = result.status == 2
+    along = np.einsum("cij,cij->ij", result.slip, result.traction[:2])[slips]
+    # friction on the lower body goes where the upper one slips to
+    assert np.all(along >= 0.999 * (np.hypot(*result.slip) * bound)[slips])
+    if motion == "force":
+        np.testing.assert_allclose(result.force[:2], 0.5 * limit, rtol=1e-7)

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use faer::{Mat, Par};
 use mtb_operator::krylov::gmres;
+use mtb_operator::{dense, unmonitored};
 
 use super::newton::{Iterate, dot, law, norm};
 use super::problem::{DiscProblem, DiscState};
 
 /// Basis vectors GMRES may build.
 const LONGEST_BASIS: usize = 150;
+
+/// Unknowns up to which a system that GMRES does not solve is solved by its matrix.
+const MOST_DENSE: usize = 1600;
 
 /// Share of its start below which a linear residual is never pushed.
 const LEAST_REDUCTION: f64 = 1e-2;
@@ -162,14 +167,22 @@ impl<'a> LinearStep<'a> {
         // fresh memory costs as much as a product
         let (mut field, mut work) = (vec![0.0; 2 * n], image);
         let mut free = vec![0.0; 2 * n];
+        let target = target.max(LEAST_REDUCTION * start);
+        let rows = residual.clone();
         let krylov = gmres(
             |x, y| self.apply(x, y, &mut field, &mut work),
             |y, x| self.precondition(y, x, &mut free),
             &mut step,
             &mut residual,
-            target.max(LEAST_REDUCTION * start),
+            target,
             LONGEST_BASIS,
         );
+        let mut products = krylov.steps + 1;
+        let is_solved = krylov.residual <= target;
+        if !is_solved && let Some((exact, more)) = self.solve_dense(&rows) {
+            step = exact;
+            products += more;
+        }
         let mut field = base;
         for (f, s) in field.iter_mut().zip(&step) {
             *f += s;
@@ -194,9 +207,54 @@ impl<'a> LinearStep<'a> {
             field,
             multipliers,
             radius,
-            products: krylov.steps + 1,
+            products,
             preconditionings: krylov.steps + 1 + m,
         }
+    }
+
+    /// The solution for `rows` by the matrix of the system, and the products that it took; `None` of too many
+    /// unknowns, or where there is none.
+    ///
+    /// In line contacts whose two directions both slip no preconditioner that is known serves: their operator couples
+    /// all points of a long row, and slip turns from one point to the next.
+    fn solve_dense(&self, rows: &[f64]) -> Option<(Vec<f64>, usize)> {
+        let n = self.iterate.radius.len();
+        let taking = |c: &usize| *c >= 2 * n || self.iterate.state[c % n] != DiscState::Excluded;
+        let free: Vec<usize> = (0..rows.len()).filter(taking).collect();
+        if free.len() > MOST_DENSE {
+            return None;
+        }
+        let mut matrix = Mat::zeros(free.len(), free.len());
+        let mut unit = vec![0.0; rows.len()];
+        let (mut column, mut field, mut image) =
+            (vec![0.0; rows.len()], vec![0.0; 2 * n], vec![0.0; 2 * n]);
+        let is_fixed = law(self.problem).is_none();
+        for (j, &c) in free.iter().enumerate() {
+            unit[c] = 1.0;
+            self.apply(&unit, &mut column, &mut field, &mut image);
+            unit[c] = 0.0;
+            let i = c % n;
+            if is_fixed && c < 2 * n && self.iterate.state[i] == DiscState::Rim {
+                // nothing moves along the normal
+                let normal = &self.iterate.normal;
+                for d in [i, n + i] {
+                    column[d] += self.problem.diagonal * normal[c] * normal[d];
+                }
+            }
+            for (i, &r) in free.iter().enumerate() {
+                matrix[(i, j)] = column[r];
+            }
+        }
+        let lu = dense::Lu::new(matrix, Par::Seq, &unmonitored).ok()?;
+        let rhs = Mat::from_fn(free.len(), 1, |i, _| rows[free[i]]);
+        let solved = lu.solve_few(rhs.as_ref(), Par::Seq);
+        let mut step = vec![0.0; rows.len()];
+        for (i, &c) in free.iter().enumerate() {
+            step[c] = solved[(i, 0)];
+        }
+        step.iter()
+            .all(|v| v.is_finite())
+            .then_some((step, free.len()))
     }
 
     /// Keeps the free part of a field: everything inside, along the tangent on the rim (and along

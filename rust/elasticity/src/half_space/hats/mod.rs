@@ -32,7 +32,7 @@ use product::Product;
 /// An entry is the integral of the point load's kernel against the correlation of two hats, a bicubic
 /// polynomial on each of 4 x 4 cells of offsets, and is taken by quadrature that is right at the
 /// singular point, to a relative accuracy of 1e-9. The matrices are made when
-/// first needed, each from one table per pair of patches. From [`DENSE_POINTS`] points on a product goes by the
+/// first needed, each from one table per pair of patches. From `DENSE_POINTS` points on a product goes by the
 /// Fourier transform along x instead, and a matrix that is asked for is not kept. Points of several patches
 /// follow one another.
 pub struct HatHalfSpace {
