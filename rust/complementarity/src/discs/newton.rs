@@ -229,10 +229,11 @@ fn newton(
         if iterate.relative() < LOWER * best {
             (best, best_step) = (iterate.relative(), history.len());
         }
-        history.push(iterate.relative());
+        // a step that lost its numbers ends this attempt, and is no part of the way of the next one
         if !iterate.merit().is_finite() {
             break;
         }
+        history.push(iterate.relative());
     }
     Ok(DiscSolution {
         converged: iterate.relative() <= options.tolerance,
