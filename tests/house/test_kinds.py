@@ -56,6 +56,7 @@ DOORS = {
     "motions": {"half_space/tangential.py": {"_check_problem"}, "studies/sweeps.py": {"sweep"}},
     "supports": {"bodies/supports.py": {"__post_init__", "guides", "prescribed"}},
     "results": {
+        "half_space/chain.py": {"gradient_of_steps"},
         "half_space/tangential.py": {"_alternate"},
         "pictures/quantities.py": {"as_drawn"},
         "results/saved.py": {"_made"},
