@@ -9,7 +9,7 @@ norm of the pressure to a power that rises to 32, which is close to it and smoot
 
 The number to compare with is the mean pressure over the sole: no profile can have a smaller peak.
 
-What to see, of the left pole: above, the flat sole, whose front (right) carries the peak; in the middle, the
+What to see: the left pole. Above, the flat sole, whose front (right) carries the peak; in the middle, the
 best sole: three quarters of it are pressed evenly, and the rear, from which friction lifts it, carries
 nothing; below, what was taken off, a micrometre or so.
 
