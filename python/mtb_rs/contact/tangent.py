@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base.plain import plain
 from ..base.words import Attraction
-from ..results.derivatives import Margin
+from ..results.derivatives import Gradient, Margin
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
@@ -236,7 +236,7 @@ class SlidingTangent:
                 np.ascontiguousarray(motion),
             )
         )
-        return _Gradients(self, given)
+        return Gradient(self.inputs, lambda name: self.by(name, given))
 
     def by(self, name: str, given: Given) -> Array:
         """The gradient (k, ...) by an input."""
@@ -247,30 +247,6 @@ class SlidingTangent:
             n = points.pressure.size
             return points.on_grid(np.einsum("an,kan->kn", self._direction, given.drag.reshape(k, 2, n)))
         return self.change(name).weighted(given).reshape(k, *self.inputs[name])
-
-
-class _Gradients(Mapping[str, Array]):
-    """Gradients by the inputs of a tangent, each made when it is asked for."""
-
-    def __init__(self, tangent: SlidingTangent, given: Given) -> None:
-        self._tangent = tangent
-        self._given = given
-
-    def __getitem__(self, by: str) -> Array:
-        return self._tangent.by(by, self._given)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._tangent.inputs)
-
-    def __len__(self) -> int:
-        return len(self._tangent.inputs)
-
-
-def peak_weight(pressure: Array) -> Array:
-    """The weight that a peak has: 1 at the point where it is now."""
-    weight = np.zeros(pressure.shape)
-    weight.flat[pressure.argmax()] = 1.0
-    return weight
 
 
 def by_pull_field(problem: ContactProblem, attraction: Attraction) -> Change:

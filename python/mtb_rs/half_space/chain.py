@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results.derivatives import Functional, Gradient
+from ..results.derivatives import Functional, Gradient, Shape, entry_of
 from .tangential import TangentialResult
 
 Array = NDArray[np.float64]
@@ -77,10 +77,8 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
         summed = dict(carried)
         for name, w in functional.weights.items():
             summed[name] = summed.get(name, 0.0) + np.asarray(w)
-        if not summed:
-            summed = {"creepage": np.zeros((1, 3))}
         by = tangent.adjoint(summed)
-        found.append(Gradient(tangent.inputs, partial(_entry, functional, by)))
+        found.append(Gradient(tangent.inputs, partial(_entry, functional, by, tangent.inputs)))
         carried = {}
         if "state.traction" in tangent.inputs:
             flat = by["state.traction"]
@@ -92,8 +90,5 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
     return found[::-1]
 
 
-def _entry(functional: Functional, by: Any, name: str) -> Any:
-    values = np.asarray(by[name])[0]
-    if name in functional.explicit:
-        values = values + np.asarray(functional.explicit[name])[0]
-    return float(values) if values.ndim == 0 else values
+def _entry(functional: Functional, by: Mapping[str, Array], inputs: Mapping[str, Shape], name: str) -> Any:
+    return entry_of(functional, by, name, inputs[name])

@@ -150,14 +150,7 @@ class NormalResult(Judged, Differentiable, Pictured):
         )
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
-        area = max(self.contact_area, np.finfo(float).tiny)
-        peak = np.zeros(self.pressure.shape)
-        peak.flat[int(self.pressure.argmax())] = 1.0
-        return {
-            "normal_force": lambda: Functional.of_one(pressure=self.area),
-            "peak_pressure": lambda: Functional.of_one(pressure=peak),
-            "mean_pressure": lambda: Functional.of_one(pressure=self.area / area),
-        }
+        return Functional.of_pressure(self.pressure, self.area, self.status > 0)
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape

@@ -495,18 +495,14 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         area, shape = self.area, self.pressure.shape
         x, y = self.points
         none = np.zeros(shape)
-        peak = np.zeros(shape)
-        peak.flat[int(self.pressure.argmax())] = 1.0
         along = [np.array([area, none, none]), np.array([none, area, none]), np.zeros((3, *shape))]
         force = {"traction": np.stack(along), "pressure": np.stack([none, none, -area])}
         speed, total = self.motion.slip_speed, float((self.dissipation * area).sum())
         moving = self.motion.moving()
         return {
             "force": lambda: Functional((3,), force),
-            "normal_force": lambda: Functional.of_one(pressure=area),
+            **Functional.of_pressure(self.pressure, area, self.status > 0),
             "spin_moment": lambda: Functional.of_one(traction=np.stack([-y * area, x * area, none])),
-            "peak_pressure": lambda: Functional.of_one(pressure=peak),
-            "mean_pressure": lambda: Functional.of_one(pressure=area / area[self.status > 0].sum()),
             "friction_power": lambda: Functional(
                 (),
                 {"dissipation": speed * area[None]},

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..bodies.material import Material
 from ..geometry.contact_points import window
-from ..results.derivatives import Margin
+from ..results.derivatives import Gradient, Margin
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -68,22 +68,6 @@ class Grids:
 def _back(part: Array, cut: Cut, shape: tuple[int, int]) -> Array:
     seen = tuple(slice(-c.start, n - c.start) for c, n in zip(cut, shape, strict=True))
     return window(part, seen)
-
-
-class _Late(Mapping[str, Array]):
-    """Gradients by name, of which each is made when it is asked for."""
-
-    def __init__(self, made: Mapping[str, Callable[[], Array]]) -> None:
-        self._made = made
-
-    def __getitem__(self, name: str) -> Array:
-        return self._made[name]()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._made)
-
-    def __len__(self) -> int:
-        return len(self._made)
 
 
 class TangentialTangent:
@@ -166,11 +150,11 @@ class TangentialTangent:
         found = [self._adjoint({name: w[k] for name, w in weights.items()}) for k in range(count)]
         explicit = [{name: w[k] for name, w in weights.items()} for k in range(count)]
 
-        def entry(name: str) -> Callable[[], Array]:
-            pairs = list(zip(found, explicit, strict=True))
-            return lambda: np.stack([self._by(name, of_core, direct) for of_core, direct in pairs])
+        def entry(name: str) -> Array:
+            pairs = zip(found, explicit, strict=True)
+            return np.stack([self._by(name, of_core, direct) for of_core, direct in pairs])
 
-        return _Late({name: entry(name) for name in self.inputs})
+        return Gradient(self.inputs, entry)
 
     # forward
 

@@ -112,6 +112,27 @@ class Functional:
         """Of a single number."""
         return cls((), {name: np.asarray(w)[None] for name, w in weights.items()})
 
+    @classmethod
+    def of_pressure(
+        cls, pressure: Array, area: Array, closed: NDArray[np.bool_]
+    ) -> dict[str, Callable[[], Functional]]:
+        """What every contact says of its pressure: force, peak, mean over the points that are `closed`.
+
+        The peak is that at the point where it is now.
+        """
+
+        def peak() -> Functional:
+            weight = np.zeros(pressure.shape)
+            weight.flat[pressure.argmax()] = 1.0
+            return cls.of_one(pressure=weight)
+
+        whole = max(float(area[closed].sum()), np.finfo(float).tiny)
+        return {
+            "normal_force": lambda: cls.of_one(pressure=area),
+            "peak_pressure": peak,
+            "mean_pressure": lambda: cls.of_one(pressure=area / whole),
+        }
+
 
 class Gradient(Mapping[str, Any]):
     """Derivatives of numbers by all that was given: one entry for each input, computed when it is asked for.
@@ -120,25 +141,26 @@ class Gradient(Mapping[str, Any]):
     """
 
     def __init__(self, inputs: Mapping[str, Shape], entry: Callable[[str], Any]) -> None:
-        self._inputs = dict(inputs)
+        #: Shape of each input.
+        self.inputs = dict(inputs)
         self._entry = entry
         self._known: dict[str, Any] = {}
 
     def __getitem__(self, by: str) -> Any:
-        if by not in self._inputs:
+        if by not in self.inputs:
             raise KeyError(by)
         if by not in self._known:
             self._known[by] = self._entry(by)
         return self._known[by]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._inputs)
+        return iter(self.inputs)
 
     def __len__(self) -> int:
-        return len(self._inputs)
+        return len(self.inputs)
 
     def __repr__(self) -> str:
-        return f"<Gradient by {', '.join(self._inputs)}>"
+        return f"<Gradient by {', '.join(self.inputs)}>"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Gradient) and same(dict(self), dict(other))
@@ -147,7 +169,7 @@ class Gradient(Mapping[str, Any]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         # all of it: what computes it stays behind
-        return Gradient, (self._inputs, dict(self).__getitem__)
+        return Gradient, (self.inputs, dict(self).__getitem__)
 
 
 class Differentiable(ABC):
@@ -208,7 +230,7 @@ class Differentiable(ABC):
             functional = Functional(found, {of: _units(found)})
         else:
             functional = self._functional(of, tangent)
-        return _by(functional, tangent.adjoint(functional.weights), by, inputs[by])
+        return entry_of(functional, tangent.adjoint(functional.weights), by, inputs[by])
 
     def gradient(self, of: Any) -> Gradient:
         """Exact derivatives of a number of the result by all that was given, from one transposed solve.
@@ -238,7 +260,7 @@ class Differentiable(ABC):
             functional = self._functional(of, tangent)
         found = tangent.adjoint(functional.weights)
         inputs = tangent.inputs
-        return Gradient(inputs, lambda by: _by(functional, found, by, inputs[by]))
+        return Gradient(inputs, lambda by: entry_of(functional, found, by, inputs[by]))
 
     def margin(self) -> Margin:
         """How far the state is from one whose derivatives differ on the two sides of it.
@@ -315,7 +337,8 @@ def _units(shape: Shape) -> Array:
     return np.eye(size).reshape(size, *shape)
 
 
-def _by(functional: Functional, found: Mapping[str, Array], by: str, shape: Shape) -> Any:
+def entry_of(functional: Functional, found: Mapping[str, Array], by: str, shape: Shape) -> Any:
+    """The derivative of numbers by an input of a shape, from what `adjoint` found for their weights."""
     values = np.asarray(found[by])
     if by in functional.explicit:
         values = values + functional.explicit[by]

@@ -478,22 +478,21 @@ class Result(Judged, Differentiable, Pictured):
         return replace(self, **kept, **bodies)
 
     def _tangent(self) -> Tangent:
-        # made once: its factors serve all derivatives
-        made: Tangent | None = self.__dict__.get("_linearised")
-        if made is None:
-            made = self._source().tangent(self)
-            self.__dict__["_linearised"] = made
+        made: Tangent = self._linear().tangent
         return made
 
     def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
-        known: Mapping[str, Callable[[], Functional]] = self._source().functionals(self)
+        known: Mapping[str, Callable[[], Functional]] = self._linear().functionals()
         return known
 
-    def _source(self) -> Any:
-        # not a field: what is put together from parts of it was not solved
-        source = vars(self).get("_derived")
-        if source is not None:
-            return source
+    def _linear(self) -> Any:
+        """The contact at this state, made once: its factors serve all derivatives."""
+        # no field: what is put together from parts of a result was not solved
+        known = vars(self)
+        if "_linearised" in known:
+            return known["_linearised"]
+        if "_derived" in known:
+            return known.setdefault("_linearised", known["_derived"].of(self))
         if self.report.method != "direct":
             raise ValueError(
                 f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -66,13 +66,20 @@ def jax_function(
         raise ValueError(f"at has {', '.join(at)}: {', '.join(by)}, the arguments of by, are needed")
     names = (of,) if isinstance(of, str) else tuple(of)
     arguments = tuple(by)
-    first = solve(**{name: np.asarray(at[name], dtype=float) for name in arguments})
-    shapes = tuple(np.shape(value_of(first, name)) for name in names)
+
+    def solved_at(given: Iterable[Any]) -> Differentiable:
+        return solve(**{name: np.asarray(v, dtype=float) for name, v in zip(arguments, given, strict=True)})
+
+    def told(result: Differentiable) -> tuple[Array, ...]:
+        return tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
+
+    first = solved_at(at[name] for name in arguments)
+    shapes = tuple(map(np.shape, told(first)))
     inputs = tuple(np.shape(np.asarray(at[name])) for name in arguments)
-    for name in names:
+    for name, own in zip(names, shapes, strict=True):
         for argument, shape in zip(arguments, inputs, strict=True):
             found = np.shape(first.derivative(name, by[argument]))
-            needed = found[np.ndim(value_of(first, name)) :]
+            needed = found[len(own) :]
             if needed != shape:
                 raise ValueError(
                     f"at[{argument!r}] has shape {shape}, but {by[argument]} has the shape {needed} in the "
@@ -80,14 +87,12 @@ def jax_function(
                 )
 
     def values(*given: Any) -> tuple[Array, ...]:
-        result = solve(**{name: np.asarray(v) for name, v in zip(arguments, given, strict=True)})
-        return tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
+        return told(solved_at(given))
 
     def jacobians(*given: Any) -> tuple[tuple[Array, ...], tuple[tuple[Array, ...], ...]]:
-        result = solve(**{name: np.asarray(v) for name, v in zip(arguments, given, strict=True)})
-        found = tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
+        result = solved_at(given)
         gradients = [result.gradient(name) for name in names]
-        return found, tuple(
+        return told(result), tuple(
             tuple(np.asarray(gradient[by[a]], dtype=float) for a in arguments) for gradient in gradients
         )
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..base.words import Model
 from ..contact.problem import ContactProblem, frame_of
-from ..contact.tangent import Change, Points, SlidingTangent, by_pull_field, peak_weight
+from ..contact.tangent import Change, Points, SlidingTangent, by_pull_field
 from ..friction.fields import Leaf, VelocityTable, as_form
 from ..results.derivatives import Functional
 from ..results.result import Result
@@ -47,18 +47,14 @@ class Derived:
     model: Model
     is_coupled: bool
 
-    def tangent(self, result: Result) -> SlidingTangent:
-        """The contact of `result`, linearised about its state."""
-        return _State(self, result).tangent()
-
-    def functionals(self, result: Result) -> dict[str, Callable[[], Functional]]:
-        """Numbers of the result that are sums of its fields, by name."""
-        return _State(self, result).functionals()
+    def of(self, result: Result) -> DerivedState:
+        """The contact of `result` at its state."""
+        return DerivedState(self, result)
 
 
 @dataclass(frozen=True)
-class _State:
-    """A result and the contact problem that it solves."""
+class DerivedState:
+    """A result and the contact problem that it solves, posed once for all derivatives."""
 
     derived: Derived
     result: Result
@@ -114,7 +110,9 @@ class _State:
             self.result.pressure.shape, kept, frame_of(problem.points)[:2], problem.geometry, self.pressure
         )
 
+    @cached_property
     def tangent(self) -> SlidingTangent:
+        """The contact, linearised about its state."""
         problem, result = self.problem, self.result
         core = problem.core.tangent(
             self.pressure,
@@ -280,16 +278,12 @@ class _State:
     # what is found
 
     def functionals(self) -> dict[str, Callable[[], Functional]]:
+        """Numbers of the result that are sums of its fields, by name."""
         result, problem = self.result, self.problem
-        known: dict[str, Callable[[], Functional]] = {
+        known = {
             "force": lambda: self._resultant(slice(0, 3)),
             "moment": lambda: self._resultant(slice(3, 6)),
-            "normal_force": lambda: Functional.of_one(pressure=result.area),
-            "peak_pressure": lambda: Functional.of_one(pressure=peak_weight(result.pressure)),
-            "mean_pressure": lambda: Functional.of_one(
-                pressure=result.area / max(result.report.contact_area, np.finfo(float).tiny)
-            ),
-        }
+        } | Functional.of_pressure(result.pressure, result.area, result.status > 0)
         lifts = problem.upper.lifts
         if problem.approach is None and lifts.any():
             known["approach"] = self._approach

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..contact.tangent import Change, Points, SlidingTangent, peak_weight
+from ..contact.tangent import Change, Points, SlidingTangent
 from ..results.derivatives import Functional
 
 Array = NDArray[np.float64]
@@ -85,14 +85,11 @@ class StepDerived:
 
     def functionals(self, area: Array, pressure: Array) -> dict[str, Callable[[], Functional]]:
         """Numbers of the step that are sums of its fields, by name; `pressure` (n,) [Pa] is the mean one."""
-        closed = float(area[self.pressure > 0.0].sum())
         return {
             "force": lambda: Functional((3,), {"unknowns": self._resultants[:3]}),
             "moment": lambda: Functional((3,), {"unknowns": self._resultants[3:]}),
             "friction_power": self._power,
-            "normal_force": lambda: Functional.of_one(pressure=area),
-            "peak_pressure": lambda: Functional.of_one(pressure=peak_weight(pressure)),
-            "mean_pressure": lambda: Functional.of_one(pressure=area / max(closed, 1e-300)),
+            **Functional.of_pressure(pressure, area, self.pressure > 0.0),
         }
 
     @cached_property
