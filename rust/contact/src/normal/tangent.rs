@@ -10,6 +10,7 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 
 use mtb_complementarity::bounded::{Held, HeldSolution, Mode};
+use mtb_operator::krylov::dot;
 use mtb_operator::{Buffers, Monitor, Progress, report};
 
 use super::inverse::Inverse;
@@ -389,8 +390,4 @@ fn motion_of(contact: &NormalContact<'_>, solution: &NormalState<'_>) -> Vec<f64
         }
     }
     motion
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -387,7 +387,9 @@ impl PreparedContact {
         let about = prepared.reference_point;
         let mut outcome =
             Outcome::sliding(&prepared.geometry, about, solution, friction, &direction);
-        outcome.friction_power = power(&prepared.geometry, &outcome, step.velocity);
+        let by_velocity = prepared.power_by_velocity(&outcome.traction);
+        outcome.friction_power =
+            by_velocity[0] * step.velocity[0] + by_velocity[1] * step.velocity[1];
         outcome.effort = effort;
         if let Pull::Uniform(pressure) = step.pull {
             outcome.magnetic_pressure = Some(pressure);
@@ -406,23 +408,6 @@ impl PreparedContact {
         }
         Ok(outcome)
     }
-}
-
-/// Heat of sliding [W] at a velocity [m/s].
-fn power(g: &Geometry, outcome: &Outcome, velocity: [f64; 2]) -> f64 {
-    let n = g.points();
-    let mut power = 0.0;
-    for i in 0..n {
-        if outcome.solution.pressure[i] == 0.0 {
-            continue;
-        }
-        let [along_x, along_y] = [0, 1].map(|axis| {
-            let t = Geometry::vector(&g.mean_frame[axis], i);
-            velocity[0] * t[0] + velocity[1] * t[1]
-        });
-        power += g.area[i] * (outcome.traction[i] * along_x + outcome.traction[n + i] * along_y);
-    }
-    power
 }
 
 /// Finite numbers of a size that is meant.

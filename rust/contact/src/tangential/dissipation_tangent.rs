@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Derivatives of the heat of friction: of a sum of products of tractions and slips.
 
+use mtb_operator::krylov::dot;
 use mtb_operator::{Kernel, LinearOperator};
 
 use super::change::{TangentialChange, TangentialResponse};
@@ -8,7 +9,7 @@ use super::dissipation::{Surroundings, slip_behind};
 use super::given::{carried, rigid_slip};
 use super::operators::Motion;
 use super::problem::{Drive, TangentialProblem};
-use super::tangent::{TangentialTangent, add, dot, turned};
+use super::tangent::{TangentialTangent, add, turned};
 
 impl<'a> TangentialTangent<'a> {
     /// Change of the dissipation by a change of what is given and what follows from it.

@@ -8,6 +8,7 @@
 use mtb_complementarity::discs::{
     DiscChange, DiscProblem, DiscResponse, DiscTangent, Preconditioner, Radius, transposed,
 };
+use mtb_operator::krylov::dot;
 use mtb_operator::{Kernel, LinearOperator, Monitor};
 
 use super::bound::SlipBound;
@@ -591,8 +592,4 @@ fn add_product(to: &mut [f64], a: &[f64], b: &[f64]) {
     for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
         *to += a * b;
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

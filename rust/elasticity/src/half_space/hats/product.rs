@@ -2,6 +2,7 @@
 //! Products with the hats of one patch, without their matrix.
 
 use mtb_operator::RowConvolution;
+use mtb_operator::krylov::dot;
 
 use super::Table;
 use super::correlation::{side, variant};
@@ -100,19 +101,4 @@ impl Product {
             moved[node] += dot(row, traction);
         }
     }
-}
-
-/// Sums that do not wait for one another.
-const LANES: usize = 8;
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    let (chunks, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest = super::dot(chunks.remainder(), others.remainder());
-    for (a, b) in chunks.zip(others) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
