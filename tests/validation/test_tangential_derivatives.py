@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 #: Semi-axes [m], largest pressure [Pa], cells along a side.
 A, B, PEAK = 3e-3, 2.5e-3, 8e8
 BRASS = mtb.Material(100e9, 0.34)
+GLASS = mtb.Material(70e9, 0.05)
 
 
 def field(nx: int, ny: int, upper: mtb.Material | None = mtb.steel) -> PressureField:
@@ -37,17 +38,29 @@ TABLE = mtb.TabulatedFriction([0.0, 0.5, 2.0], [0.33, 0.32, 0.3], memory=1e-4)
 SEEDED = np.random.default_rng(5)
 SPOTTED = mtb.Coulomb(0.3 + 0.03 * SEEDED.random(SHAPE))
 
+X = (np.arange(14) - 6.5) * 0.42e-3
+GAP = X[None, :] ** 2 / 0.7 + X[:, None] ** 2 / 0.45
+PRESSED_BY = 1e3
+
 Given = dict[str, Any]
 
 
 def solved(given: Given) -> TangentialResult:
+    if "gap" in given:
+        bodies = {"lower": given["lower"], "upper": given["upper"]}
+        pressed = mtb.solve_normal(
+            given["gap"], 0.42e-3, force=given["normal_force"], tolerance=1e-13, **bodies
+        )
+    else:
+        pressed = given["field"]
     return mtb.solve_tangential(
-        given["field"],
+        pressed,
         given["motion"],
         given["friction"],
         layer=given.get("layer"),
         state=given.get("state"),
         tolerance=1e-12,
+        coupling=given.get("coupling", "one-way"),
     )
 
 
@@ -74,11 +87,36 @@ CASES: dict[str, Given] = {
         "motion": mtb.Shift((0.0, 1e-6), force=(2000.0, None)), "friction": mtb.Coulomb(0.3), "state": STATE,
     },
 }  # fmt: skip
+PRESSED: Given = {
+    "coupling": "full", "gap": GAP, "normal_force": PRESSED_BY, "lower": mtb.steel, "upper": GLASS,
+}  # fmt: skip
+PRESSED_STATE = solved(PRESSED | {"motion": mtb.Shift((1e-6, -1e-6)), "friction": mtb.Coulomb(0.3)}).state
+#: Pressure and traction follow from each other.
+COUPLED: dict[str, Given] = {
+    "coupled steady": {
+        "motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": mtb.Coulomb(0.3), "layer": LAYER,
+    },
+    "coupled shift by force": {
+        "motion": mtb.Shift((0.0, 1e-6), force=(300.0, None), spin=1e-4), "friction": mtb.Coulomb(0.4),
+    },
+    "coupled like bodies": {
+        "motion": mtb.Shift((1e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3), "upper": mtb.steel,
+    },
+    "coupled transient": {
+        "motion": mtb.Rolling((1e-3, 1e-3, 0.2), transient=True), "friction": FALLING, "state": PRESSED_STATE,
+    },
+    "coupled on a rigid plane": {
+        "motion": mtb.Shift((3e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3), "upper": mtb.Rigid(),
+    },
+}  # fmt: skip
+CASES |= {name: PRESSED | case for name, case in COUPLED.items()}
 
 
 def changed(given: Given, by: str, change: Array) -> Given:
     """What is given, with one input changed, written without the code that it tests."""
     motion, friction, contact = given["motion"], given["friction"], given["field"]
+    if by in ("gap", "normal_force"):
+        return given | {by: given[by] + change}
     if by == "pressure":
         return given | {"field": replace(contact, pressure=contact.pressure + change)}
     if by == "force":
@@ -102,8 +140,10 @@ def changed(given: Given, by: str, change: Array) -> Given:
         parts = {n: getattr(state, n) for n in ("traction", "pressure", "coefficient")}
         parts[name] = parts[name] + change
         return given | {"state": TangentialState(**parts, origin=state.origin, spacing=state.spacing)}
-    body = getattr(contact, owner)
+    body = given[owner] if owner in given else getattr(contact, owner)
     body = replace(body, **{name: getattr(body, name) + float(change)})
+    if owner in given:
+        return given | {owner: body}
     return given | {"field": replace(contact, **{owner: body})}
 
 
@@ -112,6 +152,10 @@ def value_of(given: Given, by: str) -> Any:
     motion, friction, contact = given["motion"], given["friction"], given["field"]
     if by == "pressure":
         return 1e-2 * contact.pressure
+    if by == "normal_force":
+        return 0.1 * given[by]
+    if by == "gap":
+        return 1e-7 * np.ones(GAP.shape)
     if by == "force":
         return np.array([0.0 if f is None else f for f in motion.force])
     if by in ("creepage", "displacement", "spin", "velocity", "duration"):
@@ -121,12 +165,14 @@ def value_of(given: Given, by: str) -> Any:
             value[:2][[f is not None for f in forced]] = 0.0
         return value
     if by in ("friction", "friction_field"):
-        return friction.coefficient * (0.1 if by == "friction" else 0.1 * np.ones(SHAPE))
+        return friction.coefficient * (
+            0.1 if by == "friction" else 0.1 * np.ones(given.get("gap", CONTACT.pressure).shape)
+        )
     owner, name = by.split(".")
     if owner == "state":
         # what has no traction or pressure has none
         return 0.1 * getattr(given["state"], name)
-    body = {"friction": friction, "layer": given.get("layer")}.get(owner) or getattr(contact, owner)
+    body = {"friction": friction, "layer": given.get("layer"), **given}.get(owner) or getattr(contact, owner)
     return 0.1 * np.asarray(getattr(body, name))
 
 
@@ -140,7 +186,7 @@ def listed(result: TangentialResult) -> Array:
 
 @pytest.mark.parametrize("case", CASES)
 def test_each_number_by_each_input(case: str) -> None:
-    given = {"field": CONTACT, **CASES[case]}
+    given = {"field": CONTACT} | CASES[case]
     result = solved(given)
     gradients = {of: result.gradient(of) for of in NUMBERS}
     random = np.random.default_rng(3)
@@ -227,6 +273,47 @@ def test_steps_of_a_chain() -> None:
     assert total == pytest.approx(by_pressure, rel=1e-6)
 
 
+def test_steps_of_a_chain_whose_pressure_follows_the_traction() -> None:
+    motion, friction = mtb.Rolling((1e-3, 5e-4, 0.1), transient=True), mtb.Coulomb(0.3)
+
+    def chain(force: float) -> list[TangentialResult]:
+        results: list[TangentialResult] = []
+        for _ in range(2):
+            state = results[-1].state if results else None
+            given = {"motion": motion, "friction": friction, "state": state, "normal_force": force}
+            results.append(solved(PRESSED | given))
+        return results
+
+    results = chain(PRESSED_BY)
+    by_first, by_second = mtb.gradient_of_steps(results, [{"pressure": 1e-3 * GAP}, "spin_moment"])
+
+    def number(force: float) -> float:
+        one, two = chain(force)
+        return float((1e-3 * GAP * one.pressure).sum() + two.spin_moment)
+
+    near, far = ((number(PRESSED_BY + h) - number(PRESSED_BY - h)) / (2 * h) for h in (0.05, 0.1))
+    found = by_first["normal_force"] + by_second["normal_force"]
+    assert found == pytest.approx((4.0 * near - far) / 3.0, rel=1e-6)
+
+
+def test_both_ways_where_the_pressure_follows_the_traction() -> None:
+    result = solved(PRESSED | COUPLED["coupled steady"])
+    by = result.gradient("force")
+    for name in ("creepage", "normal_force", "friction", "lower.poisson_ratio", "upper.young_modulus"):
+        forward = result.derivative("traction", name)
+        summed = np.tensordot(result.area, forward[0], 2)
+        np.testing.assert_allclose(summed, by[name][0], rtol=1e-8, atol=1e-8 * np.abs(by[name]).max())
+        pressed = np.tensordot(result.area, result.derivative("pressure", name), 2)
+        np.testing.assert_allclose(pressed, -by[name][2], atol=1e-8 * np.abs(by[name]).max())
+    # without the way back from traction to pressure they are others
+    one_way = solved(PRESSED | COUPLED["coupled steady"] | {"coupling": "one-way"})
+    assert np.abs(one_way.derivative("force", "creepage")[0] / by["creepage"][0] - 1.0).max() > 1e-4
+    margin = result.margin()
+    assert 0.0 < margin.parting < 1.0
+    assert margin.slipping is not None
+    assert 0.0 < margin.slipping < 1.0
+
+
 def test_a_gradient_at_100_cells_a_side_takes_few_products() -> None:
     contact = field(110, 110)
     result = mtb.solve_tangential(contact, mtb.Rolling((1e-3, 5e-4, 0.1)), mtb.Coulomb(0.3), tolerance=1e-8)
@@ -238,7 +325,7 @@ def test_a_gradient_at_100_cells_a_side_takes_few_products() -> None:
 
 def test_what_has_no_derivatives_says_why() -> None:
     given = {"field": CONTACT, **CASES["steady"]}
-    with pytest.raises(ValueError, match="one-way"):
+    with pytest.raises(ValueError, match="read from a file or put together"):
         replace(solved(given)).derivative("force", "creepage")
     with pytest.raises(ValueError, match="creepage"):
         solved(given).derivative("force", "creepages")

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,8 +34,12 @@ from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
+from .coupled_tangent import CoupledTangent, GapByTraction
 from .pressure_field import PressureField, creepage_rows, pressure_field
 from .tangential_tangent import Grids, Moving, TangentialTangent
+
+if TYPE_CHECKING:
+    from .normal import NormalResult
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -481,13 +485,12 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
             for name in ("traction", "pressure", "coefficient")
         )
 
-    def _tangent(self) -> TangentialTangent:
+    def _tangent(self) -> TangentialTangent | CoupledTangent:
         given: _Given | None = vars(self).get("_given")
         if given is None:
             raise ValueError(
-                "this result was read from a file, put together or solved with coupling='full', where the "
-                "pressure follows the traction: derivatives are those of a result that solve_tangential has "
-                "just returned with coupling='one-way'"
+                "this result was read from a file or put together, and does not know what was given: "
+                "derivatives are those of a result that solve_tangential has just returned"
             )
         return given.tangent(self)
 
@@ -522,9 +525,20 @@ class _Given:
     friction: Friction
     layer: InterfaceLayer | None
     state: TangentialState | None
+    #: The last normal problem, where the pressure follows the traction.
+    pressed: NormalResult | None = None
 
-    def tangent(self, result: TangentialResult) -> TangentialTangent:
+    def tangent(self, result: TangentialResult) -> TangentialTangent | CoupledTangent:
         """The problem at its solution."""
+        tangential = self._tangential(result)
+        if self.pressed is None:
+            return tangential
+        return CoupledTangent(
+            self.pressed._tangent(), tangential, _gap_by_traction(self.field), np.asarray(result.traction)
+        )
+
+    def _tangential(self, result: TangentialResult) -> TangentialTangent:
+        """The tangential problem, its pressure given."""
         field, motion, friction = self.field, result.motion, self.friction
         shape = (field.pressure.shape[0], field.pressure.shape[1])
         operators, cut, origin = _prepare(field, motion, self.layer, self.state)
@@ -793,8 +807,10 @@ def _check_problem(motion: Any, layer: Any, state: Any) -> None:
         raise ValueError(f"state is {state!r}: the TangentialState of an earlier result is needed, or None")
 
 
-#: Largest change of the pressure, over its peak, at which the alternation of both problems ends.
+#: Largest change of the pressure, over its peak, at which the alternation of both problems ends, and over
+#: the tolerance; the lesser of the two counts.
 _SETTLED = 1e-6
+_SETTLED_OVER_TOLERANCE = 100.0
 
 
 def _alternate(
@@ -820,11 +836,12 @@ def _alternate(
     first = pressure_field(normal)
     field = first
     changes: list[float] = []
+    opened = _gap_by_traction(field)
+    settled = min(_SETTLED, _SETTLED_OVER_TOLERANCE * tolerance)
     result = solve_tangential(field, motion, friction, layer, state, tolerance)
-    while not changes or changes[-1] > _SETTLED:
-        change = _gap_change(field, result.traction)
+    while not changes or changes[-1] > settled:
         again = solve_normal(
-            normal.initial_gap + change,
+            normal.initial_gap + opened.of(result.traction),
             field.spacing,
             lower=normal.lower,
             upper=normal.upper,
@@ -837,7 +854,7 @@ def _alternate(
         changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))
         field = replace(field, pressure=pressure)
         result = solve_tangential(field, motion, friction, layer, state, tolerance)
-        if len(changes) > 3 and changes[-1] > 0.9 * changes[-2] > 10.0 * _SETTLED:
+        if len(changes) > 3 and changes[-1] > 0.9 * changes[-2] > 10.0 * settled:
             raise ConvergenceError(
                 f"normal and tangential problem do not settle: the pressure changes by {changes[-1]:.1e}",
                 result,
@@ -847,7 +864,9 @@ def _alternate(
     report = replace(
         result.report, method=f"alternating, {len(changes)} rounds", omitted={}, force_balance=balance
     )
-    return replace(result, report=report)
+    settled_result = replace(result, report=report)
+    object.__setattr__(settled_result, "_given", _Given(field, friction, layer, state, again))
+    return settled_result
 
 
 def _balance(motion: Rolling | Shift, force: Array) -> dict[str, float]:
@@ -857,30 +876,20 @@ def _balance(motion: Rolling | Shift, force: Array) -> dict[str, float]:
     return {"relative_error": float(max(missing) / abs(force[2]))} if missing else {}
 
 
-def _gap_change(field: PressureField, traction: Array) -> Array:
-    """Change (ny, nx) [m] of the gap by the traction (3, ny, nx) on the lower body."""
+def _gap_by_traction(field: PressureField) -> GapByTraction:
+    """How tractions on the cells of a field open the gap."""
     ny, nx = field.pressure.shape
-    change = np.zeros(nx * ny)
-    # both surfaces sink where they do: the upper body feels the opposite traction
-    for body, sign in ((field.lower, 1.0), (field.upper, -1.0)):
-        if body is not None:
-            half_space = _mtb_rs.half_space(
-                body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], field.spacing, True
-            )
-            load = np.ascontiguousarray(sign * traction.reshape(3, -1))
-            change += half_space.displacement(load)[2]
-    return change.reshape(ny, nx)
+    bodies = {"lower": field.lower, "upper": field.upper}
+    elastic = {side: body for side, body in bodies.items() if body is not None}
+    return GapByTraction((ny, nx), field.spacing, elastic)
 
 
 def _left_out(field: PressureField, traction: Array, status: NDArray[Any]) -> dict[str, float]:
     """Size of the change of the gap by traction, which the pressure given has not felt."""
-    moduli = [
-        0.0 if body is None else (1.0 - 2.0 * body.poisson_ratio) / body.shear_modulus
-        for body in (field.lower, field.upper)
-    ]
-    if field.reference is not None or abs(moduli[0] - moduli[1]) <= 1e-12 * max(moduli):
+    opened = _gap_by_traction(field)
+    if field.reference is not None or opened.cancels:
         return {}
-    change = _gap_change(field, traction)[status > 0]
+    change = opened.of(traction)[status > 0]
     return {"gap_change_by_traction_m": float(np.abs(change - change.mean()).max())}
 
 

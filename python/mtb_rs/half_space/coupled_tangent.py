@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Derivatives of shifts and rolling whose pressure follows the traction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..bodies.material import Material
+from ..results.derivatives import Gradient, Margin
+from .normal_tangent import NormalTangent
+from .tangential_tangent import TangentialTangent
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+
+#: Last change, over the sum of all, at which the alternation of the two linear problems ends ...
+_SETTLED = 1e-12
+#: ... and most rounds of it.
+_ROUNDS = 200
+
+
+@dataclass(frozen=True)
+class GapByTraction:
+    """How tractions on the surfaces of two half-spaces open the gap.
+
+    The normal displacement of a half-space by a tangential traction goes with (1 - 2 nu) / G. The upper body
+    feels the opposite traction and moves the gap the other way: only the difference of the two counts.
+
+    Parameters
+    ----------
+    shape : (ny, nx)
+    spacing : (float, float) [m]
+    bodies : dict of "lower", "upper" to Material
+        Those that give way.
+    """
+
+    shape: tuple[int, int]
+    spacing: tuple[float, float]
+    bodies: Mapping[str, Material]
+
+    @property
+    def factor(self) -> float:
+        """Difference of (1 - 2 nu) / G [1/Pa]."""
+        return sum(_SIGN[side] * _factor(body) for side, body in self.bodies.items())
+
+    @property
+    def cancels(self) -> bool:
+        """Whether the bodies are alike in this, but for rounding."""
+        factors = [_factor(body) for body in self.bodies.values()]
+        return abs(self.factor) <= 1e-12 * max(factors)
+
+    @property
+    def slopes(self) -> dict[str, float]:
+        """Derivatives of the factor by the constants of the bodies."""
+        slopes = {}
+        for side, body in self.bodies.items():
+            modulus, ratio, sign = body.young_modulus, body.poisson_ratio, _SIGN[side]
+            slopes[f"{side}.young_modulus"] = -sign * _factor(body) / modulus
+            slopes[f"{side}.poisson_ratio"] = -sign * 2.0 * (1.0 + 4.0 * ratio) / modulus
+        return slopes
+
+    @cached_property
+    def _unit(self) -> _mtb_rs.Compliance:
+        """A half-space whose factor is 1."""
+        ny, nx = self.shape
+        return _mtb_rs.half_space(1.0, 0.0, [(0.0, 0.0, nx, ny)], self.spacing, True)
+
+    def of_unit(self, traction: Array) -> Array:
+        """Gap (ny, nx) [m Pa] that tractions (3, ny, nx) open at a factor of 1; without their third part."""
+        load = np.reshape(traction, (3, -1)).copy()
+        load[2] = 0.0
+        return np.asarray(self._unit.displacement(load)[2].reshape(self.shape))
+
+    def of(self, traction: Array) -> Array:
+        """Gap (ny, nx) [m] that tractions (3, ny, nx) [Pa] on the lower body open."""
+        factor = self.factor
+        return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
+
+    def back(self, weights: Array) -> Array:
+        """Weights (3, ny, nx) of tractions that do what weights (ny, nx) of the gap do: a pressure moves the
+        surface along as far as, by Betti, a traction moves it up."""
+        factor = self.factor
+        if factor == 0.0:
+            return np.zeros((3, *self.shape))
+        load = np.zeros((3, weights.size))
+        load[2] = np.ravel(weights)
+        moved = factor * self._unit.displacement(load).reshape(3, *self.shape)
+        moved[2] = 0.0
+        return np.asarray(moved)
+
+
+_SIGN = {"lower": 1.0, "upper": -1.0}
+
+
+def _factor(body: Material) -> float:
+    return (1.0 - 2.0 * body.poisson_ratio) / body.shear_modulus
+
+
+class CoupledTangent:
+    """What follows from changes of what was given where pressure and traction follow from each other.
+
+    The linearised normal and tangential problems take turns, as the problems themselves do in the solve,
+    until what a round adds is nothing any more; a round is a linear solve of each.
+
+    Attributes
+    ----------
+    fields : dict of str to shape
+        As of a tangential problem; the pressure is found.
+    inputs : dict of str to shape
+        ``gap`` (ny, nx) and ``normal_force`` (), and those of a tangential problem without the pressure.
+    margin : Margin
+    """
+
+    def __init__(
+        self, normal: NormalTangent, tangential: TangentialTangent, opened: GapByTraction, traction: Array
+    ) -> None:
+        self._normal, self._tangential, self._opened = normal, tangential, opened
+        self._traction = traction
+        self.fields = dict(tangential.fields)
+        self.inputs: dict[str, Shape] = {"gap": opened.shape, "normal_force": ()}
+        self.inputs |= {name: shape for name, shape in tangential.inputs.items() if name != "pressure"}
+        pressed, sheared = normal.margin, tangential.margin
+        self.margin = Margin(pressed.parting, pressed.touching, sheared.slipping, sheared.sticking)
+
+    @cached_property
+    def _of_unit(self) -> Array:
+        """Gap that the tractions open at a factor of 1."""
+        return self._opened.of_unit(self._traction)
+
+    def forward(self, changes: Mapping[str, Array]) -> dict[str, Array]:
+        """Changes (k, *shape) of all fields by k changes (k, *shape) of inputs."""
+        count = max(len(change) for change in changes.values())
+        tangential, normal = self._tangential, self._normal
+        given = {name: np.asarray(c, dtype=float) for name, c in changes.items()}
+        none = np.zeros((count, *self._opened.shape))
+        pressing = {name: c for name, c in given.items() if name in normal.inputs and name != "force"}
+        pressing["force"] = given.get("normal_force", np.zeros(count))
+        pressing["gap"] = given.get("gap", none)
+        for name, slope in self._opened.slopes.items():
+            if name in given:
+                pressing["gap"] = pressing["gap"] + np.multiply.outer(slope * given[name], self._of_unit)
+        shearing = {name: c for name, c in given.items() if name in tangential.inputs}
+        shearing["pressure"] = none
+        found: dict[str, Array] = {}
+        for _ in range(_ROUNDS):
+            added = tangential.forward(shearing)
+            found = {name: found.get(name, 0.0) + value for name, value in added.items()}
+            opened = np.stack([self._opened.of(traction) for traction in added["traction"]])
+            pressing["gap"] = pressing.get("gap", 0.0) + opened
+            pressure = normal.forward(pressing)["pressure"]
+            if _is_small(pressure, found["pressure"] + pressure):
+                found["pressure"] = found["pressure"] + pressure
+                return found
+            pressing, shearing = {}, {"pressure": pressure}
+        raise _unsettled()
+
+    def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape)."""
+        sheared: list[Mapping[str, Array]] = []
+        pressed: dict[str, Array] = {}
+        asked = weights
+        for _ in range(_ROUNDS):
+            sheared.append(self._tangential.adjoint(asked))
+            added = self._normal.adjoint({"pressure": sheared[-1]["pressure"]})
+            pressed = {name: pressed.get(name, 0.0) + value for name, value in added.items()}
+            if _is_small(added["gap"], pressed["gap"]):
+                return Gradient(self.inputs, partial(self._by, sheared, pressed))
+            asked = {"traction": np.stack([self._opened.back(row) for row in added["gap"]])}
+        raise _unsettled()
+
+    def _by(self, sheared: list[Mapping[str, Array]], pressed: Mapping[str, Array], name: str) -> Array:
+        if name == "gap":
+            return pressed["gap"]
+        if name == "normal_force":
+            return pressed["force"]
+        by = sum((part[name] for part in sheared), np.zeros(()))
+        if name in self._opened.slopes:
+            by = by + pressed[name]
+            by = by + self._opened.slopes[name] * np.tensordot(pressed["gap"], self._of_unit, 2)
+        return np.asarray(by)
+
+
+def _is_small(added: Array, whole: Array) -> bool:
+    """Whether the last change of each of k fields is nothing beside the whole of it."""
+    rows = [np.abs(field).reshape(len(field), -1).max(axis=1) for field in (added, whole)]
+    return bool((rows[0] <= _SETTLED * rows[1]).all())
+
+
+def _unsettled() -> ValueError:
+    return ValueError(
+        f"the derivatives do not settle in {_ROUNDS} rounds of the linearised normal and tangential problem: "
+        "coupling='one-way' has derivatives for the pressure given"
+    )
