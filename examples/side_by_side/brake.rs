@@ -19,6 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             pull: Pull::Scene,
             gap: None,
             friction: None,
+            diagonal: None,
         };
         let found = shoe.step(&step, &unmonitored)?;
         println!(

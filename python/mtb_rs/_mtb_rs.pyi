@@ -194,6 +194,7 @@ class PreparedContact:
         given: Loading | None = None,
         gap: _Array | None = None,
         friction: _Array | None = None,
+        diagonal: _Array | None = None,
     ) -> tuple[Outcome, Tangent | None]: ...
     @property
     def geometry(self) -> ContactGeometry: ...

@@ -394,6 +394,32 @@ def test_a_gap_and_a_friction_of_one_step_are_those_of_a_scene() -> None:
             contact.step(velocity=4.0, **given)
 
 
+def test_a_diagonal_of_a_step_is_what_it_opens_and_has_its_derivatives() -> None:
+    contact = ball(force=2e3, moments=(0.5, -1.0)).prepare("half-space")
+    diagonal = 1e-15 * np.random.default_rng(6).uniform(-0.2, 2.0, N * N)
+    plain = contact.step(velocity=4.0)
+    step = contact.step(velocity=4.0, diagonal=diagonal)
+    assert np.abs(step.pressure - plain.pressure).max() > 0.01 * plain.pressure.max()
+    # the same opening as a gap gives the same state, and the same derivatives but those by what follows it
+    opened = contact.step(velocity=4.0, gap=diagonal * step.pressure)
+    np.testing.assert_allclose(opened.pressure, step.pressure, atol=1e-8 * step.pressure.max())
+    closed, weights = step.status > 0, np.random.default_rng(7).random((2, N * N))
+
+    def solved(e: float) -> Array:
+        found = contact.step(velocity=4.0, diagonal=diagonal + e * weights[0])
+        assert np.array_equal(found.status > 0, closed)
+        return np.concatenate([found.force, [weights[1] @ found.pressure]])
+
+    wanted = richardson(solved, 1e-18)
+    of_pressure = step.derivative({"pressure": weights[1]}, "diagonal") @ weights[0]
+    assert of_pressure == pytest.approx(wanted[-1], rel=1e-6)
+    assert step.derivative("force", "diagonal") @ weights[0] == pytest.approx(wanted[:3], abs=1e12)
+    with pytest.raises(ValueError, match=r"diagonal\[7\] is -1 m/Pa, but the bodies give way there by"):
+        contact.step(velocity=4.0, diagonal=np.where(np.arange(N * N) == 7, -1.0, 0.0))
+    with pytest.raises(ValueError, match=r"diagonal has shape \(3,\)"):
+        contact.step(velocity=4.0, diagonal=np.zeros(3))
+
+
 def test_what_has_no_derivatives_says_so() -> None:
     result = ball(force=2e3).solve(model="half-space")
     with pytest.raises(ValueError, match="of is 'forces': did you mean force"):

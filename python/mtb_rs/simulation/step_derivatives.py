@@ -42,6 +42,7 @@ class StepDerived:
     traction: Array
     velocity: tuple[float, float]
     by_field: Callable[[], Change] | None
+    has_diagonal: bool
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -73,6 +74,8 @@ class StepDerived:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
         if self.by_field is not None:
             named["magnetic_pressure_field"] = ((n,), self._by_field)
+        if self.has_diagonal:
+            named["diagonal"] = ((n,), lambda: Change(gap=np.diag(self.pressure)))
         points = Points((n,), None, geometry.tangents, geometry, self.pressure)
         # what is given fades below the standstill speed, and all that follows from it
         return SlidingTangent(self.linear, points, motions, friction, fade * direction, named, self.gap)

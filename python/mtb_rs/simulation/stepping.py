@@ -268,6 +268,7 @@ class PreparedContact:
         *,
         gap: ArrayLike | None = None,
         friction: ArrayLike | None = None,
+        diagonal: ArrayLike | None = None,
     ) -> StepResult:
         """Solves the contact at one instant.
 
@@ -297,6 +298,10 @@ class PreparedContact:
         friction : float or (n,) [-]
             Friction coefficients in place of those of the scene, at this step. Below a `standstill_speed`
             they fade as those do.
+        diagonal : float or (n,) [m/Pa]
+            Diagonal compliance at this step: how far a pressure opens its own point besides what it does to
+            the bodies, as a layer or a step of wear do. Below zero the point closes under its own pressure,
+            by less than the bodies give way there.
 
         Raises
         ------
@@ -326,7 +331,8 @@ class PreparedContact:
         n = self.area.size
         added = None if gap is None else _at_points("gap", gap, n, "m")
         rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
-        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing)
+        own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa")
+        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing, own)
         power = out.friction_power
         status, pull = out.status, self._pull(magnetic_pressure, uniform)
         if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
@@ -357,7 +363,7 @@ class PreparedContact:
             _core=self._core,
         )
         if tangent is not None:
-            source = self._derived(tangent, out, sliding, magnetic_pressure)
+            source = self._derived(tangent, out, sliding, magnetic_pressure, diagonal is not None)
             object.__setattr__(result, "_derived", source)
         if out.status != "solved":
             raise _failure(out, result, uniform)
@@ -369,12 +375,19 @@ class PreparedContact:
         return result
 
     def _derived(
-        self, tangent: _mtb_rs.Tangent, out: _mtb_rs.Outcome, velocity: tuple[float, float], pull: Any
+        self,
+        tangent: _mtb_rs.Tangent,
+        out: _mtb_rs.Outcome,
+        velocity: tuple[float, float],
+        pull: Any,
+        has_diagonal: bool,
     ) -> StepDerived:
         by_field = None
         if self._source is not None and self._source.is_pulled(pull):
             by_field = self._source.by_pull_field
-        return StepDerived(self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field)
+        return StepDerived(
+            self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field, has_diagonal
+        )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
         """What presses the bodies together [N]; 0 where it is not known."""

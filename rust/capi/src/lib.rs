@@ -420,6 +420,7 @@ pub unsafe extern "C" fn mtb_contact_step(
             },
             gap: None,
             friction: None,
+            diagonal: None,
         };
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);

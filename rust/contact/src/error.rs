@@ -73,6 +73,24 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A diagonal compliance below zero closes a point faster than its pressure opens it.
+    #[error(
+        "diagonal[{index}] is {} m/Pa, but the bodies give way there by {} m/Pa to the pressure of the point, so that it would snap shut by itself: a number above {} m/Pa is needed",
+        Short(*.diagonal), Short(*.compliance), Short(-.compliance)
+    )]
+    SnapsShut {
+        /// The point.
+        index: usize,
+        /// The diagonal there [m/Pa].
+        diagonal: f64,
+        /// Compliance of the bodies to the pressure of the point, at the point [m/Pa].
+        compliance: f64,
+    },
+    /// A diagonal compliance where none is taken into account.
+    #[error(
+        "a diagonal compliance is given, but only sliding and its steps take one into account, each its own"
+    )]
+    NoDiagonal,
     /// An entry is not positive where it must be.
     #[error("{name}[{index}] is {}, it must be positive", Short(*.value))]
     NotPositive {

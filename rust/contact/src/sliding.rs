@@ -27,6 +27,10 @@ pub struct SlidingContact<'a> {
     pub direction: &'a [f64],
     /// Rigid motions that supports leave free.
     pub motions: &'a [RigidMotion],
+    /// How far a pressure opens its own point besides what it does to the bodies (n) [m/Pa]: a layer, a step of wear.
+    /// It may differ from solve to solve. Below zero a point closes under its own pressure, as a pull does that
+    /// follows the gap; less than the compliance of the bodies there, or the point snaps shut.
+    pub diagonal: Option<&'a [f64]>,
 }
 
 /// A rigid motion of one of the bodies that only the contact holds.
@@ -210,15 +214,16 @@ impl SlidingMatrix {
     ///
     /// `1 / margin` of the wedging limit: below 1 the bodies may wedge. Infinite where friction does
     /// not open or close the gap. See [`definiteness_limit`]. Not a number where it is not known: without the
-    /// matrix, and where friction opens or closes the gap.
+    /// matrix, and where friction opens or closes the gap. A `diagonal` (n) [m/Pa] as in [`SlidingContact`] counts.
     ///
     /// # Errors
-    /// Wrong lengths, numbers that are not finite, an interruption.
+    /// Wrong lengths, numbers that are not finite, [`Error::SnapsShut`], an interruption.
     pub fn wedging_factor(
         &self,
         area: &[f64],
         friction: &[f64],
         motions: &[RigidMotion],
+        diagonal: Option<&[f64]>,
         monitor: Monitor<'_>,
     ) -> Result<f64, Error> {
         let n = self.points;
@@ -244,6 +249,17 @@ impl SlidingMatrix {
             check("opening", &motion.opening, n)?;
             held.extend(motion.opening.iter().zip(area).map(|(o, a)| o * a));
         }
+        let mut softened = Vec::new();
+        if let Some(diagonal) = diagonal {
+            check("diagonal", diagonal, n)?;
+            softened.clone_from(normal);
+            add_diagonal(&mut softened, diagonal)?;
+        }
+        let normal = if diagonal.is_some() {
+            &softened
+        } else {
+            normal
+        };
         Ok(definiteness_limit(
             normal,
             &scaled,
@@ -258,8 +274,8 @@ impl SlidingMatrix {
     /// `start` are the points believed in contact, for example those of the last step.
     ///
     /// # Errors
-    /// Wrong lengths, numbers that are not finite, negative areas or friction, an interruption. A state
-    /// that does not exist is a [`Status`].
+    /// Wrong lengths, numbers that are not finite, negative areas or friction, [`Error::SnapsShut`], an
+    /// interruption. A state that does not exist is a [`Status`].
     pub fn solve(
         &self,
         contact: &SlidingContact<'_>,
@@ -280,6 +296,13 @@ impl SlidingMatrix {
                 let multiply = |pressure: &[f64], gap: &mut [f64]| {
                     gap.fill(0.0);
                     add_opening(pair, direction, friction, pressure, gap);
+                    for ((gap, p), d) in gap
+                        .iter_mut()
+                        .zip(pressure)
+                        .zip(contact.diagonal.unwrap_or(&[]))
+                    {
+                        *gap += d * p;
+                    }
                 };
                 return contact.solve_by_products(&multiply, *diagonal, start.as_deref(), monitor);
             }
@@ -294,8 +317,34 @@ impl SlidingMatrix {
                 }
             }
         }
+        if let Some(diagonal) = contact.diagonal {
+            add_diagonal(&mut matrix, diagonal)?;
+        }
         contact.solve_with(matrix, symmetric, start, monitor)
     }
+}
+
+/// Adds `diagonal` (n) to that of an n x n matrix, which must stay positive.
+fn add_diagonal(matrix: &mut [f64], diagonal: &[f64]) -> Result<(), Error> {
+    let own = matrix.iter_mut().step_by(diagonal.len() + 1);
+    for (index, (own, diagonal)) in own.zip(diagonal).enumerate() {
+        check_own(index, *own, *diagonal)?;
+        *own += diagonal;
+    }
+    Ok(())
+}
+
+/// Whether a point that gives way by `compliance` [m/Pa] to its own pressure stays open without any, though a
+/// `diagonal` [m/Pa] below zero closes it.
+pub(crate) fn check_own(index: usize, compliance: f64, diagonal: f64) -> Result<(), Error> {
+    if diagonal < 0.0 && compliance + diagonal <= 0.0 {
+        return Err(Error::SnapsShut {
+            index,
+            diagonal,
+            compliance,
+        });
+    }
+    Ok(())
 }
 
 impl SlidingSolution {
@@ -385,7 +434,13 @@ impl SlidingContact<'_> {
         // a load on a small cell moves it less
         let mean = self.area.iter().sum::<f64>() / n as f64;
         let of_area = |area: &f64| diagonal * (area / mean).sqrt();
-        let diagonal: Vec<f64> = self.area.iter().map(of_area).collect();
+        let mut diagonal: Vec<f64> = self.area.iter().map(of_area).collect();
+        if let Some(own) = self.diagonal {
+            for (index, (all, own)) in diagonal.iter_mut().zip(own).enumerate() {
+                check_own(index, *all, *own)?;
+                *all += own;
+            }
+        }
         let problem = ByProducts {
             multiply,
             diagonal: &diagonal,
@@ -442,6 +497,9 @@ impl SlidingContact<'_> {
                 index,
                 value: self.friction[index],
             });
+        }
+        if let Some(diagonal) = self.diagonal {
+            check("diagonal", diagonal, n)?;
         }
         for motion in self.motions {
             check("opening", &motion.opening, n)?;

@@ -168,6 +168,7 @@ proptest! {
                 friction: &[friction; N],
                 direction: &direction,
                 motions: &motions,
+                diagonal: None,
             };
             let (step, _) = stepper.solve(&contact, &unmonitored).unwrap();
             let cold = matrix.solve(&contact, None, &unmonitored).unwrap();
@@ -202,13 +203,15 @@ fn products_give_the_state_of_the_matrices() {
         })
         .collect();
     let area: Vec<f64> = (0..N).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
-    for friction in [0.0, 0.4] {
+    let softer: Vec<f64> = (0..N).map(|i| 0.3 * ((i % 4) as f64 - 1.0)).collect();
+    for (friction, diagonal) in [(0.0, None), (0.4, None), (0.4, Some(&*softer))] {
         let contact = SlidingContact {
             gap: &gap,
             area: &area,
             friction: &[friction; N],
             direction: &direction,
             motions: &motions,
+            diagonal,
         };
         let dense = SlidingMatrix::new(&*pair, &direction, true, &unmonitored).unwrap();
         let products = SlidingMatrix::by_products(pair.clone(), &direction, true).unwrap();
@@ -227,7 +230,7 @@ fn products_give_the_state_of_the_matrices() {
             assert!((a - b).abs() < 1e-7 * b.abs(), "{a} {b}");
         }
         let factor = products
-            .wedging_factor(&area, &[friction; N], &motions, &unmonitored)
+            .wedging_factor(&area, &[friction; N], &motions, diagonal, &unmonitored)
             .unwrap();
         assert!(factor.is_nan());
     }

@@ -70,6 +70,7 @@ fn step(pose: [f64; 6], velocity: [f64; 2], pull: Pull<'_>) -> Step<'_> {
         pull,
         gap: None,
         friction: None,
+        diagonal: None,
     }
 }
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
+use mtb_contact::Error;
 use mtb_contact::sliding::{RigidMotion, SlidingContact, SlidingMatrix, SlidingSolution};
 use mtb_contact::stepping::{Effort, Influence, SlidingStepper};
 use mtb_operator::{Compliance, Component, unmonitored};
@@ -114,6 +115,7 @@ struct Walk {
     slope: f64,
     work: [f64; 3],
     free: usize,
+    diagonal: f64,
 }
 
 fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
@@ -140,12 +142,16 @@ fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
             })
             .collect();
         let motions = motions(w.work);
+        let diagonal: Vec<f64> = (0..N)
+            .map(|i| w.diagonal * (1.0 + 0.3 * (i as f64).cos()))
+            .collect();
         let contact = SlidingContact {
             gap: &gap,
             area: &area,
             friction: &friction,
             direction: &direction,
             motions: &motions[..w.free],
+            diagonal: (w.diagonal != 0.0).then_some(&diagonal),
         };
         let cold = SlidingMatrix::new(plate, &direction, true, &unmonitored)
             .unwrap()
@@ -165,14 +171,16 @@ proptest! {
         coupling in 0.0..0.3_f64,
         walk in prop::collection::vec(
             (0.0..0.5_f64, any::<bool>(), any::<bool>(), 0.0..0.2_f64, -0.1..0.1_f64,
-             (-60.0..-5.0_f64, -0.8..0.8_f64, -0.8..0.8_f64), 0_usize..4),
+             (-60.0..-5.0_f64, -0.8..0.8_f64, -0.8..0.8_f64), 0_usize..4,
+             prop_oneof![Just(0.0), -0.1..0.0_f64, 0.0..5.0_f64]),
             1..12,
         ),
     ) {
         let walk: Vec<Walk> = walk
             .into_iter()
-            .map(|(friction, reversed, uneven, crown, slope, (force, mx, my), free)| Walk {
+            .map(|(friction, reversed, uneven, crown, slope, (force, mx, my), free, diagonal)| Walk {
                 friction, reversed, uneven, crown, slope, work: [force, force * mx, force * my], free,
+                diagonal,
             })
             .collect();
         run(&Plate { coupling }, &walk)?;
@@ -192,6 +200,7 @@ fn slow(steps: usize) -> Vec<Walk> {
                 slope: 0.02 * t,
                 work: [-40.0 - 5.0 * t, 2.0 * t, 0.0],
                 free: 3,
+                diagonal: 0.0,
             }
         })
         .collect()
@@ -251,6 +260,7 @@ fn sets_that_go_round_in_circles_end_one_point_at_a_time() {
         friction: &[0.0; 3],
         direction: &[0.0; 6],
         motions: &[],
+        diagonal: None,
     };
     let (found, effort) = stepper.solve(&contact, &unmonitored).unwrap();
     assert_eq!(found.status, Status::Solved);
@@ -285,4 +295,54 @@ fn sets_that_jump_need_no_new_factors() {
     assert!(efforts.iter().any(|e| e.sets > 1), "no jumps");
     let factorisations: usize = efforts.iter().map(|e| e.factorisations).sum();
     assert!(factorisations <= 2, "{factorisations} factorisations");
+}
+
+#[test]
+fn a_diagonal_that_grows_hardly_factorises() {
+    let walk: Vec<Walk> = slow(100)
+        .into_iter()
+        .enumerate()
+        .map(|(k, walk)| Walk {
+            friction: 0.3,
+            diagonal: 1e-3 * k as f64,
+            ..walk
+        })
+        .collect();
+    let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+    let factorisations: usize = efforts.iter().map(|e| e.factorisations).sum();
+    assert!(
+        factorisations < 40,
+        "{factorisations} factorisations in 100 steps"
+    );
+}
+
+/// A spring with a pull that follows the gap: stiffer than the spring, it lets no point stay open.
+#[test]
+fn a_point_that_snaps_shut_is_refused() {
+    let influence = Influence::from_columns(2, vec![2.0, 0.5, 0.5, 2.0], [None, None]).unwrap();
+    let mut stepper = SlidingStepper::new(Arc::new(influence));
+    let mut ask = |diagonal: [f64; 2]| {
+        let contact = SlidingContact {
+            gap: &[-1.0, -1.0],
+            area: &[1.0; 2],
+            friction: &[0.0; 2],
+            direction: &[0.0; 4],
+            motions: &[],
+            diagonal: Some(&diagonal),
+        };
+        stepper.solve(&contact, &unmonitored)
+    };
+    let (found, _) = ask([-1.0, -1.0]).unwrap();
+    for p in found.pressure {
+        assert!((p - 1.0 / 1.5).abs() < 1e-12, "{p}");
+    }
+    let refused = ask([0.0, -2.0]).unwrap_err();
+    assert_eq!(
+        refused,
+        Error::SnapsShut {
+            index: 1,
+            diagonal: -2.0,
+            compliance: 2.0
+        }
+    );
 }

@@ -131,6 +131,7 @@ impl Unit {
             pull,
             gap: None,
             friction: None,
+            diagonal: None,
         };
         let out = self
             .contact

@@ -116,6 +116,7 @@ fn contacts_that_run_over_the_edge() {
                 pull: Pull::Scene,
                 gap: None,
                 friction: None,
+                diagonal: None,
             };
             contact.step(&step, &unmonitored)
         };

@@ -216,7 +216,7 @@ impl PyPreparedContact {
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
     /// equations linearised about it, if it is solved.
-    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None))]
+    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None))]
     #[allow(clippy::too_many_arguments, reason = "what one step is given")]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -227,6 +227,7 @@ impl PyPreparedContact {
         given: Option<&Bound<'py, PyLoading>>,
         gap: Option<PyReadonlyArray1<'py, f64>>,
         friction: Option<PyReadonlyArray1<'py, f64>>,
+        diagonal: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
         let pull = match (given, magnetic_pressure) {
             (Some(given), _) => Pull::Given {
@@ -241,12 +242,14 @@ impl PyPreparedContact {
             .as_ref()
             .map(|mu| flat(mu, "friction"))
             .transpose()?;
+        let diagonal = diagonal.as_ref().map(|d| flat(d, "diagonal")).transpose()?;
         let step = Step {
             pose,
             velocity,
             pull,
             gap,
             friction,
+            diagonal,
         };
         let contact = slf.get();
         let (outcome, taken) = enter(py, |monitor| {

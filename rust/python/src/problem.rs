@@ -554,7 +554,7 @@ impl PyProblem {
         let direction = rows2(&direction, "direction")?;
         let friction = flat(&friction, "friction")?;
         enter(py, |monitor| {
-            self.0.wedging_factor(direction, friction, monitor)
+            self.0.wedging_factor(direction, friction, None, monitor)
         })
     }
 
@@ -585,8 +585,9 @@ impl PyProblem {
         let (pressure, friction) = (flat(&pressure, "pressure")?, flat(&friction, "friction")?);
         let (slope, direction) = (flat(&slope, "slope")?, rows2(&direction, "direction")?);
         let linearised = enter(py, |monitor| {
-            self.0
-                .linearised(pressure, friction, slope, direction, is_coupled, monitor)
+            self.0.linearised(
+                pressure, friction, slope, direction, None, is_coupled, monitor,
+            )
         })?;
         let (points, motions) = (self.0.points(), self.0.motions().len());
         Ok(PyTangent::own(linearised, points, motions))

@@ -49,6 +49,7 @@ fn frictionless(pair: &Relative, force: f64) -> (Vec<f64>, Vec<f64>) {
         friction: &[0.0; N],
         direction: &direction,
         motions: &[pressed(force)],
+        diagonal: None,
     };
     let found = matrix.solve(&contact, None, &unmonitored).unwrap();
     assert_eq!(found.status, Status::Solved);

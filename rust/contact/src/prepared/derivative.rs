@@ -91,6 +91,7 @@ impl Taken {
                 slope: outcome.friction.clone(),
                 direction,
                 motions,
+                diagonal: step.diagonal.map(<[f64]>::to_vec),
             },
             balanced,
         }

@@ -108,6 +108,9 @@ pub struct Step<'a> {
     pub gap: Option<&'a [f64]>,
     /// Friction coefficients (n) in place of the prepared ones; below the standstill speed they fade as these do.
     pub friction: Option<&'a [f64]>,
+    /// Diagonal compliance (n) [m/Pa] at this step, as
+    /// [`SlidingContact::diagonal`](crate::sliding::SlidingContact::diagonal).
+    pub diagonal: Option<&'a [f64]>,
 }
 
 /// A prepared contact with the memory of its last step.
@@ -143,6 +146,9 @@ impl Prepared {
                 expected: motions.len(),
                 found: named.len(),
             });
+        }
+        if loading.diagonal.is_some() {
+            return Err(Error::NoDiagonal);
         }
         let row = |loading: Loading| [loading.gap, loading.work].concat();
         let mut loads = Table::constant(row(loading.clone()));
@@ -320,7 +326,7 @@ impl PreparedContact {
     /// Solves one step.
     ///
     /// # Errors
-    /// Numbers that are not finite, or too large for a finite result; a pose that is not small: a rotation above
+    /// Numbers that are not finite, or too large for a finite result; [`Error::SnapsShut`]; a pose that is not small: a rotation above
     /// 0.5 rad, a z deeper than the contact is long; a speed outside the tables; friction at rest without a standstill speed;
     /// pressure at the edge of a grid beyond which the bodies go on; an interruption. That no sliding state exists (wedging) is a status of the solution.
     pub fn step(&mut self, step: &Step<'_>, monitor: Monitor<'_>) -> Result<Outcome, Error> {
@@ -382,6 +388,7 @@ impl PreparedContact {
             friction: &friction,
             direction: &direction,
             motions: &motions,
+            diagonal: step.diagonal,
         };
         let (solution, effort) = self.stepper.solve(&contact, monitor)?;
         let about = prepared.reference_point;

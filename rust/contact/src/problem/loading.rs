@@ -67,6 +67,8 @@ pub struct Loading {
     pub gap: Vec<f64>,
     /// Work of all loads but the contact's on a unit of each motion (m) [J].
     pub work: Vec<f64>,
+    /// Diagonal compliance (n) [m/Pa], as [`SlidingContact::diagonal`](crate::sliding::SlidingContact::diagonal).
+    pub diagonal: Option<Vec<f64>>,
 }
 
 /// A rigid motion that supports leave free, of one of the bodies.
@@ -138,6 +140,7 @@ impl Problem {
         Loading {
             gap,
             work: vec![0.0; self.motions.len()],
+            diagonal: None,
         }
     }
 
@@ -376,7 +379,11 @@ impl Problem {
 
     pub(super) fn check(&self, loading: &Loading) -> Result<(), Error> {
         check("gap", &loading.gap, self.points())?;
-        check("work", &loading.work, self.motions.len())
+        check("work", &loading.work, self.motions.len())?;
+        match &loading.diagonal {
+            Some(diagonal) => check("diagonal", diagonal, self.points()),
+            None => Ok(()),
+        }
     }
 
     pub(super) fn loaded(&self, work: &[f64]) -> Vec<RigidMotion> {

@@ -216,6 +216,7 @@ impl Problem {
                 friction: if is_frictional { &coefficient } else { &none },
                 direction,
                 motions: &motions,
+                diagonal: loading.diagonal.as_deref(),
             };
             let mut solution = kept.matrix.solve(&contact, active, monitor)?;
             iterations += solution.iterations;
@@ -255,27 +256,30 @@ impl Problem {
         &self,
         direction: &[f64],
         friction: &[f64],
+        diagonal: Option<&[f64]>,
         monitor: Monitor<'_>,
     ) -> Result<f64, Error> {
         let is_frictional = direction.iter().any(|d| *d != 0.0);
         let kept = self.matrix(direction, is_frictional, monitor)?;
         let motions = self.loaded(&vec![0.0; self.motions.len()]);
         kept.matrix
-            .wedging_factor(&self.geometry.area, friction, &motions, monitor)
+            .wedging_factor(&self.geometry.area, friction, &motions, diagonal, monitor)
     }
 
     /// The equations of a sliding state, linearised about it: `pressure` (n) [Pa], `friction` (n) and the `slope` (n)
     /// of friction times pressure over the pressure, which is the friction itself unless it follows the pressure.
-    /// Unless it `is_coupled`, friction opens and closes no gap.
+    /// Its `diagonal` (n) [m/Pa] is that of the loading. Unless it `is_coupled`, friction opens and closes no gap.
     ///
     /// # Errors
     /// As [`Problem::slide`].
+    #[allow(clippy::too_many_arguments, reason = "a state of the contact")]
     pub fn linearised(
         &self,
         pressure: &[f64],
         friction: &[f64],
         slope: &[f64],
         direction: &[f64],
+        diagonal: Option<&[f64]>,
         is_coupled: bool,
         monitor: Monitor<'_>,
     ) -> Result<Linearised, Error> {
@@ -291,6 +295,7 @@ impl Problem {
             slope: slope.to_vec(),
             direction: direction.to_vec(),
             motions: self.loaded(&vec![0.0; self.motions.len()]),
+            diagonal: diagonal.map(<[f64]>::to_vec),
         };
         Linearised::new(Arc::new(influence), state, monitor)
     }
@@ -299,8 +304,8 @@ impl Problem {
     /// each of `displacements` (3n) [m], common frame, such as [`Geometry::uniform`]: points stick until friction
     /// `friction` (n) gives way, and the pressure follows.
     ///
-    /// A `layer` [m/Pa] between the bodies softens the tangents. One outcome a step; the steps end where no
-    /// state was found. Each step is reached in parts, so many of them that it adds an error of at most
+    /// A `layer` [m/Pa] between the bodies softens the tangents; a diagonal compliance of the loading is refused.
+    /// One outcome a step; the steps end where no state was found. Each step is reached in parts, so many of them that it adds an error of at most
     /// [`PATH_TOLERANCE`]; see [`CoupledContact::follow`].
     ///
     /// # Errors
@@ -316,6 +321,9 @@ impl Problem {
     ) -> Result<Vec<Outcome>, Error> {
         let g = &*self.geometry;
         let n = g.points();
+        if loading.diagonal.is_some() {
+            return Err(Error::NoDiagonal);
+        }
         let pressed = self.press(loading, monitor)?;
         if pressed.solution.status != Status::Solved {
             return Ok(vec![pressed]);

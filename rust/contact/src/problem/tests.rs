@@ -378,6 +378,7 @@ fn parts_must_belong_together() {
     let loading = Loading {
         gap: gap(),
         work: Vec::new(),
+        diagonal: None,
     };
     assert!(matches!(
         fit.press(&loading, &unmonitored).err(),

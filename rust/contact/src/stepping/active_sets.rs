@@ -6,7 +6,7 @@ use mtb_operator::{Monitor, report};
 
 use super::bordered::Bordered;
 use super::equations::{ACCEPTED, Equations, ROUGH, TOLERANCE};
-use super::influence::largest;
+use super::influence::{Terms, largest};
 use super::{Effort, Point, SlidingStepper};
 use crate::error::Error;
 use crate::sliding::{SlidingContact, SlidingSolution};
@@ -32,7 +32,7 @@ impl SlidingStepper {
     pub(super) fn by_sets(
         &mut self,
         contact: &SlidingContact<'_>,
-        drag: &[f64],
+        terms: &Terms,
         effort: &mut Effort,
         monitor: Monitor<'_>,
     ) -> Result<Option<SlidingSolution>, Error> {
@@ -57,7 +57,7 @@ impl SlidingStepper {
             // roughly, until the set holds or comes again
             let (mut next, changes, OnSet { point, sign, .. }) = loop {
                 let found =
-                    self.on_set(contact, drag, &active, &guess, tolerance, effort, monitor)?;
+                    self.on_set(contact, terms, &active, &guess, tolerance, effort, monitor)?;
                 let Some(mut found) = found else {
                     return Ok(None);
                 };
@@ -120,7 +120,7 @@ impl SlidingStepper {
     fn on_set(
         &mut self,
         contact: &SlidingContact<'_>,
-        drag: &[f64],
+        terms: &Terms,
         active: &[bool],
         guess: &Point,
         tolerance: f64,
@@ -134,7 +134,7 @@ impl SlidingStepper {
         let is_far = |f: &Bordered| f.is_far_from(active);
         if self.memory.factors.as_ref().is_none_or(is_far) {
             let set = factorisable(&points, active.len());
-            self.factorise(drag, &set, effort, monitor)?;
+            self.factorise(terms, &set, effort, monitor)?;
         }
         let start: Vec<f64> = points
             .iter()
@@ -150,7 +150,7 @@ impl SlidingStepper {
             let equations = Equations {
                 influence: &self.influence,
                 contact,
-                drag,
+                terms,
                 points: &points,
             };
             let mut x = start.clone();
@@ -170,7 +170,7 @@ impl SlidingStepper {
                     error,
                 }));
             }
-            let is_exact = factors.is_exact(drag);
+            let is_exact = factors.is_exact(terms);
             if is_exact && factors.holds(active) {
                 return Ok(None);
             }
@@ -179,7 +179,7 @@ impl SlidingStepper {
             } else {
                 factorisable(&points, active.len())
             };
-            self.factorise(drag, &set, effort, monitor)?;
+            self.factorise(terms, &set, effort, monitor)?;
         }
         Ok(None)
     }

@@ -5,7 +5,7 @@ use mtb_operator::krylov::dot;
 use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
-use super::influence::Influence;
+use super::influence::{Influence, Terms};
 use crate::sliding::SlidingContact;
 
 /// The contact's equations on an active set, solved with factors made for a set and a friction of the past.
@@ -17,7 +17,7 @@ pub(super) struct Bordered {
     lu: Lu,
     factorised: Vec<usize>,
     place: Vec<usize>,
-    drag: Vec<f64>,
+    terms: Terms,
     entered: Vec<Option<Entered>>,
     left: Vec<Option<Vec<f64>>>,
     motions: Vec<Column>,
@@ -55,20 +55,20 @@ const ABSENT: usize = usize::MAX;
 impl Bordered {
     pub(super) fn new(
         influence: &Influence,
-        drag: &[f64],
+        terms: &Terms,
         set: &[usize],
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        let lu = Lu::of(block(influence, drag, set), monitor)?;
+        let lu = Lu::of(block(influence, terms, set), monitor)?;
         Ok(Self::of(
             lu,
             influence.points(),
-            drag.to_vec(),
+            terms.clone(),
             set.to_vec(),
         ))
     }
 
-    fn of(lu: Lu, n: usize, drag: Vec<f64>, factorised: Vec<usize>) -> Self {
+    fn of(lu: Lu, n: usize, terms: Terms, factorised: Vec<usize>) -> Self {
         let mut place = vec![ABSENT; n];
         for (i, &point) in factorised.iter().enumerate() {
             place[point] = i;
@@ -77,7 +77,7 @@ impl Bordered {
             lu,
             factorised,
             place,
-            drag,
+            terms,
             entered: std::iter::repeat_with(|| None).take(n).collect(),
             left: vec![None; n],
             motions: Vec::new(),
@@ -115,14 +115,14 @@ impl Bordered {
         changes > most
     }
 
-    /// Friction of the factors.
-    pub(super) fn drag(&self) -> &[f64] {
-        &self.drag
+    /// Friction and diagonal of the factors.
+    pub(super) fn terms(&self) -> &Terms {
+        &self.terms
     }
 
-    /// Whether the factors are those of `drag` itself.
-    pub(super) fn is_exact(&self, drag: &[f64]) -> bool {
-        self.drag == drag
+    /// Whether the factors are those of `terms` themselves.
+    pub(super) fn is_exact(&self, terms: &Terms) -> bool {
+        self.terms == *terms
     }
 
     /// Sign of the determinant of the bordered equations.
@@ -185,14 +185,14 @@ impl Bordered {
         let mut columns = Mat::zeros(k, count);
         for (j, &point) in come.iter().enumerate() {
             let to = columns.col_as_slice_mut(j);
-            influence.put_column(point, &self.drag, &self.factorised, to);
+            influence.put_column(point, &self.terms, &self.factorised, to);
         }
         for (j, &place) in gone.iter().enumerate() {
             columns[(place, come.len() + j)] = -1.0;
         }
         let solved = self.lu.solve_many(&columns);
         for (j, &point) in come.iter().enumerate() {
-            let row = (self.factorised.iter()).map(|&i| influence.entry(point, i, &self.drag));
+            let row = (self.factorised.iter()).map(|&i| influence.entry(point, i, &self.terms));
             self.entered[point] = Some(Entered {
                 row: row.collect(),
                 solved: solved.col_as_slice(j).to_vec(),
@@ -409,7 +409,7 @@ impl Bordered {
                 schur[(m + i, j)] += motion.opening[point];
             }
             for (j, &(_, other)) in now.entered.iter().enumerate() {
-                schur[(m + i, m + j)] += influence.entry(point, other, &self.drag);
+                schur[(m + i, m + j)] += influence.entry(point, other, &self.terms);
             }
         }
         schur
@@ -418,7 +418,7 @@ impl Bordered {
 
 /// Factors that are being made a part at a time, between steps.
 pub(super) struct Making {
-    drag: Vec<f64>,
+    terms: Terms,
     set: Vec<usize>,
     /// `None` before the matrix is there.
     lu: Option<LuInParts>,
@@ -429,9 +429,9 @@ pub(super) const PARTS: usize = 8;
 const NARROWEST: usize = 32;
 
 impl Making {
-    pub(super) fn new(drag: &[f64], set: Vec<usize>) -> Self {
+    pub(super) fn new(terms: Terms, set: Vec<usize>) -> Self {
         Self {
-            drag: drag.to_vec(),
+            terms,
             set,
             lu: None,
         }
@@ -445,7 +445,7 @@ impl Making {
     ) -> Result<Result<Bordered, Self>, Error> {
         let Some(mut lu) = self.lu.take() else {
             let width = self.set.len().div_ceil(PARTS).max(NARROWEST);
-            let matrix = block(influence, &self.drag, &self.set);
+            let matrix = block(influence, &self.terms, &self.set);
             self.lu = Some(LuInParts::new(matrix, width));
             return Ok(Err(self));
         };
@@ -455,15 +455,15 @@ impl Making {
         }
         let lu = Lu(lu.finish());
         let n = influence.points();
-        Ok(Ok(Bordered::of(lu, n, self.drag, self.set)))
+        Ok(Ok(Bordered::of(lu, n, self.terms, self.set)))
     }
 }
 
 /// The equations of `set` without motions.
-fn block(influence: &Influence, drag: &[f64], set: &[usize]) -> Mat<f64> {
+fn block(influence: &Influence, terms: &Terms, set: &[usize]) -> Mat<f64> {
     let mut matrix = Mat::zeros(set.len(), set.len());
     for (j, &point) in set.iter().enumerate() {
-        influence.put_column(point, drag, set, matrix.col_as_slice_mut(j));
+        influence.put_column(point, terms, set, matrix.col_as_slice_mut(j));
     }
     matrix
 }

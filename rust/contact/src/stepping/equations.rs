@@ -2,7 +2,7 @@
 use mtb_operator::krylov::gmres;
 
 use super::bordered::Bordered;
-use super::influence::{Influence, Sum, largest};
+use super::influence::{Influence, Sum, Terms, largest};
 use super::{Effort, PRODUCTS};
 use crate::sliding::SlidingContact;
 
@@ -29,7 +29,7 @@ pub(super) struct Scratch {
 pub(super) struct Equations<'a> {
     pub(super) influence: &'a Influence,
     pub(super) contact: &'a SlidingContact<'a>,
-    pub(super) drag: &'a [f64],
+    pub(super) terms: &'a Terms,
     pub(super) points: &'a [usize],
 }
 
@@ -52,7 +52,7 @@ impl Equations<'_> {
         let mut error = self.residual(x, &mut r, &mut scale, scratch, effort);
         // so near, the set will hold
         let tolerance = if error <= ROUGH { TOLERANCE } else { tolerance };
-        let exact = factors.is_exact(self.drag);
+        let exact = factors.is_exact(self.terms);
         // as dear as a factorisation, at two products a step
         let most_steps = 3 + self.points.len() / (2 * PRODUCTS);
         let mut before = error;
@@ -156,7 +156,7 @@ impl Equations<'_> {
         (scratch.sum).add_product(
             self.influence,
             &scratch.pressure,
-            self.drag,
+            self.terms,
             &mut scratch.gap,
         );
         self.add_motions(x, &mut scratch.gap);
@@ -182,7 +182,7 @@ impl Equations<'_> {
             (scratch.sum).add_product(
                 self.influence,
                 &scratch.pressure,
-                self.drag,
+                self.terms,
                 &mut scratch.pressed,
             );
             effort.products += 1;
@@ -191,7 +191,7 @@ impl Equations<'_> {
                 *known = p - *known;
             }
             self.influence
-                .add_product(&scratch.known, self.drag, &mut scratch.pressed);
+                .add_product(&scratch.known, self.terms, &mut scratch.pressed);
         }
         scratch.known.clone_from(&scratch.pressure);
     }

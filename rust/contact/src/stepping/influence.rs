@@ -15,6 +15,29 @@ pub struct Influence {
     along: [Option<Vec<f64>>; 2],
 }
 
+/// What the parts of an influence besides `C_nn` are multiplied with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Terms {
+    /// Friction coefficient times direction of sliding (2n).
+    pub(super) drag: Vec<f64>,
+    /// Diagonal compliance (n) [m/Pa]; empty where there is none.
+    pub(super) diagonal: Vec<f64>,
+}
+
+impl Terms {
+    /// Diagonal compliance of a point [m/Pa].
+    pub(super) fn own(&self, point: usize) -> f64 {
+        self.diagonal.get(point).copied().unwrap_or(0.0)
+    }
+
+    /// Adds what the diagonal opens under pressures.
+    fn add_own(&self, pressure: &[f64], gap: &mut [f64]) {
+        for ((gap, p), d) in gap.iter_mut().zip(pressure).zip(&self.diagonal) {
+            *gap += d * p;
+        }
+    }
+}
+
 impl Influence {
     /// Influence of tractions on the lower body on the gap: `C_nn`, `C_nx` and `C_ny`.
     ///
@@ -89,15 +112,15 @@ impl Influence {
         [self.along[0].as_deref(), self.along[1].as_deref()]
     }
 
-    /// Puts column `j` of `C_nn + C_nx drag_x + C_ny drag_y`, rows `rows`, to `column`.
-    pub(super) fn put_column(&self, j: usize, drag: &[f64], rows: &[usize], column: &mut [f64]) {
+    /// Puts column `j` of `C_nn + C_nx drag_x + C_ny drag_y + diagonal`, rows `rows`, to `column`.
+    pub(super) fn put_column(&self, j: usize, terms: &Terms, rows: &[usize], column: &mut [f64]) {
         let n = self.points;
         let normal = &self.normal[j * n..(j + 1) * n];
         for (to, &i) in column.iter_mut().zip(rows) {
             *to = normal[i];
         }
         for (axis, block) in self.along.iter().enumerate() {
-            let factor = drag[axis * n + j];
+            let factor = terms.drag[axis * n + j];
             if let Some(block) = block.as_ref().filter(|_| factor != 0.0) {
                 let block = &block[j * n..(j + 1) * n];
                 for (to, &i) in column.iter_mut().zip(rows) {
@@ -105,27 +128,34 @@ impl Influence {
                 }
             }
         }
+        let own = terms.own(j);
+        if own != 0.0
+            && let Some(at) = rows.iter().position(|&i| i == j)
+        {
+            column[at] += own;
+        }
     }
 
     /// Entry (i, j) of the same matrix.
-    pub(super) fn entry(&self, i: usize, j: usize, drag: &[f64]) -> f64 {
+    pub(super) fn entry(&self, i: usize, j: usize, terms: &Terms) -> f64 {
         let n = self.points;
         let mut a = self.normal[j * n + i];
         for (axis, block) in self.along.iter().enumerate() {
             if let Some(block) = block {
-                a += drag[axis * n + j] * block[j * n + i];
+                a += terms.drag[axis * n + j] * block[j * n + i];
             }
         }
-        a
+        if i == j { a + terms.own(j) } else { a }
     }
 
-    /// Adds `(C_nn + C_nx drag_x + C_ny drag_y) p` to `gap`.
-    pub(super) fn add_product(&self, pressure: &[f64], drag: &[f64], gap: &mut [f64]) {
+    /// Adds `(C_nn + C_nx drag_x + C_ny drag_y + diagonal) p` to `gap`.
+    pub(super) fn add_product(&self, pressure: &[f64], terms: &Terms, gap: &mut [f64]) {
         let n = self.points;
+        terms.add_own(pressure, gap);
         add_columns(&self.normal, n, |j| pressure[j], gap);
         for (axis, block) in self.along.iter().enumerate() {
             if let Some(block) = block {
-                let drag = &drag[axis * n..(axis + 1) * n];
+                let drag = &terms.drag[axis * n..(axis + 1) * n];
                 add_columns(block, n, |j| pressure[j] * drag[j], gap);
             }
         }
@@ -167,13 +197,16 @@ impl Influence {
         MatRef::from_column_major_slice(block, self.points, self.points)
     }
 
-    /// The matrix for `drag` in rows, as the general solver takes it; `true` where it is symmetric.
-    pub(super) fn rows(&self, drag: &[f64]) -> (Vec<f64>, bool) {
+    /// The matrix for `terms` in rows, as the general solver takes it; `true` where it is symmetric.
+    pub(super) fn rows(&self, terms: &Terms) -> (Vec<f64>, bool) {
         let n = self.points;
         let mut rows = transposed(&self.normal, n);
+        for (own, diagonal) in rows.iter_mut().step_by(n + 1).zip(&terms.diagonal) {
+            *own += diagonal;
+        }
         let mut symmetric = true;
         for (axis, block) in self.along.iter().enumerate() {
-            let drag = &drag[axis * n..(axis + 1) * n];
+            let drag = &terms.drag[axis * n..(axis + 1) * n];
             if let Some(block) = block
                 && drag.iter().any(|d| *d != 0.0)
             {
@@ -204,7 +237,7 @@ fn columns_of(
     Ok(columns)
 }
 
-/// Products with `C_nn + C_nx drag_x + C_ny drag_y`: the sum is formed once a friction has lasted for some of them.
+/// Products with the same matrix: the sum of its dense parts is formed once a friction has lasted for some of them.
 #[derive(Default)]
 pub(super) struct Sum {
     drag: Vec<f64>,
@@ -221,14 +254,14 @@ impl Sum {
         &mut self,
         influence: &Influence,
         pressure: &[f64],
-        drag: &[f64],
+        terms: &Terms,
         gap: &mut [f64],
     ) {
         if influence.along.iter().all(Option::is_none) {
-            return influence.add_product(pressure, drag, gap);
+            return influence.add_product(pressure, terms, gap);
         }
-        let n = influence.points;
-        if self.drag != drag {
+        let (n, drag) = (influence.points, &terms.drag);
+        if self.drag != *drag {
             self.drag.clear();
             self.drag.extend_from_slice(drag);
             self.products = 0;
@@ -236,7 +269,7 @@ impl Sum {
         }
         if self.products < WORTH {
             self.products += 1;
-            return influence.add_product(pressure, drag, gap);
+            return influence.add_product(pressure, terms, gap);
         }
         if self.columns.is_empty() {
             self.columns.extend_from_slice(&influence.normal);
@@ -251,6 +284,7 @@ impl Sum {
                 }
             }
         }
+        terms.add_own(pressure, gap);
         add_columns(&self.columns, n, |j| pressure[j], gap);
     }
 }

@@ -14,22 +14,23 @@ use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
-use crate::sliding::{SlidingContact, SlidingSolution};
+use crate::sliding::{SlidingContact, SlidingSolution, check_own};
 use active_sets::factorisable;
 use bordered::{Bordered, Making, PARTS};
 use equations::Scratch;
 pub use influence::Influence;
+use influence::Terms;
 pub use tangent::{Found, Given, Linearised, SlidingState, Tangent};
 
 /// A factorisation of k points is as dear as about k over this many products.
 const PRODUCTS: usize = 20;
 
-/// Solves a sliding pair again and again while loads, gap, friction and direction change.
+/// Solves a sliding pair again and again while loads, gap, friction, direction and diagonal compliance change.
 ///
 /// Equal to [`SlidingMatrix::solve`](crate::sliding::SlidingMatrix::solve) wherever the solution is unique.
 /// It keeps the points last in contact, and LU factors of all points (of those in contact, where these are less
 /// than half). A step costs few solves with these factors: points that are not in contact are borders of them,
-/// and with another friction they are the preconditioner of GMRES [SaadSchultz1986]. When a step has come to
+/// and with another friction or diagonal they are the preconditioner of GMRES [SaadSchultz1986]. When a step has come to
 /// cost more than the average since they were made, new ones are made, over some steps, so that no step pays for
 /// all of them. Forwards and backwards are remembered apart, since factors for the one are no preconditioner
 /// for the other. Sets that go round in circles change one point at a time until fewer signs are wrong
@@ -124,24 +125,30 @@ impl SlidingStepper {
     ) -> Result<(SlidingSolution, Effort), Error> {
         let n = self.influence.points();
         contact.check(n)?;
-        let drag: Vec<f64> = contact
-            .direction
-            .iter()
-            .enumerate()
-            .map(|(i, d)| d * contact.friction[i % n.max(1)])
-            .collect();
+        let terms = Terms {
+            drag: contact
+                .direction
+                .iter()
+                .enumerate()
+                .map(|(i, d)| d * contact.friction[i % n.max(1)])
+                .collect(),
+            diagonal: contact.diagonal.unwrap_or(&[]).to_vec(),
+        };
+        for (i, own) in terms.diagonal.iter().enumerate() {
+            check_own(i, self.influence.normal()[i * (n + 1)], *own)?;
+        }
         let mut effort = Effort::default();
-        self.recall(&drag);
-        let found = self.by_sets(contact, &drag, &mut effort, monitor)?;
+        self.recall(&terms.drag);
+        let found = self.by_sets(contact, &terms, &mut effort, monitor)?;
         let solution = if let Some(solution) = found {
             solution
         } else {
             effort.fell_back = true;
-            let (matrix, symmetric) = self.influence.rows(&drag);
+            let (matrix, symmetric) = self.influence.rows(&terms);
             contact.solve_with(matrix, symmetric, None, monitor)?
         };
         if !effort.fell_back {
-            self.account(&mut effort, &drag, &solution.pressure, monitor)?;
+            self.account(&mut effort, &terms, &solution.pressure, monitor)?;
         }
         if solution.status == Status::Solved {
             let now = Point {
@@ -189,12 +196,12 @@ impl SlidingStepper {
 
     fn factorise(
         &mut self,
-        drag: &[f64],
+        terms: &Terms,
         points: &[usize],
         effort: &mut Effort,
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
-        self.memory.factors = Some(Bordered::new(&self.influence, drag, points, monitor)?);
+        self.memory.factors = Some(Bordered::new(&self.influence, terms, points, monitor)?);
         self.memory.making = None;
         self.memory.spent = (points.len() / PRODUCTS, 0);
         self.memory.recent = 0.0;
@@ -207,7 +214,7 @@ impl SlidingStepper {
     fn account(
         &mut self,
         effort: &mut Effort,
-        drag: &[f64],
+        terms: &Terms,
         pressure: &[f64],
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
@@ -231,16 +238,20 @@ impl SlidingStepper {
             }
         } else if steps > 0
             && memory.recent * steps as f64 > products as f64
-            && let Some(factors) = memory.factors.as_ref().filter(|f| !f.is_exact(drag))
+            && let Some(factors) = memory.factors.as_ref().filter(|f| !f.is_exact(terms))
         {
             let points: Vec<usize> = (0..pressure.len()).filter(|&i| pressure[i] > 0.0).collect();
             let set = factorisable(&points, pressure.len());
             // friction as it will be when they are ready, if it goes on like this
             let ahead = (PARTS as f64 / steps as f64).min(1.0);
-            let there: Vec<f64> = (drag.iter().zip(factors.drag()))
+            let there = (terms.drag.iter().zip(&factors.terms().drag))
                 .map(|(now, then)| now + ahead * (now - then))
                 .collect();
-            memory.making = Some(Making::new(&there, set));
+            let there = Terms {
+                drag: there,
+                diagonal: terms.diagonal.clone(),
+            };
+            memory.making = Some(Making::new(there, set));
         }
         Ok(())
     }

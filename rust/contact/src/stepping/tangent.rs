@@ -8,7 +8,7 @@ use mtb_operator::Monitor;
 use mtb_operator::krylov::dot;
 
 use super::bordered::Bordered;
-use super::influence::Influence;
+use super::influence::{Influence, Terms};
 use crate::error::{Error, check};
 use crate::sliding::{RigidMotion, SlidingContact};
 
@@ -33,6 +33,8 @@ pub struct SlidingState {
     pub direction: Vec<f64>,
     /// The free motions.
     pub motions: Vec<RigidMotion>,
+    /// Diagonal compliance (n) [m/Pa].
+    pub diagonal: Option<Vec<f64>>,
 }
 
 /// Of what is given to a sliding contact: small changes, or the gradient by it.
@@ -105,6 +107,7 @@ impl SlidingState {
             friction,
             direction: &self.direction,
             motions: &self.motions,
+            diagonal: self.diagonal.as_deref(),
         }
     }
 
@@ -113,6 +116,14 @@ impl SlidingState {
         let n = coefficient.len();
         let along = self.direction.iter().enumerate();
         along.map(|(i, d)| d * coefficient[i % n.max(1)]).collect()
+    }
+
+    /// What the influences of its linearised equations are multiplied with.
+    fn terms(&self) -> Terms {
+        Terms {
+            drag: self.along(&self.slope),
+            diagonal: self.diagonal.clone().unwrap_or_default(),
+        }
     }
 }
 
@@ -131,7 +142,7 @@ pub struct Tangent<'a> {
     state: &'a SlidingState,
     factors: &'a mut Bordered,
     points: Vec<usize>,
-    slope: Vec<f64>,
+    terms: Terms,
 }
 
 impl<'a> Tangent<'a> {
@@ -143,7 +154,7 @@ impl<'a> Tangent<'a> {
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
         state.check(influence.points())?;
-        let slope = state.along(&state.slope);
+        let terms = state.terms();
         let points: Vec<usize> = in_contact(&state.pressure);
         let contact = state.contact(&state.pressure, &state.slope);
         let mut tangent = Self {
@@ -151,7 +162,7 @@ impl<'a> Tangent<'a> {
             state,
             factors,
             points,
-            slope,
+            terms,
         };
         let active: Vec<bool> = state.pressure.iter().map(|p| *p > 0.0).collect();
         if tangent.factors.is_far_from(&active) {
@@ -165,7 +176,7 @@ impl<'a> Tangent<'a> {
     }
 
     fn refactorise(&mut self, monitor: Monitor<'_>) -> Result<(), Error> {
-        *self.factors = Bordered::new(self.influence, &self.slope, &self.points, monitor)?;
+        *self.factors = Bordered::new(self.influence, &self.terms, &self.points, monitor)?;
         let contact = self.state.contact(&self.state.pressure, &self.state.slope);
         self.factors
             .turn_to(self.influence, &contact, &self.points, monitor)?;
@@ -223,7 +234,7 @@ impl<'a> Tangent<'a> {
         }
         let [x, y] = [0, 1].map(|axis| {
             Mat::from_fn(n, changes.len(), |i, j| {
-                self.slope[axis * n + i] * pressure[(i, j)]
+                self.terms.drag[axis * n + i] * pressure[(i, j)]
             })
         });
         opened += self.influence.products(&pressure, [&x, &y]);
@@ -234,7 +245,7 @@ impl<'a> Tangent<'a> {
                 answer.pressure[i] = pressure[(i, j)];
                 for axis in [0, n] {
                     answer.traction[axis + i] =
-                        self.slope[axis + i] * pressure[(i, j)] + drags[j][axis + i];
+                        self.terms.drag[axis + i] * pressure[(i, j)] + drags[j][axis + i];
                 }
             }
             for l in 0..m {
@@ -288,7 +299,7 @@ impl<'a> Tangent<'a> {
             for (i, &point) in self.points.iter().enumerate() {
                 rhs[(i, j)] += weights.pressure[point];
                 for axis in [0, n] {
-                    rhs[(i, j)] += weights.traction[axis + point] * self.slope[axis + point];
+                    rhs[(i, j)] += weights.traction[axis + point] * self.terms.drag[axis + point];
                 }
             }
             for (l, weight) in weights.motion.iter().enumerate() {
@@ -345,7 +356,7 @@ impl<'a> Tangent<'a> {
         along.map(|(i, g)| g * self.state.friction[i % n]).collect()
     }
 
-    /// What pressures and friction of the state open the gaps by (n) [m].
+    /// What pressures and friction of the state open the gaps by (n) [m], without the diagonal.
     pub fn opening(&self) -> Vec<f64> {
         let n = self.count();
         let (p, mu, d) = (
@@ -379,7 +390,7 @@ impl<'a> Tangent<'a> {
             if let Some(product) = product {
                 for j in 0..gap.ncols() {
                     for i in 0..n {
-                        sum[(i, j)] += self.slope[axis * n + i] * product[(i, j)];
+                        sum[(i, j)] += self.terms.drag[axis * n + i] * product[(i, j)];
                     }
                 }
             }
@@ -410,7 +421,7 @@ impl<'a> Tangent<'a> {
             return Err(Error::Singular);
         }
         let mut x = self.factors.solve_many(rhs, &self.points, transposed);
-        if !self.factors.is_exact(&self.slope) && !self.corrected(&mut x, transposed) {
+        if !self.factors.is_exact(&self.terms) && !self.corrected(&mut x, transposed) {
             self.refactorise(monitor)?;
             x = self.factors.solve_many(rhs, &self.points, transposed);
         }
@@ -420,7 +431,7 @@ impl<'a> Tangent<'a> {
         Ok(x)
     }
 
-    /// Improves `x` by the factors of a friction nearby; whether the equations hold then.
+    /// Improves `x` by the factors of a friction and a diagonal nearby; whether the equations hold then.
     fn corrected(&self, x: &mut Mat<f64>, transposed: bool) -> bool {
         let mut before = 1.0;
         let mut change = x.clone();
@@ -451,13 +462,20 @@ impl<'a> Tangent<'a> {
     }
 
     /// What the factors' own equations leave of the right-hand sides whose solutions they say `x` to be: they differ
-    /// from these by the influence of a change of the friction.
+    /// from these by the influence of a change of the friction, and of the diagonal.
     fn left_over(&self, x: &Mat<f64>, transposed: bool) -> Mat<f64> {
         let (n, cases) = (self.count(), x.ncols());
-        let then = self.factors.drag();
-        let change =
-            |axis: usize, point: usize| self.slope[axis * n + point] - then[axis * n + point];
+        let then = self.factors.terms();
+        let change = |axis: usize, point: usize| {
+            self.terms.drag[axis * n + point] - then.drag[axis * n + point]
+        };
         let mut left = Mat::zeros(x.nrows(), cases);
+        for (i, &point) in self.points.iter().enumerate() {
+            let own = self.terms.own(point) - then.own(point);
+            for j in 0..cases {
+                left[(i, j)] = -own * x[(i, j)];
+            }
+        }
         let mut spread = Mat::zeros(n, cases);
         for (i, &point) in self.points.iter().enumerate() {
             spread.row_mut(point).copy_from(x.row(i));
@@ -479,7 +497,7 @@ impl<'a> Tangent<'a> {
             let opened = self.influence.products(&none, [&along, &across]);
             for j in 0..cases {
                 for (i, &point) in self.points.iter().enumerate() {
-                    left[(i, j)] = -opened[(point, j)];
+                    left[(i, j)] -= opened[(point, j)];
                 }
             }
         }
@@ -529,12 +547,7 @@ pub(super) fn factors_of(
 ) -> Result<Bordered, Error> {
     state.check(influence.points())?;
     let points = in_contact(&state.pressure);
-    Ok(Bordered::new(
-        influence,
-        &state.along(&state.slope),
-        &points,
-        monitor,
-    )?)
+    Ok(Bordered::new(influence, &state.terms(), &points, monitor)?)
 }
 
 fn in_contact(pressure: &[f64]) -> Vec<usize> {
