@@ -34,6 +34,7 @@ CONTACT = field(16, 14, BRASS)
 SHAPE = CONTACT.pressure.shape
 LAYER = mtb.InterfaceLayer(2e-5, 1e9)
 FALLING = mtb.FallingFriction(0.34, 0.3, 1.0, memory=1e-4, memory_min_slip=1e-3)
+SWIFT = mtb.FallingFriction(0.34, 0.3, 5.0)
 TABLE = mtb.TabulatedFriction([0.0, 0.5, 2.0], [0.33, 0.32, 0.3], memory=1e-4)
 SEEDED = np.random.default_rng(5)
 SPOTTED = mtb.Coulomb(0.3 + 0.03 * SEEDED.random(SHAPE))
@@ -67,7 +68,18 @@ def solved(given: Given) -> TangentialResult:
 STATE = solved({"field": CONTACT, "motion": mtb.Shift((1.5e-6, -1e-6)), "friction": FALLING}).state
 
 CASES: dict[str, Given] = {
-    "steady": {"motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": SPOTTED, "layer": LAYER},
+    # with a layer a whole number of cells is a kink for step and angle
+    "steady": {
+        "motion": mtb.Rolling((1e-3, -8e-4, 0.3), step=3.3e-4, angle=0.1), "friction": SPOTTED,
+        "layer": LAYER,
+    },
+    "backwards": {
+        "motion": mtb.Rolling((2e-3, -8e-4, 0.3), step=5e-4, angle=3.0), "friction": SWIFT,
+    },
+    "transient without memory": {
+        "motion": mtb.Rolling((1e-3, 1e-3, 0.2), transient=True, step=3.3e-4, angle=-0.7), "friction": SWIFT,
+        "state": STATE, "layer": LAYER,
+    },
     "steady by force": {
         "motion": mtb.Rolling((0.0, 5e-4, 0.1), force=(2000.0, None), angle=0.4),
         "friction": mtb.Coulomb(0.3),
@@ -94,7 +106,8 @@ PRESSED_STATE = solved(PRESSED | {"motion": mtb.Shift((1e-6, -1e-6)), "friction"
 #: Pressure and traction follow from each other.
 COUPLED: dict[str, Given] = {
     "coupled steady": {
-        "motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": mtb.Coulomb(0.3), "layer": LAYER,
+        "motion": mtb.Rolling((1e-3, -8e-4, 0.3), step=3e-4, angle=0.3), "friction": mtb.Coulomb(0.3),
+        "layer": LAYER,
     },
     "coupled shift by force": {
         "motion": mtb.Shift((0.0, 1e-6), force=(300.0, None), spin=1e-4), "friction": mtb.Coulomb(0.4),
@@ -112,6 +125,10 @@ COUPLED: dict[str, Given] = {
 CASES |= {name: PRESSED | case for name, case in COUPLED.items()}
 
 
+def spacing_of(given: Given) -> tuple[float, float]:
+    return (0.42e-3, 0.42e-3) if "gap" in given else given["field"].spacing
+
+
 def changed(given: Given, by: str, change: Array) -> Given:
     """What is given, with one input changed, written without the code that it tests."""
     motion, friction, contact = given["motion"], given["friction"], given["field"]
@@ -124,7 +141,10 @@ def changed(given: Given, by: str, change: Array) -> Given:
         return given | {"motion": replace(motion, force=force)}
     if by in ("creepage", "displacement"):
         return given | {"motion": replace(motion, **{by: tuple(np.array(getattr(motion, by)) + change)})}
-    if by in ("spin", "velocity", "duration"):
+    if by == "step":
+        step = motion.step or np.hypot(*motion.step_vector(spacing_of(given)))
+        return given | {"motion": replace(motion, step=step + float(change))}
+    if by in ("spin", "velocity", "duration", "angle"):
         return given | {"motion": replace(motion, **{by: getattr(motion, by) + float(change)})}
     if by in ("friction", "friction_field"):
         return given | {"friction": mtb.Coulomb(friction.coefficient + change)}
@@ -158,6 +178,10 @@ def value_of(given: Given, by: str) -> Any:
         return 1e-7 * np.ones(GAP.shape)
     if by == "force":
         return np.array([0.0 if f is None else f for f in motion.force])
+    if by == "step":
+        return np.array(0.1 * np.hypot(*motion.step_vector(spacing_of(given))))
+    if by == "angle":
+        return np.array(0.1)
     if by in ("creepage", "displacement", "spin", "velocity", "duration"):
         forced = motion.force or (None, None)
         value = np.array(getattr(motion, by))
@@ -329,6 +353,51 @@ def test_what_has_no_derivatives_says_why() -> None:
         replace(solved(given)).derivative("force", "creepage")
     with pytest.raises(ValueError, match="creepage"):
         solved(given).derivative("force", "creepages")
+    with pytest.raises(ValueError, match=r"by is 'gap': the pressure is given.*coupling='full'"):
+        solved(given).derivative("force", "gap")
+    with pytest.raises(ValueError, match="by is 'step': the memory of the friction is carried along"):
+        solved({"field": CONTACT, **CASES["steady falling"]}).derivative("force", "step")
+    with pytest.raises(ValueError, match="by is 'pressure': the pressure is found"):
+        solved(CASES["coupled like bodies"]).derivative("force", "pressure")
+
+
+def test_a_step_of_one_cell_with_a_layer_has_the_derivative_of_a_longer_one() -> None:
+    cell = CONTACT.spacing[0]
+
+    def rolled(step: float) -> Array:
+        motion = mtb.Rolling((1e-3, -8e-4, 0.3), step=step)
+        return listed(solved({"field": CONTACT, "motion": motion, "friction": SPOTTED, "layer": LAYER}))
+
+    motion = mtb.Rolling((1e-3, -8e-4, 0.3))
+    here = solved({"field": CONTACT, "motion": motion, "friction": SPOTTED, "layer": LAYER})
+    found = np.array([*here.derivative("force", "step")[:2], here.derivative("friction_power", "step")])
+    ahead, behind = (
+        (4.0 * (rolled(cell + s * h) - rolled(cell)) - (rolled(cell + 2 * s * h) - rolled(cell)))
+        / (2 * s * h)
+        for s, h in ((1.0, 2e-8), (-1.0, 2e-8))
+    )
+    np.testing.assert_allclose(found, ahead[[0, 1, 4]], rtol=1e-5)
+    assert abs(behind[0] / found[0] - 1.0) > 1e-2
+
+
+def test_heat_by_step_and_angle_at_each_cell() -> None:
+    weights = np.random.default_rng(2).random(SHAPE)
+    given = {"field": CONTACT, "friction": mtb.Coulomb(0.3)}
+
+    def heat(step: float, angle: float) -> float:
+        motion = mtb.Rolling((1e-3, -8e-4, 0.3), step=step, angle=angle)
+        return float((solved(given | {"motion": motion}).dissipation * weights).sum())
+
+    here = solved(given | {"motion": mtb.Rolling((1e-3, -8e-4, 0.3), step=3.3e-4, angle=0.2)})
+    for by, h, at in (
+        ("step", 3e-8, lambda e: heat(3.3e-4 + e, 0.2)),
+        ("angle", 1e-4, lambda e: heat(3.3e-4, 0.2 + e)),
+    ):
+        near, far = ((at(k * h) - at(-k * h)) / (2 * k * h) for k in (1, 2))
+        expected = (4.0 * near - far) / 3.0
+        assert here.derivative({"dissipation": weights}, by) == pytest.approx(expected, rel=1e-6)
+        summed = float((here.derivative("dissipation", by) * weights).sum())
+        assert summed == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore:StaticKinetic depends on the grid")

@@ -774,11 +774,29 @@ class ElasticBody:
 
     @property
     def moduli(self) -> tuple[str, ...]:
-        """Moduli of its material by which results are derived: that to which all displacements are inverse,
-        unless a support displaces it."""
+        """Moduli of its material by which results are derived: Young's modulus where all displacements are
+        inverse to it, since no support displaces it."""
+        return ("poisson_ratio",) if self._is_displaced else ("young_modulus", "poisson_ratio")
+
+    @property
+    def without_derivatives(self) -> dict[str, str]:
+        """Moduli by which results are not derived, and why."""
+        if not self._is_displaced:
+            return {}
+        return {
+            "young_modulus": (
+                f"a support displaces {self.name}, so that not all its displacements are inverse to it"
+            )
+        }
+
+    @property
+    def _is_displaced(self) -> bool:
         values = [value for support in self.supports for value in support.values]
-        displaced = any(np.isscalar(value) and value != 0.0 for value in values)
-        return () if displaced else ("young_modulus",)
+        return any(np.isscalar(value) and value != 0.0 for value in values)
+
+    def with_modulus(self, name: str, value: float) -> ElasticBody:
+        """The same of a material with another modulus."""
+        return replace(self, material=replace(self.material, **{name: value}))
 
     def described(self) -> dict[str, Any]:
         """What `summary.json` tells of it."""

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from .. import _mtb_rs
@@ -40,6 +41,8 @@ class HalfSpace:
     is_half_space: ClassVar[bool] = True
     #: Moduli of its material by which results are derived.
     moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
+    #: Moduli by which they are not, and why.
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     def with_modulus(self, name: str, value: float) -> HalfSpace:
         """The same of a material with another modulus."""
@@ -110,6 +113,9 @@ class Rigid:
     is_half_space: ClassVar[bool] = False
     material: ClassVar[None] = None
     moduli: ClassVar[tuple[str, ...]] = ()
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys(("young_modulus", "poisson_ratio"), "this body is rigid and has no moduli")
+    )
     elastic: ClassVar[None] = None
     normal_compliance: ClassVar[float] = 0.0
     plane_strain_compliance: ClassVar[float] = 0.0

@@ -136,8 +136,10 @@ class SlidingTangent:
         Inputs besides the gap and the friction coefficient at each point.
     gap : (n,) [m]
         Of the state.
-    wedging : float or None
-        The wedging margin of the state, where it is known.
+    wedging : callable
+        The wedging margin of the state; None where it is not known.
+    refused : dict of str to str
+        What else could be asked for, and why there is no derivative by it.
     """
 
     def __init__(
@@ -149,7 +151,8 @@ class SlidingTangent:
         direction: Array,
         named: Mapping[str, tuple[Shape, Callable[[], Change]]],
         gap: Array,
-        wedging: float | None = None,
+        wedging: Callable[[], float | None],
+        refused: Mapping[str, str],
     ) -> None:
         self._core = core
         self._points = points
@@ -159,7 +162,7 @@ class SlidingTangent:
         self._named = dict(named)
         self._made: dict[str, Change] = {}
         self._gap = gap
-        self._wedging = wedging
+        self._wedging, self.refused = wedging, refused
         shape = points.shape
         self.inputs: dict[str, Shape] = {"gap": shape, "friction_field": shape}
         self.inputs |= {name: given[0] for name, given in named.items()}
@@ -177,12 +180,12 @@ class SlidingTangent:
         pressure = self._points.pressure
         contact = pressure > 0.0
         if not contact.any():
-            return Margin(np.inf, np.inf, wedging=self._wedging)
+            return Margin(np.inf, np.inf, wedging=self._wedging())
         beside, moved = self._gap[~contact], float(np.abs(self._core.opening()[contact]).max())
         return Margin(
             parting=float(pressure[contact].min() / pressure.max()),
             touching=float(beside.min() / moved) if beside.size else np.inf,
-            wedging=self._wedging,
+            wedging=self._wedging(),
         )
 
     def change(self, name: str) -> Change:

@@ -114,6 +114,8 @@ class CoupledTangent:
         As of a tangential problem; the pressure is found.
     inputs : dict of str to shape
         ``gap`` (ny, nx) and ``normal_force`` (), and those of a tangential problem without the pressure.
+    refused : dict of str to str
+        What else could be asked for, and why there is no derivative by it.
     margin : Margin
     """
 
@@ -123,6 +125,9 @@ class CoupledTangent:
         self._normal, self._tangential, self._opened = normal, tangential, opened
         self._traction = traction
         self.fields = dict(tangential.fields)
+        found = "the pressure is found for the gap and the normal force: derive by 'gap' or 'normal_force'"
+        held = "the normal force is held, and the approach is found: derive by 'gap' or 'normal_force'"
+        self.refused = {**tangential.refused, "pressure": found, "approach": held}
         self.inputs: dict[str, Shape] = {"gap": opened.shape, "normal_force": ()}
         self.inputs |= {name: shape for name, shape in tangential.inputs.items() if name != "pressure"}
         pressed, sheared = normal.margin, tangential.margin

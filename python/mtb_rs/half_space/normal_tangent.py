@@ -30,6 +30,8 @@ class NormalTangent:
         What is given: ``gap`` (ny, nx), the initial one on the grid of the result; ``force`` () or
         ``approach`` (), ``moments_about_axes`` (2,) if one was given, and ``lower.young_modulus``,
         ``lower.poisson_ratio`` and those of the upper body, for each that is elastic.
+    refused : dict of str to str
+        What else could be asked for, and why there is no derivative by it.
     margin : Margin
     """
 
@@ -51,6 +53,8 @@ class NormalTangent:
         if moments != (None, None):
             self.inputs["moments_about_axes"] = (2,)
         self.inputs |= dict.fromkeys(self._moduli, ())
+        other = "approach" if load == "force" else "force"
+        self.refused = {other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"}
         self.margin = margin
         #: Products with the influence matrix so far.
         self.products = 0

@@ -8,7 +8,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -36,7 +36,7 @@ from ..results.report import Report
 from ..results.result import Judged, TangentialFields
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .pressure_field import PressureField, creepage_rows, pressure_field
-from .tangential_tangent import Grids, Moving, TangentialTangent
+from .tangential_tangent import Course, Grids, Moving, TangentialTangent
 
 if TYPE_CHECKING:
     from .normal import NormalResult
@@ -85,6 +85,11 @@ class Motion(ABC):
     def advice(self) -> str:
         """How a step that has no solution may have one, to be put behind the advice of a memory."""
         return ""
+
+    def courses(self, field: PressureField) -> dict[str, tuple[float, Callable[[float], Pair]]]:
+        """What its operators are made for on the cells of `field`: a small change of it, and the step (x, y)
+        [m] after a change."""
+        return {}
 
     def moving(self) -> Moving:
         """What moves, as derivatives name it."""
@@ -211,6 +216,15 @@ class Rolling(Motion):
                 )
         return along, across
 
+    def courses(self, field: PressureField) -> dict[str, tuple[float, Callable[[float], Pair]]]:
+        """Step and direction; a line contact has no other direction."""
+        length = math.hypot(*self.step_on(field))
+        courses = {
+            "step": (_COURSE * length, lambda by: replace(self, step=length + by).step_on(field)),
+            "angle": (_COURSE, lambda by: replace(self, angle=self.angle + by).step_on(field)),
+        }
+        return courses if field.reference is None else {"step": courses["step"]}
+
     def step_vector(self, spacing: Pair) -> Pair:
         """The step (x, y) [m] on cells of the size `spacing` [m]."""
         c, sine = math.cos(self.angle), math.sin(self.angle)
@@ -279,6 +293,9 @@ class Shift(Motion):
 
 #: Distance over the one before up to which a creep curve is continued by its last two points.
 _FARTHEST = 3.0
+
+#: Small changes of a step, over it, and of a direction [rad], by which operators are derived.
+_COURSE = 1e-3
 
 #: Shortest step, over a cell, by which the slip of steady rolling is measured.
 _SHORTEST_STEP = 0.1
@@ -580,8 +597,43 @@ class _Given:
             None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
             {side: body for side, body in bodies.items() if body is not None},
             other_bodies,
+            self._courses(motion, key),
+            self._refused(motion),
             _margin(result),
         )
+
+    @property
+    def _carries(self) -> bool:
+        """Whether a step carries the memory of friction along."""
+        return self.friction.depends_on_speed and not self.friction.lacks_memory
+
+    def _courses(self, motion: Motion, key: _Key) -> dict[str, Course]:
+        """What operators are made for, besides the bodies."""
+
+        def operators(step: Callable[[float], Pair], by: float) -> _mtb_rs.PatchOperators:
+            return _mtb_rs.PatchOperators(*key._replace(step=step(by)))
+
+        if self._carries:
+            return {}
+        courses = motion.courses(self.field).items()
+        return {name: Course(size, partial(operators, step)) for name, (size, step) in courses}
+
+    def _refused(self, motion: Motion) -> dict[str, str]:
+        """What could be asked for as well, and why there is no derivative by it."""
+        refused: dict[str, str] = {}
+        if self.pressed is None:
+            reason = (
+                "the pressure is given, and follows from it by the normal contact: derive by 'pressure' and "
+                "take the derivatives of solve_normal, or solve with coupling='full'"
+            )
+            refused |= dict.fromkeys(("gap", "normal_force", "approach"), reason)
+        if self._carries:
+            reason = (
+                "the memory of the friction is carried along by the step, which is not derived: friction "
+                "without memory has this derivative"
+            )
+            refused |= dict.fromkeys(motion.courses(self.field), reason)
+        return refused
 
 
 def _margin(result: TangentialResult) -> Margin:

@@ -43,6 +43,26 @@ class Moving:
     found: tuple[bool, bool]
 
 
+#: Weights of values at 0, 1, 2, 3 and 4 steps in their derivative, times the step: that of the side ahead.
+_AHEAD = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the operators are made for besides the bodies: a length or an angle of the motion.
+
+    Attributes
+    ----------
+    size : float
+        A small change of it.
+    operators : callable
+        The operators after a change of it.
+    """
+
+    size: float
+    operators: Callable[[float], _mtb_rs.PatchOperators]
+
+
 @dataclass(frozen=True)
 class Grids:
     """Where the cells of the core lie: on a grid of `shape` (ny, nx), and on that of the earlier state.
@@ -85,9 +105,12 @@ class TangentialTangent:
     inputs : dict of str to shape
         What is given: ``pressure`` (ny, nx); ``creepage`` (3,) of rolling, ``displacement`` (2,) and ``spin``
         of a shift; ``force`` (2,) if one was given; the parameters of friction;
-        ``velocity`` or ``duration`` if friction follows the slip; ``layer.thickness`` and
-        ``layer.shear_modulus``; ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body;
+        ``velocity`` or ``duration`` if friction follows the slip; ``step`` and ``angle`` of rolling;
+        ``layer.thickness`` and ``layer.shear_modulus``; ``lower.young_modulus``, ``lower.poisson_ratio`` and
+        those of the upper body;
         ``state.traction``, ``state.pressure`` and ``state.coefficient`` of the earlier state.
+    refused : dict of str to str
+        What else could be asked for, and why there is no derivative by it.
     margin : Margin
     """
 
@@ -101,12 +124,16 @@ class TangentialTangent:
         layer: tuple[float, float] | None,
         bodies: Mapping[str, Material],
         other_bodies: Callable[[Any, Any], _mtb_rs.PatchOperators],
+        courses: Mapping[str, Course],
+        refused: Mapping[str, str],
         margin: Margin,
     ) -> None:
         shape = grids.shape
         self._core, self._grids, self._moving = core, grids, moving
         self._slopes, self._followed = slopes, followed
         self._layer, self._bodies, self._other_bodies = layer, bodies, other_bodies
+        self._courses, self._made = courses, dict[str, tuple[Array, Array]]()
+        self.refused = refused
         self.margin = margin
         self.fields: dict[str, Shape] = {
             "traction": (3, *shape),
@@ -124,6 +151,7 @@ class TangentialTangent:
         self.inputs |= followed
         if followed:
             self.inputs[moving.speed] = ()
+        self.inputs |= dict.fromkeys(courses, ())
         if layer is not None:
             self.inputs |= {"layer.thickness": (), "layer.shear_modulus": ()}
         for side in bodies:
@@ -183,6 +211,11 @@ class TangentialTangent:
                 if (by := float(given[f"{side}.{constant}"])) != 0.0:
                     here = here + by * self._by_constant(side, constant)
         here, behind = here[0], here[1]
+        warmed = np.zeros(grids.shape)
+        for name in self._courses:
+            if (by := float(given[name])) != 0.0:
+                slip, own = self._by_course(name)
+                here, warmed = here + by * slip, warmed + by * own
         past = [np.zeros((2, *self._cells)), np.zeros(self._cells), np.zeros(self._cells)]
         if grids.cut_before is not None:
             names = ("state.traction", "state.pressure", "state.coefficient")
@@ -207,7 +240,7 @@ class TangentialTangent:
             # nothing slips out of contact
             "slip": np.where(grids.is_open, 0.0, grids.whole(slip)),
             "friction_coefficient": coefficients,
-            "dissipation": heat,
+            "dissipation": heat + warmed,
             "creepage": np.array([*found, rigid[2]]),
             "pressure": given["pressure"],
         }
@@ -259,6 +292,10 @@ class TangentialTangent:
             assert grids.before is not None
             assert grids.cut_before is not None
             return _back(found.earlier[names.index(name)], grids.cut_before, grids.before)
+        if name in self._courses:
+            slip, heat = self._by_course(name)
+            direct = heat * weights.get("dissipation", 0.0)
+            return np.asarray((slip * found.rigid_slip).sum() + direct.sum())
         side, constant = name.split(".")
         here, behind = self._by_constant(side, constant)
         return np.asarray((here * found.rigid_slip).sum() + (behind * found.rigid_slip_behind).sum())
@@ -273,6 +310,24 @@ class TangentialTangent:
                 return by_law[first : first + size].reshape(shape)
             first += size
         raise KeyError(name)
+
+    # step and direction
+
+    def _by_course(self, name: str) -> tuple[Array, Array]:
+        """Rigid slip (2, ny, nx) that does the same as a unit of a length or an angle, and heat on the grid.
+
+        What is carried along by a step is interpolated between cells, with a kink at whole ones: on the side
+        of a longer step and a larger angle.
+        """
+        if name not in self._made:
+            course = self._courses[name]
+            slip, heat = np.zeros((2, *self._cells)), np.zeros(self._grids.shape)
+            for k, weight in enumerate(_AHEAD):
+                moved = self._core.with_operators(course.operators(k * course.size))
+                slip += weight / course.size * moved[0]
+                heat += weight / course.size * moved[1]
+            self._made[name] = slip, heat
+        return self._made[name]
 
     # materials
 

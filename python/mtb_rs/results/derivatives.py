@@ -42,7 +42,8 @@ class Margin:
     sticking : float or None
         Smallest slip where points slip, over the largest one.
     wedging : float or None
-        `wedging_margin` of the report. Near 1 the derivatives grow without limit.
+        `wedging_margin` of the report; of a step without that of tipping over. Near 1 the derivatives grow
+        without limit.
     """
 
     parting: float
@@ -67,6 +68,8 @@ class Tangent(Protocol):
         What is found, of which sums can be derived.
     inputs : Mapping of name to shape
         What is given, by which they can be derived.
+    refused : Mapping of name to str
+        What else could be asked for, and why there is no derivative by it.
     margin : Margin
     """
 
@@ -75,6 +78,9 @@ class Tangent(Protocol):
 
     @property
     def inputs(self) -> Mapping[str, Shape]: ...
+
+    @property
+    def refused(self) -> Mapping[str, str]: ...
 
     @property
     def margin(self) -> Margin: ...
@@ -219,6 +225,8 @@ class Differentiable(ABC):
         """
         tangent = self._tangent()
         inputs = tangent.inputs
+        if isinstance(by, str) and by in tangent.refused:
+            raise ValueError(f"by is {by!r}: {tangent.refused[by]}")
         _known("by", by, inputs)
         if isinstance(of, str) and of in tangent.fields:
             found, given = tangent.fields[of], inputs[by]

@@ -26,8 +26,11 @@ SideName = Literal["upper", "lower"]
 
 #: Half the width, relative to the pressure, of the differences of a user's law of friction over the pressure.
 _WIDTH = 1e-4
-#: Difference of Poisson's ratios by which a compliance, a polynomial of the second degree in it, is derived.
-_RATIO = 0.01
+#: Difference of Poisson's ratios by which displacements are derived.
+_RATIO = 1e-3
+#: Places in such differences, and the weights of the values there: to both sides, and on the side below.
+_CENTRAL = ((-2, -1, 1, 2), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
+_BEHIND = ((0, -1, -2, -3, -4), (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25))
 
 
 @dataclass(frozen=True)
@@ -130,8 +133,26 @@ class DerivedState:
             problem.direction,
             dict(self._inputs()),
             points.on_points(result.gap, 0),
-            result.report.wedging_margin,
+            lambda: result.report.wedging_margin,
+            self._refused(),
         )
+
+    def _refused(self) -> dict[str, str]:
+        """What could be asked for as well, and why there is no derivative by it."""
+        refused = {}
+        for name in ("friction", "magnetic_pressure"):
+            spec = getattr(self.scene, name)
+            if spec is not None and as_form(spec).leaves() is None:
+                refused[name] = (
+                    f"it was given as a {type(spec).__name__}, whose numbers are not known: '{name}_field' "
+                    "is the derivative by its value at each point"
+                )
+        refused |= {
+            f"{side}.{name}": reason
+            for side in cast("tuple[SideName, ...]", ("upper", "lower"))
+            for name, reason in getattr(self.scene, side).without_derivatives.items()
+        }
+        return refused
 
     # what is given
 
@@ -156,7 +177,7 @@ class DerivedState:
                 yield name, (shape, partial(by, numbers))
         if scene.magnetic_pressure is not None:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
-        if scene.velocity is not None and self._tables():
+        if scene.velocity is not None:
             yield "velocity", ((), self._by_velocity)
         if scene.sliding_direction is not None:
             yield "sliding_direction", ((2,), self._by_direction)
@@ -213,6 +234,8 @@ class DerivedState:
     def _by_velocity(self) -> Change:
         """Tables are linear between two of their velocities: at one of them, on the side below."""
         scene, problem = self.scene, self.problem
+        if not self._tables():
+            return Change(work=np.zeros((1, len(problem.relative_motions))))
         velocity = float(cast("float", scene.velocity))
         below = [v for table in self._tables() for v in table.velocity if v < velocity]
         above = [v for table in self._tables() for v in table.velocity if v > velocity]
@@ -260,20 +283,15 @@ class DerivedState:
         return Change(gap=-self._opening(self.problem, side)[None] / modulus)
 
     def _by_ratio(self, side: SideName) -> Change:
+        """Displacements are smooth in it, of half-spaces polynomials of the second degree."""
         body = getattr(self.scene, side)
-        ratio = body.material.poisson_ratio
-        # three ratios of which a polynomial of the second degree is known, and its derivative at the first
-        is_last = ratio + _RATIO > 0.5
-        at, share = ((-1.0, -2.0), (-1.5, 2.0, -0.5)) if is_last else ((1.0, -1.0), (0.0, 0.5, -0.5))
-        openings = [self._opening(self.problem, side)]
-        for steps in at:
-            changed = replace(
-                self.scene, **{side: body.with_modulus("poisson_ratio", ratio + steps * _RATIO)}
-            )
-            openings.append(self._opening(self._posed(changed), side))
-        sign = -1.0 if is_last else 1.0
-        by = sum(s * o for s, o in zip(share, openings, strict=True))
-        return Change(gap=sign * np.asarray(by)[None] / _RATIO)
+        ratio, width = body.material.poisson_ratio, _RATIO
+        places, weights = _CENTRAL if ratio + 2.0 * width <= 0.5 else _BEHIND
+        opened = np.zeros(self.problem.n)
+        for place, weight in zip(places, weights, strict=True):
+            changed = replace(self.scene, **{side: body.with_modulus("poisson_ratio", ratio + place * width)})
+            opened += weight / width * self._opening(self._posed(changed), side)
+        return Change(gap=opened[None])
 
     # what is found
 

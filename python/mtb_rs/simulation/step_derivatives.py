@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -76,9 +77,26 @@ class StepDerived:
             named["magnetic_pressure_field"] = ((n,), self._by_field)
         if self.has_diagonal:
             named["diagonal"] = ((n,), lambda: Change(gap=np.diag(self.pressure)))
+        refused = {}
+        if not any(part[8].any() for part in self._inputs):
+            refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
+        for side in ("upper", "lower"):
+            for name in ("young_modulus", "poisson_ratio"):
+                refused[f"{side}.{name}"] = (
+                    "a prepared contact keeps the displacements of its bodies, and not their materials: "
+                    "the result of the scene has this derivative"
+                )
         points = Points((n,), None, geometry.tangents, geometry, self.pressure)
         # what is given fades below the standstill speed, and all that follows from it
-        return SlidingTangent(self.linear, points, motions, friction, fade * direction, named, self.gap)
+        return SlidingTangent(
+            self.linear, points, motions, friction, fade * direction, named, self.gap, self._wedging, refused
+        )
+
+    def _wedging(self) -> float | None:
+        factor = self.linear.wedging_factor()
+        if np.isinf(factor):
+            return 0.0
+        return 1.0 / factor if factor > 0.0 else math.inf
 
     def _by_field(self) -> Change:
         assert self.by_field is not None

@@ -277,6 +277,15 @@ proptest! {
             return Ok(());
         }
         let step = contact.taken().unwrap().clone();
+        // twice the friction is twice as near to wedging
+        let limit = |state: SlidingState| {
+            let mut own = Linearised::new(prepared.influence.clone(), state, &unmonitored).unwrap();
+            own.tangent(&unmonitored).unwrap().wedging_factor(&unmonitored).unwrap()
+        };
+        let once = limit(step.state().clone());
+        let twice = step.state().friction.iter().map(|mu| 2.0 * mu).collect();
+        let twice = limit(SlidingState { friction: twice, ..step.state().clone() });
+        prop_assert!(once > 0.0 && (2.0 * twice / once - 1.0).abs() < 1e-6, "{} {}", once, twice);
         // a friction that follows the pressure
         let slope = step.state().friction.iter().map(|mu| 0.7 * mu).collect();
         let state = SlidingState { slope, ..step.state().clone() };

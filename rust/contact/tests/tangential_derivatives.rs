@@ -341,6 +341,14 @@ proptest! {
         };
         let problem = case.problem();
         let mut tangent = TangentialTangent::new(&made, &problem, solution.state(), Some(case.around())).expect("a solution");
+        // of its own operators it has its own slip and heat
+        let (slip, heat) = tangent.with_operators(&made);
+        let own: Vec<f64> = (slip.iter().zip(&solution.slip).enumerate())
+            .filter(|(k, _)| solution.state[k % case.grid.points()] == DiscState::Rim)
+            .map(|(_, (a, b))| a - b)
+            .collect();
+        prop_assert!(size(&own) <= 1e-9 * size(&solution.slip), "{} {}", size(&own), size(&solution.slip));
+        prop_assert_eq!(heat, dissipation(&made, &problem, &solution, case.around()));
         let change = change(&case, &tangent, seed);
         let derivative = tangent.forward(&change, &unmonitored).expect("a derivative");
         let n = case.grid.points();

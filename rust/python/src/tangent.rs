@@ -101,6 +101,11 @@ impl PyTangent {
         }
     }
 
+    /// The factor on the friction up to which the sliding state exists and is unique for every load.
+    fn wedging_factor(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |tangent, monitor| tangent.wedging_factor(monitor))
+    }
+
     /// What pressures and friction of the state open the gaps by (n,) [m].
     fn opening<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let opening = self.with(py, |tangent, _| Ok(tangent.opening()))?;

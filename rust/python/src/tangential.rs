@@ -400,6 +400,16 @@ impl PyTangentialTangent {
         })?;
         Ok((self.vectors(py, here)?, self.vectors(py, behind)?))
     }
+
+    /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state.
+    fn with_operators<'py>(
+        &self,
+        py: Python<'py>,
+        other: &PyPatchOperators,
+    ) -> PyResult<(OwnVectors<'py>, OwnField<'py>)> {
+        let ((slip, heat), _) = self.with(py, |tangent, _| Ok(tangent.with_operators(&other.0)))?;
+        Ok((self.vectors(py, slip)?, self.heat(py, heat)?))
+    }
 }
 
 impl PyTangentialTangent {

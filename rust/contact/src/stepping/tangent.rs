@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
+use mtb_complementarity::linear::definiteness_limit;
 use mtb_operator::Monitor;
 use mtb_operator::krylov::dot;
 
@@ -370,6 +371,46 @@ impl<'a> Tangent<'a> {
             .products(&pressure, [&x, &y])
             .col_as_slice(0)
             .to_vec()
+    }
+
+    /// The factor on the friction up to which the sliding state exists and is unique for every load; infinite where
+    /// friction does not open or close the gap. See [`definiteness_limit`].
+    ///
+    /// # Errors
+    /// An interruption.
+    pub fn wedging_factor(&self, monitor: Monitor<'_>) -> Result<f64, Error> {
+        let n = self.count();
+        let [x, y] = self.influence.along();
+        if x.is_none() && y.is_none() {
+            return Ok(f64::INFINITY);
+        }
+        let state = self.state;
+        let drag = state.along(&state.friction);
+        // columns of the stored blocks are those of the loaded points
+        let mut scaled = vec![0.0; n * n];
+        for (block, drag) in [x, y].into_iter().zip(drag.chunks_exact(n.max(1))) {
+            let Some(block) = block else { continue };
+            for (j, drag) in drag.iter().enumerate().filter(|(_, d)| **d != 0.0) {
+                for i in 0..n {
+                    scaled[i * n + j] += drag * block[j * n + i];
+                }
+            }
+        }
+        let held: Vec<f64> = (state.motions.iter())
+            .flat_map(|motion| motion.opening.iter().zip(&state.area).map(|(o, a)| o * a))
+            .collect();
+        let stored = self.influence.normal();
+        let mut normal: Vec<f64> = (0..n * n).map(|k| stored[(k % n) * n + k / n]).collect();
+        for (i, own) in state.diagonal.iter().flatten().enumerate() {
+            normal[i * n + i] += own;
+        }
+        Ok(definiteness_limit(
+            &normal,
+            &scaled,
+            &state.area,
+            Some(&held),
+            monitor,
+        )?)
     }
 
     /// The state.

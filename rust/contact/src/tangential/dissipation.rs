@@ -3,6 +3,7 @@ use mtb_operator::Grid;
 
 use mtb_operator::LinearOperator;
 
+use super::change::TangentialState;
 use super::given::{carried, rigid_slip};
 use super::operators::{Motion, PatchOperators};
 use super::problem::{TangentialProblem, TangentialSolution};
@@ -33,6 +34,16 @@ pub fn dissipation(
     solution: &TangentialSolution,
     around: Surroundings,
 ) -> Vec<f64> {
+    heat_of(operators, problem, &solution.state(), around)
+}
+
+/// [`dissipation()`] of a state.
+pub(super) fn heat_of(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    solution: &TangentialState<'_>,
+    around: Surroundings,
+) -> Vec<f64> {
     let grid = operators.grid();
     let n = grid.points();
     let work = |traction: &[f64], slip: &[f64], k: usize| {
@@ -40,14 +51,14 @@ pub fn dissipation(
     };
     let mut heat = vec![0.0; around.shape[0] * around.shape[1]];
     for k in 0..n {
-        heat[around.cell(&grid, k, [0, 0])] += work(&solution.traction, &solution.slip, k);
+        heat[around.cell(&grid, k, [0, 0])] += work(solution.traction, solution.slip, k);
     }
     let before = match (operators.motion, problem.earlier) {
-        (Motion::Steady { .. }, _) => &solution.traction,
-        (_, Some(earlier)) => &earlier.traction,
+        (Motion::Steady { .. }, _) => solution.traction,
+        (_, Some(earlier)) => earlier.traction.as_slice(),
         _ => return heat,
     };
-    let slip = slip_behind(operators, problem, &solution.traction, solution.drive);
+    let slip = slip_behind(operators, problem, solution.traction, solution.drive);
     around.add_behind(operators, &mut heat, |k| work(before, &slip, k));
     heat
 }

@@ -13,7 +13,7 @@ use mtb_operator::{Kernel, LinearOperator, Monitor};
 
 use super::bound::SlipBound;
 use super::change::{TangentialChange, TangentialResponse, TangentialState};
-use super::dissipation::Surroundings;
+use super::dissipation::{Surroundings, heat_of};
 use super::given::{carried, offset, rigid_slip};
 use super::operators::{Motion, PatchOperators};
 use super::problem::{Drive, Earlier, TangentialProblem};
@@ -304,12 +304,31 @@ impl<'a> TangentialTangent<'a> {
         image.iter().map(|f| -f / length).collect()
     }
 
+    /// The slip (2n), and the heat on the grid around, that `other` operators, for a motion of the same kind on the
+    /// same grid, would make of the tractions, and of what else is given and found.
+    ///
+    /// The derivative by something that the operators depend on is that by [`TangentialChange::rigid_slip`] along the
+    /// derivative of this slip, and of the heat directly that of this heat, in which the slip of the cells themselves
+    /// is held.
+    pub fn with_operators(&self, other: &PatchOperators) -> (Vec<f64>, Vec<f64>) {
+        let given = TangentialProblem {
+            drive: self.state.drive.map(Drive::Slip),
+            ..self.problem.clone()
+        };
+        let mut slip = vec![0.0; self.state.traction.len()];
+        other.levels[0].slip.apply(self.state.traction, &mut slip);
+        add(&mut slip, 1.0, &offset(other, &given));
+        let length = length(other.motion);
+        for s in &mut slip {
+            *s /= -length;
+        }
+        let heat = (self.around).map(|around| heat_of(other, self.problem, &self.state, around));
+        (slip, heat.unwrap_or_default())
+    }
+
     /// Images [m] of a unit of slip.
     pub(super) fn length(&self) -> f64 {
-        match self.operators.motion {
-            Motion::Transient { .. } => self.operators.motion.step_length(),
-            _ => 1.0,
-        }
+        length(self.operators.motion)
     }
 
     pub(super) fn in_contact(&self, field: &[f64]) -> Vec<f64> {
@@ -521,6 +540,14 @@ impl<'a> TangentialTangent<'a> {
         let result = work(&mut place)?;
         let counts = [place.discs.products, place.discs.preconditionings];
         Ok((result, counts))
+    }
+}
+
+/// Images [m] of a unit of slip.
+fn length(motion: Motion) -> f64 {
+    match motion {
+        Motion::Transient { .. } => motion.step_length(),
+        _ => 1.0,
     }
 }
 
