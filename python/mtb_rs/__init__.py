@@ -17,6 +17,7 @@ from .base.errors import (
     ToleranceWarning,
     ViewError,
 )
+from .bodies.conductor import Conductor, conducting_steel
 from .bodies.elastic_body import ElasticBody
 from .bodies.material import Material, steel
 from .bodies.mesh import TetraMesh
@@ -66,6 +67,7 @@ from .results.report import Report
 from .results.result import Displacement, Result
 from .results.solid import Solid
 from .results.sweep_table import SweepTable
+from .results.temperature import RollingTemperature
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
 from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
@@ -87,6 +89,7 @@ if TYPE_CHECKING:
         | NormalResult
         | TangentialResult
         | FoundationResult
+        | RollingTemperature
         | Hertz
         | StepResult
         | StartOfSliding
@@ -135,6 +138,7 @@ __all__ = [
     "CaseError",
     "Chart",
     "ChartPoint",
+    "Conductor",
     "ConvergenceError",
     "Coulomb",
     "CreepForceTable",
@@ -167,6 +171,7 @@ __all__ = [
     "ResultantError",
     "Rigid",
     "Rolling",
+    "RollingTemperature",
     "Scene",
     "Shift",
     "Solid",
@@ -190,6 +195,7 @@ __all__ = [
     "__version__",
     "animate",
     "area_load_curve",
+    "conducting_steel",
     "creep_curve",
     "fastsim",
     "fastsim_curve",

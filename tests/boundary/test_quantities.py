@@ -190,6 +190,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("BodySurface.rail", lambda **a: points(mtb.BodySurface.rail(**a)), dict(length=0.2)),
     ("BodySurface.top", mtb.BodySurface.paraboloid(0.1).top, dict(x=[0.01, 0.02], y=[0.0, 0.01])),
     ("BodySurface.bottom", mtb.BodySurface.paraboloid(0.1).bottom, dict(x=0.01, y=0.02)),
+    ("Conductor", mtb.Conductor, dict(conductivity=50.0, density=7850.0, specific_heat=450.0)),
     ("Coulomb", mtb.Coulomb, dict(coefficient=0.3)),
     ("Coulomb", mtb.Coulomb, dict(coefficient=np.full((12, 12), 0.3))),
     (
@@ -301,6 +302,18 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(rail_position=np.linspace(0.0, 0.02, 5), coefficient=np.full((2, 5), 0.3), x=[0.0, 1.0]),
     ),
     ("Rolling", mtb.Rolling, dict(creepage=(1e-3, 0.0, 0.1), angle=0.2, velocity=20.0, step=1e-3)),
+    (
+        "TangentialResult.temperature",
+        lambda **a: (
+            mtb.solve_tangential(motion=mtb.Rolling((1e-3, 0.0, 0.0)), **ROLLING).temperature(**a).peak
+        ),
+        dict(bulk=(10.0, 20.0)),
+    ),
+    (
+        "WheelPatch.temperature",
+        lambda **a: wheels().step(velocity=20.0).patches[0].temperature(**a).peak,
+        dict(bulk=(10.0, 20.0)),
+    ),
     ("Rolling", mtb.Rolling, dict(creepage=(0.0, 0.0, 0.1), force=(1.0, None))),
     ("Scene", scene, dict(gap=BALL, spacing=(2e-3, 1e-3), force=100.0, moments=(1e-3, 0.0), friction=0.3)),
     ("Scene", scene, dict(approach=1e-5, velocity=3.0)),

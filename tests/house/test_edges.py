@@ -14,12 +14,13 @@ ALLOWED = {
     "operator": {"words"},
     "complementarity": {"words", "operator"},
     "elasticity": {"words", "operator"},
+    "heat": {"words"},
     "contact": {"words", "operator", "complementarity"},
     "wheelset": {"words", "geometry", "operator", "complementarity", "elasticity", "contact"},
     "capi": {"operator", "complementarity", "contact", "wheelset"},
     "fmu": {"words", "operator", "contact"},
-    "mtb": {"words", "geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
-    "python": {"geometry", "operator", "complementarity", "elasticity", "contact", "wheelset"},
+    "mtb": {"words", "geometry", "operator", "complementarity", "elasticity", "heat", "contact", "wheelset"},
+    "python": {"geometry", "operator", "complementarity", "elasticity", "heat", "contact", "wheelset"},
 }
 #: [Author1985], [Author1985, eq. 1], [AuthorOther1985; Another1990], [EN13715]
 KEY = re.compile(r"[A-Z][A-Za-z]+(?:19|20)\d\d[a-z]?|EN\d+(?:-\d+)?")

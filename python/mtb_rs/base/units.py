@@ -46,11 +46,15 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(("budget", "dt", "duration"), "s"),
     **dict.fromkeys(("creepage", "creepages"), ("1", "1", "1/m")),
     "area": "m^2",
+    "bulk": "K",
+    "conductivity": "W/(m K)",
+    "density": "kg/m^3",
     "displacement_tolerance": "1",
     "distance_tolerance": "m",
     "force_tolerance": "N",
     "frames_per_second": "1/s",
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
+    "specific_heat": "J/(kg K)",
     "value": "1 or Pa",
 }
 #: Arguments in the unit of what another one names, which are converted where that is known.

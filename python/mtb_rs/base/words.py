@@ -27,6 +27,8 @@ Field = Literal[
     "lateral_slip",
     "friction_coefficient",
     "dissipation",
+    "temperature",
+    "heat_flux",
     "gap",
     "initial_gap",
     "status",

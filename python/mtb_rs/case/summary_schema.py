@@ -18,6 +18,7 @@ from ..results.fields import FIELDS, TOTALS
 from ..results.report import Report
 from ..results.result import Result
 from ..results.saved import SCHEMA
+from ..results.temperature import RollingTemperature
 from ..results.wheel_result import WheelPatch, WheelReport, WheelStep
 from ..simulation.stepping import StepReport, StepResult
 
@@ -105,6 +106,7 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     NormalResult: (_PRESSED, Report),
     TangentialResult: (("motion", "creepage", *_RUBBED), Report),
     FoundationResult: (_RUBBED, None),
+    RollingTemperature: (("heat_lower", "heat_upper", "friction_power"), None),
     Hertz: (("semi_axes", "peak_pressure", "curvatures", "lower", "upper", *_PRESSED), Report),
     StepResult: ((*_LOADED, "friction_power"), StepReport),
     StartOfSliding: (

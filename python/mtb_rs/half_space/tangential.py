@@ -27,6 +27,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Coupling
+from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, as_law
 from ..geometry.contact_points import window
@@ -34,6 +35,7 @@ from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
+from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .pressure_field import PressureField, creepage_rows, pressure_field
 from .tangential_tangent import Course, Grids, Moving, TangentialTangent
@@ -80,6 +82,11 @@ class Motion(ABC):
     def is_steady(self) -> bool:
         """Whether it has no state before."""
         return False
+
+    @property
+    def direction(self) -> float:
+        """Direction in which the contact moves over the bodies, from +x towards +y [rad]."""
+        return 0.0
 
     @property
     def advice(self) -> str:
@@ -176,6 +183,11 @@ class Rolling(Motion):
     def slip_speed(self) -> float:
         """Slip speed [m/s] of a unit of slip: slip is relative to the velocity."""
         return self.velocity
+
+    @property
+    def direction(self) -> float:
+        """Direction of rolling [rad]."""
+        return self.angle
 
     def moving(self) -> Moving:
         """Creepages and spin together, at a velocity."""
@@ -459,6 +471,48 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
 
     def _units(self) -> dict[str, str]:
         return {"slip": self.slip_unit, "dissipation": self.dissipation_unit}
+
+    def temperature(
+        self,
+        lower: Conductor = conducting_steel,
+        upper: Conductor = conducting_steel,
+        bulk: tuple[float, float] = (0.0, 0.0),
+    ) -> RollingTemperature:
+        """Temperatures of both surfaces in and behind a rolling contact.
+
+        The heat is `dissipation` times the rolling velocity. Both bodies pass through the contact at this
+        velocity and heat flows into their depth alone, so that a particle that took up the heat q dt a time t
+        ago is warmer by ``q dt / (beta sqrt(pi t))``, with the effusivity beta. In contact both surfaces have
+        one temperature [ErtzKnothe2002].
+
+        Parameters
+        ----------
+        lower, upper : Conductor
+        bulk : (float, float) [K]
+            Temperatures with which the lower and the upper body come, over any common level.
+
+        Returns
+        -------
+        RollingTemperature
+            Exact at the cell centres for the piecewise constant heat. A body that comes into contact twice
+            while the bulk temperatures differ has an error of the order of the cells.
+
+        Raises
+        ------
+        ValueError
+            For a shift or a transient step, whose surfaces have no steady temperature.
+        """
+        motion = self.motion
+        if not motion.is_steady:
+            raise ValueError(
+                f"temperature() is of steady rolling, and this is a "
+                f"{'transient step' if motion.slip_unit == '1' else 'shift'}: solve_tangential with "
+                "Rolling(..., transient=False) gives a steady one"
+            )
+        power = self.dissipation * motion.slip_speed
+        direction, bodies = motion.direction, (lower, upper)
+        given = (self.points, self.area, self.pressure, self.status)
+        return rolling_temperature(*given, power, direction, motion.slip_speed, bodies, bulk)
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""

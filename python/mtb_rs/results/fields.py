@@ -101,6 +101,10 @@ FIELDS = {
         Field("gap", "gap", "m", _EMPTY, is_distance=True),
         Field("initial_gap", "initial gap", "m", _EMPTY, is_distance=True),
         Field("status", "status", "", _EMPTY, extent="around"),
+        Field("temperature_upper", "temperature", "K", _EMPTY, body="upper", extent="around"),
+        Field("temperature_lower", "temperature", "K", _EMPTY, body="lower", extent="around"),
+        Field("heat_flux_upper", "heat flux", "W/m^2", _EMPTY, body="upper", extent="around", is_signed=True),
+        Field("heat_flux_lower", "heat flux", "W/m^2", _EMPTY, body="lower", extent="around", is_signed=True),
         Field("displacement_upper", "displacement", "m", _EMPTY, True, _MOVED, body="upper"),
         Field("displacement_lower", "displacement", "m", _EMPTY, True, _MOVED, body="lower"),
     )
@@ -118,6 +122,8 @@ TOTALS = {
         Field("tilts", "tilts", "1", _EMPTY, parts=()),
         Field("creepage", "creepage or shift", "", _EMPTY, parts=()),
         Field("friction_power", "heat of sliding", "W", _EMPTY, parts=()),
+        Field("heat_lower", "heat into the lower body", "W", _EMPTY, parts=()),
+        Field("heat_upper", "heat into the upper body", "W", _EMPTY, parts=()),
         Field("displacement", "displacement of the upper body", "m", _EMPTY, parts=()),
         Field("slip_share", "share of the contact area that slips", "1", _EMPTY, parts=()),
     )

@@ -115,8 +115,8 @@ def load(saved: str | Path) -> Any:
 
     Returns
     -------
-    Result, NormalResult, TangentialResult, FoundationResult, Hertz, StepResult, StartOfSliding, WheelStep, \
-WheelPatch, Chart, SweepTable or AreaLoadCurve
+    Result, NormalResult, TangentialResult, RollingTemperature, FoundationResult, Hertz, StepResult, \
+StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable or AreaLoadCurve
         Of the kind that was saved.
 
     Raises

@@ -15,12 +15,14 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, along, in_words
 from ..base.words import Side
+from ..bodies.conductor import Conductor, conducting_steel
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
 from .doors import pictures
 from .fields import Field as ResultField
 from .fields import totals_of
 from .result import Drawn, Pictured, png
+from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
 
@@ -138,6 +140,29 @@ class WheelPatch(Drawn):
     def force(self) -> Array:
         """Force on the rail (3,) [N], in the track: creep force and normal force."""
         return np.asarray(self.load().sum(axis=(1, 2)))
+
+    def temperature(
+        self,
+        lower: Conductor = conducting_steel,
+        upper: Conductor = conducting_steel,
+        bulk: tuple[float, float] = (0.0, 0.0),
+    ) -> RollingTemperature:
+        """Temperatures of rail and wheel in and behind this contact; see
+        :meth:`mtb_rs.TangentialResult.temperature`.
+
+        They are those of steady rolling with the heat that the step has now.
+
+        Parameters
+        ----------
+        lower, upper : Conductor
+            Rail and wheel.
+        bulk : (float, float) [K]
+            Temperatures with which rail and wheel come, over any common level.
+        """
+        drawn = self._picture()
+        given = (drawn.points, drawn.area, drawn.pressure, drawn.status, drawn.dissipation)
+        angle = 0.0 if self.rolling_speed >= 0.0 else np.pi
+        return rolling_temperature(*given, angle, abs(self.rolling_speed), (lower, upper), bulk)
 
     def _picture(self) -> PatchPicture:
         x, y = np.meshgrid(self.x, self.y)

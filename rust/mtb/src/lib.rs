@@ -182,7 +182,7 @@
 //! # Further
 //!
 //! The crates behind this one are its modules: [`geometry`], [`operator`], [`complementarity`],
-//! [`elasticity`], [`contact`], [`wheelset`]. Anything that may take long takes a [`Monitor`], which can
+//! [`elasticity`], [`heat`], [`contact`], [`wheelset`]. Anything that may take long takes a [`Monitor`], which can
 //! interrupt it; [`unmonitored`] never does.
 //!
 //! **References.** [Johnson1985], [Steininger2025].
@@ -197,6 +197,7 @@ pub use mtb_complementarity as complementarity;
 pub use mtb_contact as contact;
 pub use mtb_elasticity as elasticity;
 pub use mtb_geometry as geometry;
+pub use mtb_heat as heat;
 pub use mtb_operator as operator;
 pub use mtb_wheelset as wheelset;
 

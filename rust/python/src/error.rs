@@ -51,6 +51,12 @@ impl From<mtb_geometry::Error> for Failure {
     }
 }
 
+impl From<mtb_heat::Error> for Failure {
+    fn from(error: mtb_heat::Error) -> Self {
+        Self::Refused(error.to_string())
+    }
+}
+
 impl From<Infallible> for Failure {
     fn from(never: Infallible) -> Self {
         match never {}

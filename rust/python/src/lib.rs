@@ -13,6 +13,7 @@ mod contact;
 mod elasticity;
 mod error;
 mod geometry;
+mod heat;
 mod normal;
 mod operator;
 mod prepared;
@@ -42,6 +43,8 @@ mod _mtb_rs {
         PyBodySurface, PyContactGrid, PyContactPoints, PyProfile, PyWheelRailGap, pole_shoe_grid,
         read_columns, surface_gap, wheel_on_rail_gap,
     };
+    #[pymodule_export]
+    use super::heat::rolling_temperatures;
     #[pymodule_export]
     use super::normal::{
         PyNormalOutcome, PyNormalTangent, available_address_space, available_memory, normal_memory,

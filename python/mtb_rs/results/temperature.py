@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Surface temperatures in rolling contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import pair, warn
+from ..base.owning import solved
+from ..base.plain import plain
+from ..base.stored import stored
+from ..base.told import Row, in_words
+from ..bodies.conductor import Conductor
+from .result import Pictured
+
+Array = NDArray[np.float64]
+
+#: Peclet number below which heat flows noticeably along the surface and ahead of the contact.
+SLOW = 10.0
+
+
+@stored
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class RollingTemperature(Pictured):
+    """Surface temperatures of two bodies in rolling contact, of :meth:`TangentialResult.temperature` and
+    :meth:`WheelPatch.temperature`.
+
+    Attributes
+    ----------
+    points : (2, ny, nx) [m]
+        Cell centres.
+    area : (ny, nx) [m2]
+    pressure : (ny, nx) [Pa]
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip.
+    temperature_lower, temperature_upper : (ny, nx) [K]
+        Of the surfaces, above the level from which the bulk temperatures count. Both are the same in contact.
+    heat_flux_lower, heat_flux_upper : (ny, nx) [W/m2]
+        Heat that enters each body; their sum is the power of friction.
+    peclet : float
+        Peclet number V a / (2 kappa) of the contact, with half of its length a: far above one, heat flows
+        into the depth alone.
+    """
+
+    points: Array
+    area: Array
+    pressure: Array
+    status: NDArray[np.int8]
+    temperature_lower: Array
+    temperature_upper: Array
+    heat_flux_lower: Array
+    heat_flux_upper: Array
+    peclet: float
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "pressure", "temperature_lower", "temperature_upper", "heat_flux_lower",
+        "heat_flux_upper", "status",
+    )  # fmt: skip
+    _summed: ClassVar[tuple[str, ...]] = ("heat_lower", "heat_upper", "friction_power")
+
+    @property
+    def heat_lower(self) -> float:
+        """Heat that enters the lower body [W]."""
+        return float((self.heat_flux_lower * self.area).sum())
+
+    @property
+    def heat_upper(self) -> float:
+        """Heat that enters the upper body [W]."""
+        return float((self.heat_flux_upper * self.area).sum())
+
+    @property
+    def friction_power(self) -> float:
+        """Heat of friction [W]."""
+        return self.heat_lower + self.heat_upper
+
+    @property
+    def peak(self) -> float:
+        """Highest temperature of a surface in contact [K]."""
+        touching = self.status > 0
+        return float(max(t[touching].max() for t in (self.temperature_lower, self.temperature_upper)))
+
+    def told(self) -> list[Row]:
+        """The highest temperature, and where the heat goes: what a notebook and the command line show."""
+        rows = [("highest temperature in contact", in_words(self.peak, "K"))]
+        return [*rows, *super().told(), ("Peclet number", f"{self.peclet:.4g}")]
+
+    def __repr__(self) -> str:
+        ny, nx = self.pressure.shape
+        return f"{type(self).__name__}({nx} x {ny} cells, highest {self.peak:.4g} K)"
+
+
+def rolling_temperature(
+    points: Array,
+    area: Array,
+    pressure: Array,
+    status: NDArray[np.int8],
+    power: Array,
+    angle: float,
+    speed: float,
+    bodies: tuple[Conductor, Conductor],
+    bulk: tuple[float, float],
+) -> RollingTemperature:
+    """Temperatures of lower and upper body at `speed` [m/s], from the heat of friction `power` (ny, nx)
+    [W/m2]."""
+    for side, body in zip(("lower", "upper"), bodies, strict=True):
+        if not isinstance(body, Conductor):
+            raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")
+    bulk = pair("bulk", bulk, "K")
+    touches = status > 0
+    ny, nx = pressure.shape
+    # one row or column has no distance: its size follows from the area
+    dx = float(points[0, 0, 1] - points[0, 0, 0]) if nx > 1 else 0.0
+    dy = float(points[1, 1, 0] - points[1, 0, 0]) if ny > 1 else 0.0
+    cell = float(area.flat[0])
+    dx = dx or (cell / dy if dy else cell**0.5)
+    dy = dy or cell / dx
+    # along the rolling direction
+    along = (points[0] * np.cos(angle) + points[1] * np.sin(angle))[touches]
+    half = 0.5 * (float(np.ptp(along)) + dx * abs(np.cos(angle)) + dy * abs(np.sin(angle)))
+    peclet = speed * half / (2.0 * max(body.diffusivity for body in bodies))
+    if peclet < SLOW:
+        warn(
+            f"The Peclet number of this contact is {peclet:.3g}. Below {SLOW:g} heat also flows along the "
+            "surface, which is left out here: the temperatures are too high."
+        )
+    surface, flux = _mtb_rs.rolling_temperatures(
+        np.ascontiguousarray(power),
+        np.ascontiguousarray(touches),
+        (dx, dy),
+        float(angle),
+        float(speed),
+        (bodies[0].constants, bodies[1].constants),
+        bulk,
+    )
+    return RollingTemperature(
+        points, area, pressure, status, surface[0], surface[1], flux[0], flux[1], peclet
+    )
