@@ -49,6 +49,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "bulk": "K",
     "conductivity": "W/(m K)",
     "density": "kg/m^3",
+    "diagonal": "m/Pa",
     "displacement_tolerance": "1",
     "distance_tolerance": "m",
     "force_tolerance": "N",
