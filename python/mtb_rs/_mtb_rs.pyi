@@ -666,6 +666,7 @@ class PatchOperators:
         motion: str,
         step: tuple[float, float],
         reference: float | None,
+        softens: bool = False,
     ) -> PatchOperators: ...
     def solve(
         self,
@@ -679,6 +680,7 @@ class PatchOperators:
         tolerance: float,
         start: _Array | None = None,
         around: tuple[tuple[int, int], tuple[int, int]] | None = None,
+        plasticity: tuple[float, float, _Array | None] | None = None,
     ) -> TangentialOutcome: ...
 
 @final
@@ -743,6 +745,8 @@ class TangentialOutcome:
     def traction(self) -> _Array: ...
     @property
     def slip(self) -> _Array: ...
+    @property
+    def plastic(self) -> tuple[_Array, _Array] | None: ...
     @property
     def status(self) -> NDArray[np.int8]: ...
     @property

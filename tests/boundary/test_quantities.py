@@ -34,6 +34,7 @@ OTHERS = {
     "m/s": "km/h",
     "rad/s": "deg/ms",
     "Pa": "MPa",
+    "Pa/m": "MPa/mm",
     "N": "kN",
     "N m": "kN mm",
     "s": "ms",
@@ -231,6 +232,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("Hertz.pressure", HERTZ.pressure, dict(x=[1e-5], y=[1e-5])),
     ("Hertz.separation", HERTZ.separation, dict(x=[0.01], y=[0.02])),
     ("InterfaceLayer", mtb.InterfaceLayer, dict(thickness=1e-3, shear_modulus=1e9)),
+    (
+        "PlasticLayer",
+        mtb.PlasticLayer,
+        dict(thickness=1e-3, shear_modulus=1e9, yield_stress=1e6, hardening=1e9),
+    ),
     ("Material", mtb.Material, dict(young_modulus=210e9, poisson_ratio=0.25)),
     (
         "Material.from_shear_modulus",
@@ -370,6 +376,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
             coefficient=np.full((4, 4), 0.3),
             origin=(0.0, 1e-3),
             spacing=(1e-4, 1e-4),
+            accumulated_plastic_slip=np.full((4, 4), 1e-6),
         ),
     ),
     (

@@ -81,6 +81,7 @@ MADE: dict[str, Callable[[], Any]] = {
         1e-3 * np.hypot(*np.mgrid[-1:1:9j, -1:1:9j]), 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0
     ),
     "PictureWarning": lambda: mtb.PictureWarning("a"),
+    "PlasticLayer": lambda: mtb.PlasticLayer(1e-3, 1e9, 1e6),
     "PoleShoe": lambda: mtb.PoleShoe(),
     "PreparedContact": lambda: mtb.scenes.paraboloid_on_plane(points=8).prepare(),
     "PreparedWheels": lambda: mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(),

@@ -23,11 +23,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Unit = str | tuple[str, ...]
 
 _LENGTHS = (
-    "approach center conforming_to element_size flange_back gap gauge gauge_depth height heights inner_edge "
-    "lateral length longest memory nodes origin outer_edge radii radius radius_y rail_length "
-    "rail_position reach reference reference_point rms_height roll_off s semi_axes shift shortest sigma size "
-    "spacing start step tape_circle thickness vertices wheel_radius width x y z displacement displacements "
-    "where"
+    "accumulated_plastic_slip approach center conforming_to element_size flange_back gap gauge gauge_depth "
+    "height heights inner_edge lateral length longest memory nodes origin outer_edge radii radius radius_y "
+    "rail_length rail_position reach reference reference_point rms_height roll_off s semi_axes shift "
+    "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
+    "displacement displacements where"
 )
 _RATIOS = (
     "coefficient floor friction hurst kinetic points poisson_ratio poles ratio ratios reduction relief_slope "
@@ -40,7 +40,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(("angle", "contact_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"),
     **dict.fromkeys(("half_slip", "memory_min_slip", "slip_speed", "standstill_speed", "velocity"), "m/s"),
     **dict.fromkeys(("magnetic_pressure", "peak", "pressure", "traction"), "Pa"),
-    **dict.fromkeys(("contact_modulus", "shear_modulus", "young_modulus"), "Pa"),
+    **dict.fromkeys(("contact_modulus", "shear_modulus", "yield_stress", "young_modulus"), "Pa"),
     **dict.fromkeys(("force", "forces", "normal_force"), "N"),
     **dict.fromkeys(("moments", "moments_about_axes"), "N m"),
     **dict.fromkeys(("budget", "dt", "duration"), "s"),
@@ -53,6 +53,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "displacement_tolerance": "1",
     "distance_tolerance": "m",
     "force_tolerance": "N",
+    "hardening": "Pa/m",
     "frames_per_second": "1/s",
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
     "specific_heat": "J/(kg K)",

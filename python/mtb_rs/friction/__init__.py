@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Friction laws, and coefficients and pressures as fields and tables."""
 
-from .laws import Coulomb, FallingFriction, InterfaceLayer, RailFriction, StaticKinetic, TabulatedFriction
+from .laws import (
+    Coulomb,
+    FallingFriction,
+    InterfaceLayer,
+    PlasticLayer,
+    RailFriction,
+    StaticKinetic,
+    TabulatedFriction,
+)
 
 __all__ = [
     "Coulomb",
     "FallingFriction",
     "InterfaceLayer",
+    "PlasticLayer",
     "RailFriction",
     "StaticKinetic",
     "TabulatedFriction",

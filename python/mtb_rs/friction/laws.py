@@ -460,15 +460,8 @@ def _places(name: str, values: ArrayLike) -> Array:
 
 
 @dataclass(frozen=True)
-@plain
-class InterfaceLayer:
-    """A layer of debris or roughness between the bodies, as shear springs [Vollebregt2012, eq. 2].
-
-    Parameters
-    ----------
-    thickness : float [m]
-    shear_modulus : float [Pa]
-    """
+class ShearLayer:
+    """A layer between the bodies that gives way as shear springs."""
 
     thickness: float
     shear_modulus: float
@@ -481,3 +474,59 @@ class InterfaceLayer:
     def flexibility(self) -> float:
         """Displacement per traction, thickness over shear modulus [m/Pa]."""
         return self.thickness / self.shear_modulus
+
+    @property
+    def plasticity(self) -> tuple[float, float] | None:
+        """Yield stress [Pa] and hardening [Pa/m]; None for a layer that does not yield."""
+        return None
+
+
+@dataclass(frozen=True)
+@plain
+class InterfaceLayer(ShearLayer):
+    """A layer of debris or roughness between the bodies, as shear springs [Vollebregt2012, eq. 2].
+
+    Parameters
+    ----------
+    thickness : float [m]
+    shear_modulus : float [Pa]
+    """
+
+
+@dataclass(frozen=True)
+@plain
+class PlasticLayer(ShearLayer):
+    """A layer between the bodies that yields in shear, such as oxides, clay or sand (CONTACT, third body).
+
+    It gives way elastically by the traction times thickness over shear modulus, as an
+    :class:`InterfaceLayer` does. The traction is bounded by friction and by the yield stress of the layer,
+    whichever is smaller: ``|q| <= min(mu p, tau_c0 + k_tau u)``, with the accumulated plastic slip u of each
+    particle. Under the yield stress all slip is plastic shear of the layer. Once hardening has brought the
+    yield stress up to ``mu p``, the rest is slip of the surfaces. A slope ``k_u`` of the traction
+    over the whole displacement of the layer is ``k_tau = s k_u / (s - k_u)`` over its plastic part, with
+    ``s = shear_modulus / thickness``.
+
+    Parameters
+    ----------
+    thickness : float [m]
+    shear_modulus : float [Pa]
+    yield_stress : float [Pa]
+        Before any plastic slip, ``tau_c0``.
+    hardening : float [Pa/m]
+        Growth of the yield stress with the accumulated plastic slip, ``k_tau``. Negative values let the layer
+        soften, down to nothing. Where it softens faster than the contact around it is stiff, more than one
+        answer may exist, and the solve refuses it.
+    """
+
+    yield_stress: float
+    hardening: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _number("yield_stress", self.yield_stress, strictly=True)
+        number("hardening", self.hardening)
+
+    @property
+    def plasticity(self) -> tuple[float, float]:
+        """Yield stress [Pa] and hardening [Pa/m]."""
+        return float(self.yield_stress), float(self.hardening)

@@ -29,9 +29,10 @@ from ..base.units import taking_quantities
 from ..base.words import Coupling
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..friction.laws import Friction, InterfaceLayer, as_law
+from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
 from ..geometry.contact_points import window
 from ..results.derivatives import Differentiable, Functional, Margin
+from ..results.fields import Field, fields_of
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
@@ -341,6 +342,8 @@ class TangentialState:
         Of the grid, as of :class:`PressureField`. With them a state may be followed by a step on another grid
         whose cells lie on the same lines; without (as of older files) the next grid must have the same shape
         and is taken for the same.
+    accumulated_plastic_slip : (ny, nx) or None [m]
+        Of the particles, in a :class:`PlasticLayer`; None where no layer yields.
     """
 
     traction: Array
@@ -348,10 +351,12 @@ class TangentialState:
     coefficient: Array
     origin: Pair | None = None
     spacing: Pair | None = None
+    accumulated_plastic_slip: Array | None = None
 
     def __post_init__(self) -> None:
         shape = np.shape(self.pressure)
-        for name in ("pressure", "coefficient"):
+        of_particles = ("accumulated_plastic_slip",) if self.accumulated_plastic_slip is not None else ()
+        for name in ("pressure", "coefficient", *of_particles):
             values = reals(f"state.{name}", getattr(self, name))
             if values.ndim != 2 or values.shape != shape or np.any(values < 0.0):
                 raise ValueError(
@@ -417,7 +422,7 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         Slip of the upper body over the lower one: relative [-] in rolling, [m] in a shift. It is zero where
         the surfaces do not slip.
     status : (ny, nx) int
-        0 open, 1 stick, 2 slip.
+        0 open, 1 stick, 2 slip, 3 plastic: the yield stress of a :class:`PlasticLayer` limits the traction.
     friction_coefficient : (ny, nx) [-]
         Coefficient of friction that acts at each point.
     dissipation : (ny, nx)
@@ -427,7 +432,8 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         step behind, also at a column behind the trailing edge. The sum over the cells is the work of the mean
         traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the growth of
         the elastic energy in a shift or a transient step. In steady rolling without spin it is exactly force
-        times creepage. The sum of traction times `slip` is more than a tenth too small on 20 cells.
+        times creepage. The sum of traction times `slip` is more than a tenth too small on 20 cells. The work
+        of a layer that yields is part of it.
     force : (3,) [N]
         Friction (x, y) and minus the normal force (z).
     spin_moment : float [N m]
@@ -438,6 +444,15 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         As asked for.
     state : TangentialState
         For the next shift or transient step.
+    plastic_slip : (2, ny, nx) or None
+        Plastic shear of a :class:`PlasticLayer`, of the upper body over the lower one, in the unit of `slip`
+        and beside it: the two add up to the whole motion of the bodies past each other that is not elastic.
+        None without such a layer.
+    accumulated_plastic_slip : (ny, nx) or None [m]
+        Length of the way of plastic slip that each particle has behind it. In steady rolling it is counted
+        from the leading edge.
+    plastic_dissipation : (ny, nx) or None
+        Part of `dissipation` that turns into heat in the layer.
     """
 
     points: Array
@@ -454,6 +469,9 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
     motion: Rolling | Shift
     state: TangentialState
     report: Report
+    plastic_slip: Array | None = None
+    accumulated_plastic_slip: Array | None = None
+    plastic_dissipation: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
     )  # fmt: skip
@@ -470,7 +488,17 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         return self.motion.dissipation_unit
 
     def _units(self) -> dict[str, str]:
-        return {"slip": self.slip_unit, "dissipation": self.dissipation_unit}
+        slip, heat = self.slip_unit, self.dissipation_unit
+        return {"slip": slip, "plastic_slip": slip, "dissipation": heat, "plastic_dissipation": heat}
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name, those of a layer that yields where there is one."""
+        plastic = {
+            name: values
+            for name in ("plastic_slip", "accumulated_plastic_slip", "plastic_dissipation")
+            if (values := getattr(self, name)) is not None
+        }
+        return super().fields() | fields_of(self._units(), **plastic)
 
     def temperature(
         self,
@@ -553,7 +581,7 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         own, left = given.state, before.state
         return own is not None and all(
             np.array_equal(getattr(own, name), getattr(left, name))
-            for name in ("traction", "pressure", "coefficient")
+            for name in ("traction", "pressure", "coefficient", "accumulated_plastic_slip")
         )
 
     def _tangent(self) -> TangentialTangent | CoupledTangent:
@@ -562,6 +590,11 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
             raise ValueError(
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_tangential has just returned"
+            )
+        if self.plastic_slip is not None:
+            raise ValueError(
+                "the layer of this result yields, and derivatives do not know it: take differences of "
+                "results, or an InterfaceLayer, which stays elastic"
             )
         return given.tangent(self)
 
@@ -594,7 +627,7 @@ class _Given:
 
     field: PressureField
     friction: Friction
-    layer: InterfaceLayer | None
+    layer: InterfaceLayer | PlasticLayer | None
     state: TangentialState | None
     #: The last normal problem, where the pressure follows the traction.
     pressed: NormalResult | None = None
@@ -715,6 +748,7 @@ class _Key(NamedTuple):
     motion: str
     step: Pair
     reference: float | None
+    softens: bool
 
 
 @lru_cache(maxsize=4)
@@ -727,9 +761,13 @@ def _constants(body: Material | None) -> Pair | None:
 
 
 def _key(
-    field: PressureField, motion: Rolling | Shift, layer: InterfaceLayer | None, cut: tuple[slice, slice]
+    field: PressureField,
+    motion: Rolling | Shift,
+    layer: InterfaceLayer | PlasticLayer | None,
+    cut: tuple[slice, slice],
 ) -> _Key:
     """What the operators on a rectangle of cells depend on."""
+    plasticity = None if layer is None else layer.plasticity
     return _Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
@@ -739,7 +777,23 @@ def _key(
         motion=motion.kind,
         step=motion.step_on(field),
         reference=field.reference,
+        softens=plasticity is not None and plasticity[1] < 0.0,
     )
+
+
+def _plasticity(
+    layer: InterfaceLayer | PlasticLayer | None,
+    state: TangentialState | None,
+    there: tuple[slice, slice] | None,
+) -> tuple[float, float, Array | None] | None:
+    """The yield of a layer, with the plastic slip of an earlier state on a rectangle of its cells."""
+    if layer is None or layer.plasticity is None:
+        return None
+    earlier = None
+    if state is not None and there is not None:
+        before = state.accumulated_plastic_slip
+        earlier = window(np.zeros(state.pressure.shape) if before is None else before, there)
+    return (*layer.plasticity, earlier)
 
 
 def _cut_before(
@@ -769,7 +823,7 @@ def _earlier(
 def _prepare(
     field: PressureField,
     motion: Rolling | Shift,
-    layer: InterfaceLayer | None,
+    layer: InterfaceLayer | PlasticLayer | None,
     state: TangentialState | None,
 ) -> tuple[_mtb_rs.PatchOperators, tuple[slice, slice], Pair]:
     """Operators on the smallest rectangle that holds the contact, that rectangle, and its first cell.
@@ -781,6 +835,9 @@ def _prepare(
         raise ValueError("the pressure is zero everywhere: there is no contact to roll or to slide")
     if state is not None:
         carried = np.any(state.traction != 0.0, axis=0) | (state.pressure > 0.0)
+        if state.accumulated_plastic_slip is not None and motion.kind == "shift":
+            # in rolling, what has left the contact does not come back
+            carried |= state.accumulated_plastic_slip > 0.0
         loaded = np.concatenate([loaded, np.argwhere(carried) + state.cells_before(field)])
     first, last = loaded.min(axis=0).tolist(), loaded.max(axis=0).tolist()
     cut = (slice(first[0], last[0] + 1), slice(first[1], last[1] + 1))
@@ -801,7 +858,7 @@ def solve_tangential(
     normal: Any,
     motion: Rolling | Shift,
     friction: Friction,
-    layer: InterfaceLayer | None = None,
+    layer: InterfaceLayer | PlasticLayer | None = None,
     state: TangentialState | None = None,
     tolerance: float = 1e-8,
     coupling: Coupling = "one-way",
@@ -820,8 +877,9 @@ def solve_tangential(
         Pressure on one regular patch, and the two bodies.
     motion : Rolling or Shift
     friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
-    layer : InterfaceLayer or None
-        Layer that adds its shear compliance; it has no influence in full sliding.
+    layer : InterfaceLayer, PlasticLayer or None
+        Layer that adds its shear compliance; an elastic one has no influence in full sliding. One that yields
+        bounds the traction as well; it takes Coulomb's friction.
     state : TangentialState or None
         Earlier state of a shift or a transient step; None for surfaces without traction.
     tolerance : float [-]
@@ -839,13 +897,13 @@ def solve_tangential(
     Raises
     ------
     ValueError
-        For bad input, and for a force of at least what the coefficient at rest carries.
+        For bad input, for a force of at least what the coefficient at rest and the layer carry, and for a
+        layer that softens so fast that more than one answer may exist.
     ConvergenceError
         If no solution was found. The message names the likely cause, and the last iterate is its ``result``.
     """
     choice("coupling", coupling, Coupling)
-    _check_problem(motion, layer, state)
-    as_law(friction)
+    _check_problem(motion, as_law(friction), layer, state)
     number("tolerance", tolerance)
     if coupling == "full":
         # what presses has been asked about where it was solved
@@ -870,6 +928,7 @@ def solve_tangential(
         _earlier(state, friction, there),
         float(tolerance),
         around=(shape[::-1], (cut[1].start, cut[0].start)),
+        plasticity=_plasticity(layer, state, there),
     )
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
@@ -904,11 +963,16 @@ def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
     return f"; {', or '.join(causes)}" if causes else ""
 
 
-def _check_problem(motion: Any, layer: Any, state: Any) -> None:
+def _check_problem(motion: Any, friction: Friction, layer: Any, state: Any) -> None:
     if not isinstance(motion, Motion):
         raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed")
-    if layer is not None and not isinstance(layer, InterfaceLayer):
-        raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed, or None")
+    if layer is not None and not isinstance(layer, ShearLayer):
+        raise ValueError(f"layer is {layer!r}: an InterfaceLayer or a PlasticLayer is needed, or None")
+    if layer is not None and layer.plasticity is not None and not friction.is_constant:
+        raise ValueError(
+            f"friction is a {type(friction).__name__}, and the layer yields: a layer that yields is solved "
+            "with Coulomb's friction"
+        )
     if state is not None and not isinstance(state, TangentialState):
         raise ValueError(f"state is {state!r}: the TangentialState of an earlier result is needed, or None")
 
@@ -923,7 +987,7 @@ def _alternate(
     normal: Any,
     motion: Rolling | Shift,
     friction: Friction,
-    layer: InterfaceLayer | None,
+    layer: InterfaceLayer | PlasticLayer | None,
     state: TangentialState | None,
     tolerance: float,
 ) -> TangentialResult:
@@ -1003,7 +1067,7 @@ def _result(
     field: PressureField,
     motion: Rolling | Shift,
     friction: Friction,
-    layer: InterfaceLayer | None,
+    layer: InterfaceLayer | PlasticLayer | None,
     cut: tuple[slice, slice],
     found: _mtb_rs.TangentialOutcome,
     times: tuple[float, float, float],
@@ -1017,14 +1081,22 @@ def _result(
 
     status = whole(found.status)
     slip = whole(found.slip)
-    slip[:, status != 2] = 0.0
+    slip[:, status < 2] = 0.0
+    dissipation = np.asarray(found.dissipation)
+    plastic_slip = accumulated = plastic_heat = None
+    areas = {}
+    area = field.spacing[0] * field.spacing[1]
+    if found.plastic is not None:
+        share, accumulated = (whole(part) for part in found.plastic)
+        plastic_slip, plastic_heat = share * slip, share * dissipation
+        slip = (1.0 - share) * slip
+        areas["plastic_area"] = float(np.count_nonzero(status == 3) * area)
     x, y = field.coordinates()
     coefficient = whole(found.coefficient, fill=friction.at_rest())
     tangential = whole(found.traction)
     traction = np.concatenate([tangential, np.zeros((1, *shape))])
     force = np.array([*found.force, -field.normal_force])
     spin = motion.rigid[2]
-    area = field.spacing[0] * field.spacing[1]
     report = Report(
         converged=found.converged,
         status="converged" if found.converged else "no convergence",
@@ -1041,13 +1113,14 @@ def _result(
             "tangential": float(np.hypot(force[0], force[1])),
             "normal": field.normal_force,
             "stick_area": float(np.count_nonzero(status == 1) * area),
+            **areas,
             **_balance(motion, force),
         },
         omitted=_left_out(field, traction, status),
         time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
         history=tuple(found.history),
     )
-    state = TangentialState(tangential, field.pressure, coefficient, field.start, field.spacing)
+    state = TangentialState(tangential, field.pressure, coefficient, field.start, field.spacing, accumulated)
     return TangentialResult(
         points=np.stack(np.meshgrid(x, y)),
         area=np.full(field.pressure.shape, area),
@@ -1056,13 +1129,16 @@ def _result(
         slip=slip,
         status=status,
         friction_coefficient=coefficient,
-        dissipation=np.asarray(found.dissipation),
+        dissipation=dissipation,
         force=force,
         spin_moment=found.spin_moment,
         creepage=np.array([*found.drive, spin]),
         motion=motion,
         state=state,
         report=report,
+        plastic_slip=plastic_slip,
+        accumulated_plastic_slip=accumulated,
+        plastic_dissipation=plastic_heat,
     )
 
 
@@ -1072,7 +1148,7 @@ def creep_curve(
     normal: Any,
     creepages: ArrayLike,
     friction: Friction,
-    layer: InterfaceLayer | None = None,
+    layer: InterfaceLayer | PlasticLayer | None = None,
     velocity: float = 10.0,
     tolerance: float = 1e-6,
     progress: Callable[[float], Any] | Literal[True] | None = None,
@@ -1110,9 +1186,10 @@ def creep_curve(
     number("tolerance", tolerance)
     field = pressure_field(normal)
     _ask_about(normal)
-    _check_problem(Rolling(velocity=velocity), layer, None)
+    _check_problem(Rolling(velocity=velocity), as_law(friction), layer, None)
     operators, cut, origin = _prepare(field, Rolling(velocity=velocity), layer, None)
-    law = as_law(friction).native(field.pressure.shape, cut)
+    law = friction.native(field.pressure.shape, cut)
+    plasticity = _plasticity(layer, None, None)
     pressure = window(field.pressure, cut)
     forces: Array = np.zeros((len(rows), 3))
     converged = np.zeros(len(rows), dtype=bool)
@@ -1126,7 +1203,16 @@ def creep_curve(
             drive = [(xi, False), (eta, False)]
             start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
             found = operators.solve(
-                pressure, origin, drive, phi, float(velocity), law, None, float(tolerance), start
+                pressure,
+                origin,
+                drive,
+                phi,
+                float(velocity),
+                law,
+                None,
+                float(tolerance),
+                start,
+                plasticity=plasticity,
             )
             forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
             last = [*last[-1:], found.traction] if converged[k] else []

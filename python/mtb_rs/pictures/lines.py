@@ -19,7 +19,7 @@ from ..geometry.contact_points import Patch
 from ..results.grids import flat, line_borders, patches
 from ..results.result import Pictured
 from .figures import canvas, label_of, style_axes
-from .quantities import INK, LINE_COLOURS, MILLIMETRE, STATUS_NAMES, quantity_of, unit_of
+from .quantities import INK, LINE_COLOURS, MILLIMETRE, STATUS_NAMES, quantity_of, states_of, unit_of
 
 Array = NDArray[np.float64]
 
@@ -78,8 +78,9 @@ def draw_lines(
         ax.text(0.5, 0.5, "zero all along", transform=ax.transAxes, ha="center", fontsize=9, color=INK)
         ax.set_ylim(0.0, 1.0)
     if quantity == "status":
-        ax.set_yticks(range(3), STATUS_NAMES)
-        ax.set_ylim(-0.3, 2.3)
+        count = states_of(result.status)
+        ax.set_yticks(range(count), STATUS_NAMES[:count])
+        ax.set_ylim(-0.3, count - 0.7)
     elif limits is not None:
         ax.set_ylim(limits[0] / factor, limits[1] / factor)
     elif not asked.is_signed:

@@ -71,7 +71,7 @@ def draw_map(
     if quantity == "status":
         style: dict[str, Any] = {
             "cmap": ListedColormap(STATUS_COLOURS),
-            "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
+            "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5], 4),
         }
     else:
         scale = colour_scale(values[shown], asked, limits)

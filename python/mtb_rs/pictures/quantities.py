@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 #: Okabe and Ito's colours: told apart by everybody, and in grey.
 LINE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-STATUS_NAMES = ("open", "stick", "slip")
-STATUS_COLOURS = ("#E4E4E4", "#0072B2", "#E69F00")
+STATUS_NAMES = ("open", "stick", "slip", "plastic")
+STATUS_COLOURS = ("#E4E4E4", "#0072B2", "#E69F00", "#CC79A7")
 OPEN_COLOUR = "#EDEDED"
 INK = "#333333"
 MILLIMETRE = 1e-3
@@ -37,6 +37,11 @@ PREFIXES: dict[str, tuple[tuple[float, str], ...]] = {
     "J/m^2": ((1e3, "kJ/m²"), (1.0, "J/m²"), (1e-3, "mJ/m²")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "\N{MICRO SIGN}m/s")),
 }
+
+
+def states_of(status: NDArray[np.int8]) -> int:
+    """How many states pictures tell apart: plastic ones where there are some."""
+    return 4 if (status == 3).any() else 3
 
 
 def drawable(result: Pictured) -> tuple[Any, ...]:

@@ -35,7 +35,15 @@ from ..results.fields import Field
 from ..results.grids import corners, flat, patches, quads
 from ..results.result import Drawn, Pictured
 from ..results.solid import Solid
-from .quantities import STATUS_COLOURS, STATUS_NAMES, as_drawn, bar_title, colour_scale, quantity_of
+from .quantities import (
+    STATUS_COLOURS,
+    STATUS_NAMES,
+    as_drawn,
+    bar_title,
+    colour_scale,
+    quantity_of,
+    states_of,
+)
 
 if TYPE_CHECKING:
     import pyvista
@@ -169,11 +177,12 @@ def view(
     style: dict[str, Any]
     if quantity == "status":
         factor = 1.0
+        count = states_of(result.status)
         style = {
-            "cmap": list(STATUS_COLOURS),
-            "clim": (-0.5, 2.5),
-            "n_colors": 3,
-            "annotations": {float(code): name for code, name in enumerate(STATUS_NAMES)},
+            "cmap": list(STATUS_COLOURS[:count]),
+            "clim": (-0.5, count - 0.5),
+            "n_colors": count,
+            "annotations": {float(code): name for code, name in enumerate(STATUS_NAMES[:count])},
             "scalar_bar_args": _bar("status") | {"n_labels": 0},
         }
     else:

@@ -233,8 +233,8 @@ def check_fields(result: Pictured) -> None:
         wanted = [(k, *shape) for k in sizes] if entry.is_vector else [shape]
         if values.dtype.kind not in "fi" or values.shape not in wanted:
             raise ValueError(f"{name} has the shape {values.shape} beside a pressure of {shape}")
-    if not np.isin(result.status, (0, 1, 2)).all():
-        raise ValueError("status holds other numbers than 0, 1 and 2")
+    if not np.isin(result.status, (0, 1, 2, 3)).all():
+        raise ValueError("status holds other numbers than 0, 1, 2 and 3")
     if not np.all(result.area >= 0.0):
         raise ValueError("area is negative")
     first = 0
@@ -338,7 +338,14 @@ class TangentialFields(Pictured):
             ("force on the lower body", along(self.force, "N")),
             ("moment of friction", in_words(0.0 if is_rounding else self.spin_moment, "N m")),
             ("sticks", f"{100.0 * stick:.4g} % of the contact area"),
+            *self._told_of_yield(closed),
         ]
+
+    def _told_of_yield(self, closed: float) -> list[Row]:
+        yielding = float(self.area[self.status == 3].sum())
+        return (
+            [("layer yields", f"{100.0 * yielding / closed:.4g} % of the contact area")] if yielding else []
+        )
 
     def _repr_png_(self) -> bytes | None:
         """Maps of the traction, and of where the surfaces stick and slip, for notebooks."""
@@ -347,9 +354,10 @@ class TangentialFields(Pictured):
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
-        stick, slip = (np.count_nonzero(self.status == s) for s in (1, 2))
+        stick, slip, plastic = (np.count_nonzero(self.status == s) for s in (1, 2, 3))
+        yielding = f", {plastic} plastic" if plastic else ""
         return (
-            f"{type(self).__name__}({nx} x {ny} cells, {stick} stick, {slip} slip, "
+            f"{type(self).__name__}({nx} x {ny} cells, {stick} stick, {slip} slip{yielding}, "
             f"force ({self.force[0]:.4g}, {self.force[1]:.4g}) N of {self.normal_force:.4g} N)"
         )
 

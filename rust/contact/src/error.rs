@@ -111,6 +111,27 @@ pub enum Error {
         /// What would be accepted.
         wanted: &'static str,
     },
+    /// A layer softens faster than the contact around it is stiff.
+    #[error(
+        "hardening is {} Pa/m: this contact is stiffer than a softening layer only above {} Pa/m, and below more than one answer may exist; a larger hardening is needed",
+        Short(*.hardening), Short(*.least)
+    )]
+    Softening {
+        /// Hardening of the layer [Pa/m].
+        hardening: f64,
+        /// The hardening above which the answer is the only one [Pa/m].
+        least: f64,
+    },
+    /// A layer that yields with friction that depends on the slip.
+    #[error(
+        "a layer that yields is solved with fixed coefficients of friction, not with those that follow the slip"
+    )]
+    YieldWithSlipLaw,
+    /// Derivatives of a contact whose layer yields.
+    #[error(
+        "a contact whose layer yields has no derivatives here: take differences of its results"
+    )]
+    YieldWithoutDerivatives,
     /// No point carries pressure.
     #[error("the pressure is zero everywhere: there is no contact to roll or to slide")]
     NoContact,

@@ -77,6 +77,7 @@ impl Case {
             spin: self.spin,
             speed: self.speed,
             friction: &self.friction,
+            plasticity: None,
             earlier: self.earlier.as_ref(),
             start: None,
             tolerance: 1e-13,

@@ -8,7 +8,7 @@ use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
 use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
-    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange,
+    Bodies, Drive, Earlier, Motion, PatchOperators, Plasticity, Surroundings, TangentialChange,
     TangentialProblem, TangentialResponse, TangentialSolution, TangentialState, TangentialTangent,
     dissipation, solve,
 };
@@ -91,8 +91,9 @@ impl PyPatchOperators {
     /// `shape`: (nx, ny); `spacing`: (dx, dy) [m]; `lower`, `upper`: (shear modulus [Pa], Poisson's
     /// ratio), None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
     /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
-    /// of a line contact vanishes, None for a patch.
+    /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with.
     #[new]
+    #[pyo3(signature = (shape, spacing, lower, upper, layer, motion, step, reference, softens=false))]
     #[allow(clippy::too_many_arguments, reason = "one call per set of operators")]
     fn new(
         py: Python<'_>,
@@ -104,6 +105,7 @@ impl PyPatchOperators {
         motion: &str,
         step: (f64, f64),
         reference: Option<f64>,
+        softens: bool,
     ) -> PyResult<Self> {
         let step = [step.0, step.1];
         let motion = match motion {
@@ -137,14 +139,21 @@ impl PyPatchOperators {
                 }),
                 layer,
             };
-            Ok(Self(PatchOperators::new(&bodies, grid, motion)?))
+            let operators = PatchOperators::new(&bodies, grid, motion)?;
+            Ok(Self(match motion {
+                Motion::Steady { .. } if softens => operators.with_flexibility(&bodies),
+                _ => operators,
+            }))
         })
     }
 
     /// Solves for `pressure` (ny, nx); `drive`: (value, is a force) along x and y; `earlier`: traction
     /// (2, ny, nx), pressure and coefficient of friction (ny, nx); `start`: traction (2, ny, nx) to try first;
-    /// `around`: shape (nx, ny) of the grid for the dissipation, and column and row of the first cell there.
-    #[pyo3(signature = (pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None, around=None))]
+    /// `around`: shape (nx, ny) of the grid for the dissipation, and column and row of the first cell there;
+    /// `plasticity`: yield stress [Pa], hardening [Pa/m] and earlier plastic slip (ny, nx) [m] of a layer that yields.
+    #[pyo3(signature = (
+        pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None, around=None, plasticity=None
+    ))]
     #[allow(clippy::too_many_arguments, reason = "one call per solve")]
     fn solve<'py>(
         &self,
@@ -159,12 +168,24 @@ impl PyPatchOperators {
         tolerance: f64,
         start: Option<PyReadonlyArray3<'py, f64>>,
         around: Option<([usize; 2], [isize; 2])>,
+        plasticity: Option<(f64, f64, Option<PyReadonlyArray2<'py, f64>>)>,
     ) -> PyResult<PyTangentialOutcome> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = earlier_of(earlier)?;
         let pressure = pressure.as_slice()?;
         let start = match &start {
             Some(traction) => Some(traction.as_slice()?),
+            None => None,
+        };
+        let plasticity = match &plasticity {
+            Some((yield_stress, hardening, earlier)) => Some(Plasticity {
+                yield_stress: *yield_stress,
+                hardening: *hardening,
+                earlier: match earlier {
+                    Some(slip) => slip.as_slice()?,
+                    None => &[],
+                },
+            }),
             None => None,
         };
         let (solution, heat) = enter(py, |monitor| {
@@ -175,6 +196,7 @@ impl PyPatchOperators {
                 spin,
                 speed,
                 friction: &friction.0,
+                plasticity,
                 earlier: earlier.as_ref(),
                 start,
                 tolerance,
@@ -428,6 +450,7 @@ impl PyTangentialTangent {
                 spin: self.spin,
                 speed: self.speed,
                 friction: &friction.0,
+                plasticity: None,
                 earlier: self.earlier.as_ref(),
                 start: None,
                 tolerance: 0.5,
@@ -471,13 +494,15 @@ fn rows_of_three(array: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<
     Ok(flat.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
 }
 
-fn codes(states: &[DiscState]) -> Vec<i8> {
-    let code = |s: &DiscState| match s {
+fn codes(solution: &TangentialSolution) -> Vec<i8> {
+    let yields = |k: usize| solution.plastic.as_ref().is_some_and(|p| p.yields[k]);
+    let code = |(k, s): (usize, &DiscState)| match s {
         DiscState::Excluded => 0,
         DiscState::Inside => 1,
+        DiscState::Rim if yields(k) => 3,
         DiscState::Rim => 2,
     };
-    states.iter().map(code).collect()
+    solution.state.iter().enumerate().map(code).collect()
 }
 
 /// Where a shift or rolling ended; fields (ny, nx) and (2, ny, nx).
@@ -485,7 +510,9 @@ fn codes(states: &[DiscState]) -> Vec<i8> {
 pub(crate) struct PyTangentialOutcome {
     traction: Py<PyArray3<f64>>,
     slip: Py<PyArray3<f64>>,
-    /// 0 open, 1 stick, 2 slip.
+    /// Of a layer that yields: share of the slip that is plastic, and the accumulated plastic slip [m].
+    plastic: Option<(Py<PyArray2<f64>>, Py<PyArray2<f64>>)>,
+    /// 0 open, 1 stick, 2 slip, 3 plastic.
     status: Py<PyArray2<i8>>,
     coefficient: Py<PyArray2<f64>>,
     /// On the grid around, if that was asked for.
@@ -510,11 +537,19 @@ impl PyTangentialOutcome {
         let vector = |v: Vec<f64>| -> PyResult<Py<PyArray3<f64>>> {
             Ok(v.into_pyarray(py).reshape([2, ny, nx])?.unbind())
         };
-        let status = codes(&solution.state).into_pyarray(py);
+        let status = codes(&solution).into_pyarray(py);
+        let field = |v: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
+            Ok(v.into_pyarray(py).reshape([ny, nx])?.unbind())
+        };
+        let plastic = match solution.plastic {
+            Some(plastic) => Some((field(plastic.share)?, field(plastic.accumulated)?)),
+            None => None,
+        };
         let coefficient = solution.coefficient.into_pyarray(py);
         Ok(Self {
             traction: vector(solution.traction)?,
             slip: vector(solution.slip)?,
+            plastic,
             status: status.reshape([ny, nx])?.unbind(),
             coefficient: coefficient.reshape([ny, nx])?.unbind(),
             dissipation,

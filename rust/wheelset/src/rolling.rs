@@ -175,6 +175,7 @@ pub(crate) fn rolling(
             spin: creepage[2],
             speed,
             friction: &friction,
+            plasticity: None,
             earlier: None,
             start: first_try.as_deref(),
             tolerance: TOLERANCE,

@@ -2,6 +2,7 @@
 //! Traction bounds by friction that depends on the slip.
 
 use mtb_complementarity::discs::DependentRadius;
+use mtb_operator::Grid;
 
 use super::given::{carried, neighbour};
 use super::operators::{Motion, PatchOperators};
@@ -57,25 +58,10 @@ pub(super) fn past(
     speed: f64,
 ) -> Past {
     let here = &operators.levels[level];
-    let grid = &here.grid;
     let rest = law.evaluate(0.0).0;
     if let Motion::Steady { .. } = operators.motion {
         let length = here.step[0].hypot(here.step[1]);
-        let along = |k: usize| {
-            (k % grid.nx) as f64 * grid.dx * here.step[0]
-                + (k / grid.nx) as f64 * grid.dy * here.step[1]
-        };
-        let mut order: Vec<usize> = (0..grid.points()).filter(|k| pressure[*k] > 0.0).collect();
-        order.sort_by(|a, b| along(*b).total_cmp(&along(*a)));
-        let weights = upstream(grid, here.step);
-        let sources = (0..grid.points())
-            .map(|k| {
-                weights.map(|(d, w)| match neighbour(grid, k, d) {
-                    Some(m) if pressure[m] > 0.0 => (m, w),
-                    _ => (k, 0.0),
-                })
-            })
-            .collect();
+        let (order, sources) = sources(&here.grid, here.step, |k| pressure[k] > 0.0);
         return Past::Upstream {
             order,
             sources,
@@ -99,4 +85,31 @@ pub(super) fn past(
         coefficient,
         time: 1.0 / speed,
     }
+}
+
+/// The points that a particle comes from, with their weights.
+pub(super) type Sources = [(usize, f64); 4];
+
+/// The points that take part, those upstream first, and for each point of the grid the points that its particles come
+/// from in steady rolling; what is missing to a total of one comes from outside.
+pub(super) fn sources(
+    grid: &Grid,
+    step: [f64; 2],
+    takes_part: impl Fn(usize) -> bool,
+) -> (Vec<usize>, Vec<Sources>) {
+    let along = |k: usize| {
+        (k % grid.nx) as f64 * grid.dx * step[0] + (k / grid.nx) as f64 * grid.dy * step[1]
+    };
+    let mut order: Vec<usize> = (0..grid.points()).filter(|k| takes_part(*k)).collect();
+    order.sort_by(|a, b| along(*b).total_cmp(&along(*a)));
+    let weights = upstream(grid, step);
+    let sources = (0..grid.points())
+        .map(|k| {
+            weights.map(|(d, w)| match neighbour(grid, k, d) {
+                Some(m) if takes_part(m) => (m, w),
+                _ => (k, 0.0),
+            })
+        })
+        .collect();
+    (order, sources)
 }

@@ -2,7 +2,8 @@
 //! Whether a tangential problem makes sense.
 
 use super::operators::PatchOperators;
-use super::problem::{Drive, TangentialProblem};
+use super::plastic::{Yielding, check_softening};
+use super::problem::{Drive, Plasticity, TangentialProblem};
 use crate::Error;
 use crate::error::{check, check_number, check_positive};
 use crate::friction::{Friction, SlipLaw};
@@ -44,7 +45,10 @@ pub(super) fn check_problem(
     if !problem.pressure.iter().any(|p| *p > 0.0) {
         return Err(Error::NoContact);
     }
-    let largest = check_friction(problem)?;
+    let mut largest = check_friction(problem)?;
+    if let Some(plasticity) = &problem.plasticity {
+        largest = check_plasticity(operators, problem, plasticity)?;
+    }
     let force = problem
         .drive
         .map(|d| if let Drive::Force(f) = d { f } else { 0.0 });
@@ -57,6 +61,35 @@ pub(super) fn check_problem(
         });
     }
     Ok(())
+}
+
+/// Checks the yield of the layer; returns the sum of the largest traction bounds [Pa].
+fn check_plasticity(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    plasticity: &Plasticity<'_>,
+) -> Result<f64, Error> {
+    check_positive("yield stress", plasticity.yield_stress)?;
+    let hardening = plasticity.hardening;
+    check_number("hardening", hardening, true, "a finite number is needed")?;
+    let n = problem.pressure.len();
+    if problem.earlier.is_some() {
+        check("earlier plastic slip", plasticity.earlier, n)?;
+    }
+    let Friction::Coulomb(coefficient) = problem.friction else {
+        return Err(Error::YieldWithSlipLaw);
+    };
+    check_softening(operators, problem.pressure, hardening)?;
+    let friction: Vec<f64> = coefficient
+        .iter()
+        .zip(problem.pressure)
+        .map(|(mu, p)| mu * p.max(0.0))
+        .collect();
+    if hardening > 0.0 {
+        return Ok(friction.iter().sum());
+    }
+    let yielding = Yielding::new(operators, problem, plasticity, 0, friction);
+    Ok(yielding.at_rest().iter().sum())
 }
 
 /// Checks the law; returns the sum of the largest traction bounds [Pa].

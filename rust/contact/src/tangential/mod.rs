@@ -10,7 +10,7 @@
 //! * steady rolling: `S / |d| = w - [C q(x) - C q(x + d)] / |d|`, first order in `d`.
 //!
 //! Sought is `|q| <= mu p` with `S = 0` where less, and `q = mu p S / |S|` where it slips. A layer adds
-//! `h / G` to the diagonal of `C`. [Kalker1990, ch. 4], [Vollebregt2012]
+//! `h / G` to the diagonal of `C`; one that yields bounds `|q|` by `tau_c0 + k_tau u` as well. [Kalker1990, ch. 4], [Vollebregt2012]
 
 mod bound;
 mod change;
@@ -23,6 +23,7 @@ mod kernels;
 mod level;
 mod levels;
 mod operators;
+mod plastic;
 mod problem;
 mod slip;
 mod solve;
@@ -32,6 +33,6 @@ mod tangent;
 pub use change::{TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
 pub use operators::{Bodies, Motion, PatchOperators};
-pub use problem::{Drive, Earlier, TangentialProblem, TangentialSolution};
+pub use problem::{Drive, Earlier, PlasticSlip, Plasticity, TangentialProblem, TangentialSolution};
 pub use solve::solve;
 pub use tangent::TangentialTangent;

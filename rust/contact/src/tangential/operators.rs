@@ -67,6 +67,8 @@ pub struct PatchOperators {
     pub(super) coarsenings: Vec<Coarsening>,
     /// Influence of the earlier tractions one step ahead, for transient rolling and shifts.
     pub(super) earlier: Option<BlockKernels>,
+    /// Influence of the tractions without a layer, in steady rolling: [`PatchOperators::with_flexibility`].
+    pub(super) flexibility: Option<BlockKernels>,
     /// Slip by the pressure now, and displacement by the earlier pressure one step ahead.
     pub(super) pressure_now: Option<[Kernel; 2]>,
     pub(super) pressure_earlier: Option<[Kernel; 2]>,
@@ -149,9 +151,28 @@ impl PatchOperators {
             levels,
             coarsenings,
             earlier,
+            flexibility: None,
             pressure_now,
             pressure_earlier,
         })
+    }
+
+    /// The same operators with the influence of tractions on the displacement, where steady rolling does without it:
+    /// a layer that softens is checked by it.
+    #[must_use]
+    pub fn with_flexibility(self, bodies: &Bodies<'_>) -> Self {
+        let grid = self.grid();
+        let table = Table::new(bodies, &grid, [grid.nx, grid.ny], [0.0; 2]);
+        let transform = self.transform();
+        let flexibility = Some(BlockKernels {
+            xx: transform.kernel(|i, j| table.here(i, j)[0]),
+            xy: transform.kernel(|i, j| table.here(i, j)[1]),
+            yy: transform.kernel(|i, j| table.here(i, j)[2]),
+        });
+        Self {
+            flexibility,
+            ..self
+        }
     }
 
     /// The grid of the patch.

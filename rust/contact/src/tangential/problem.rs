@@ -23,6 +23,29 @@ pub struct Earlier {
     pub coefficient: Vec<f64>,
 }
 
+/// Yield of the layer between the bodies: the traction stays below `yield_stress + hardening u` as well, with the
+/// accumulated plastic slip `u` of the particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plasticity<'a> {
+    /// Yield stress in shear before any plastic slip, `tau_c0` [Pa].
+    pub yield_stress: f64,
+    /// Growth of the yield stress with the accumulated plastic slip, `k_tau` [Pa/m]; negative for softening.
+    pub hardening: f64,
+    /// Accumulated plastic slip of the particles in the earlier state [m], (n); without meaning where there is none.
+    pub earlier: &'a [f64],
+}
+
+/// The plastic part of the slip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlasticSlip {
+    /// Share of the slip at each point that is plastic shear of the layer [-], (n).
+    pub share: Vec<f64>,
+    /// Accumulated plastic slip of the particles [m], (n).
+    pub accumulated: Vec<f64>,
+    /// Whether the yield of the layer, not friction, limits the traction of a point on its bound, (n).
+    pub yields: Vec<bool>,
+}
+
 /// A tangential problem on the cells of a [`super::PatchOperators`].
 #[derive(Clone, Debug)]
 pub struct TangentialProblem<'a> {
@@ -38,6 +61,8 @@ pub struct TangentialProblem<'a> {
     pub speed: f64,
     /// The friction law.
     pub friction: &'a Friction,
+    /// Yield of the layer; `None` for an elastic one.
+    pub plasticity: Option<Plasticity<'a>>,
     /// The earlier state of a shift or a transient step; `None` for none (no traction).
     pub earlier: Option<&'a Earlier>,
     /// Traction on the lower body [Pa], (2n), that may be near the solution: tried before the coarser grids.
@@ -52,8 +77,11 @@ pub struct TangentialProblem<'a> {
 pub struct TangentialSolution {
     /// Traction on the lower body [Pa], (2n), x components first.
     pub traction: Vec<f64>,
-    /// Slip of the upper body over the lower one, (2n): relative [-] in rolling, [m] in a shift.
+    /// Slip of the upper body over the lower one, (2n), plastic shear of a layer with it: relative [-] in rolling,
+    /// [m] in a shift.
     pub slip: Vec<f64>,
+    /// The plastic part of the slip, of a layer that yields.
+    pub plastic: Option<PlasticSlip>,
     /// State by point, (n).
     pub state: Vec<DiscState>,
     /// Coefficient of friction in force [-], (n); the one at rest outside of contact.

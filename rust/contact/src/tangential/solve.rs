@@ -11,6 +11,7 @@ use super::bound::{SlipBound, past};
 use super::checks::check_problem;
 use super::given::offset;
 use super::operators::{Motion, PatchOperators};
+use super::plastic::Yielding;
 use super::problem::{Drive, TangentialProblem, TangentialSolution};
 use crate::Error;
 use crate::friction::{Friction, Memory, SlipFriction, SlipLaw};
@@ -24,6 +25,9 @@ const FINE_ITERATIONS: usize = 200;
 /// Attempts at friction that depends on the slip, and fixed problems before each.
 const ROUNDS: usize = 4;
 const STEPS_A_ROUND: usize = 5;
+
+/// Shares of the hardening of a layer by which it is approached.
+const HARDENING: [f64; 5] = [0.0, 0.5, 0.8, 0.95, 1.0];
 
 /// Solves a shift, a step of transient rolling, or steady rolling.
 ///
@@ -142,10 +146,57 @@ impl<'a> Cascade<'a> {
             };
         }
         let solution = self.solve_level(0, &start, monitor)?;
-        if solution.converged || !self.coefficient.is_empty() {
+        if solution.converged {
             return Ok(solution);
         }
-        self.approach_law(solution, monitor)
+        match self.yielding(0) {
+            Some(law) if !law.is_fixed() => self.approach_hardening(law, solution, monitor),
+            _ if self.coefficient.is_empty() => self.approach_law(solution, monitor),
+            _ => Ok(solution),
+        }
+    }
+
+    /// Approaches the hardening or softening of a layer from a layer without either, which is as safe as friction with
+    /// fixed coefficients.
+    fn approach_hardening(
+        &self,
+        mut law: Yielding,
+        failed: DiscSolution,
+        monitor: Monitor<'_>,
+    ) -> Result<DiscSolution, Error> {
+        let options = DiscOptions {
+            tolerance: self.problem.tolerance,
+            max_iterations: FINE_ITERATIONS,
+        };
+        let whole = law.hardening();
+        let mut history = failed.history;
+        let mut start = DiscStart::At {
+            field: failed.field,
+            multipliers: failed.multipliers,
+        };
+        let mut rounds = HARDENING.into_iter().peekable();
+        loop {
+            let share = rounds.next().unwrap_or(1.0);
+            law.set_hardening(share * whole);
+            let rest = law.at_rest();
+            let radius = if law.is_fixed() {
+                Radius::Fixed(&rest)
+            } else {
+                Radius::Dependent(&law)
+            };
+            let mut solution = self.solve_discs_at(0, &start, radius, options, monitor)?;
+            history.extend(&solution.history);
+            if !solution.converged || rounds.peek().is_none() {
+                solution.converged &= rounds.peek().is_none();
+                solution.iterations = history.len();
+                solution.history = history;
+                return Ok(solution);
+            }
+            start = DiscStart::At {
+                field: solution.field,
+                multipliers: solution.multipliers,
+            };
+        }
     }
 
     /// Approaches friction that depends on the slip through problems with fixed coefficients: each of them is
@@ -237,12 +288,37 @@ impl<'a> Cascade<'a> {
             let law = self.speed_dependent(level, law, *memory);
             return self.solve_discs_at(level, start, Radius::Dependent(&law), options, monitor);
         }
-        let fixed: Vec<f64> = self.coefficient[level]
+        match self.yielding(level) {
+            Some(law) if !law.is_fixed() => {
+                self.solve_discs_at(level, start, Radius::Dependent(&law), options, monitor)
+            }
+            law => {
+                let fixed = law.map_or_else(|| self.bound_of_friction(level), |law| law.at_rest());
+                self.solve_discs_at(level, start, Radius::Fixed(&fixed), options, monitor)
+            }
+        }
+    }
+
+    /// Traction bounds [Pa] of fixed coefficients of friction.
+    fn bound_of_friction(&self, level: usize) -> Vec<f64> {
+        self.coefficient[level]
             .iter()
             .zip(&self.pressure[level])
             .map(|(mu, p)| mu * p.max(0.0))
-            .collect();
-        self.solve_discs_at(level, start, Radius::Fixed(&fixed), options, monitor)
+            .collect()
+    }
+
+    /// Traction bounds of a layer that yields, if there is one.
+    fn yielding(&self, level: usize) -> Option<Yielding> {
+        let plasticity = self.problem.plasticity.as_ref()?;
+        let friction = self.bound_of_friction(level);
+        Some(Yielding::new(
+            self.operators,
+            self.problem,
+            plasticity,
+            level,
+            friction,
+        ))
     }
 
     fn solve_discs_at(
@@ -417,7 +493,17 @@ impl<'a> Cascade<'a> {
                 state => state,
             })
             .collect();
+        let plastic = self.yielding(0).map(|law| {
+            let magnitude: Vec<f64> = (0..n)
+                .map(|i| match solution.state[i] {
+                    DiscState::Rim => solution.image[i].hypot(solution.image[n + i]),
+                    _ => 0.0,
+                })
+                .collect();
+            law.plastic_slip(&magnitude)
+        });
         TangentialSolution {
+            plastic,
             slip: solution.image.iter().map(|f| -f * per_length).collect(),
             traction: solution.field,
             state,

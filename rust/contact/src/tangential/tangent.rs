@@ -46,6 +46,9 @@ impl<'a> TangentialTangent<'a> {
         around: Option<Surroundings>,
     ) -> Result<Self, Error> {
         let n = operators.grid().points();
+        if problem.plasticity.is_some() {
+            return Err(Error::YieldWithoutDerivatives);
+        }
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;
         check("slip", state.slip, 2 * n)?;
