@@ -253,6 +253,9 @@ def test_weights_and_functions_of_fields() -> None:
     flat = smooth.reshape(N * N, N * N)
     assert np.abs(flat - flat.T).max() < 1e-9 * np.abs(flat).max()
     assert set(result.gradient("force")) >= {"gap", "friction", "force", "friction_field"}
+    # nothing moves under an approach
+    held = ball(approach=8e-6).solve(model="half-space")
+    assert held.derivative("motion", "gap").shape == (0, N, N)
     traction = result.derivative("traction", "friction")
     assert traction[0].sum() * 1e-6 == pytest.approx(result.derivative("force", "friction")[0])
 

@@ -268,6 +268,38 @@ def test_a_shift_of_a_sphere_is_as_stiff_as_cattaneo_and_mindlin_found() -> None
     assert result.derivative("creepage", "force")[0, 0] == pytest.approx(2.0 * one, rel=0.02)
 
 
+@pytest.mark.parametrize("kind", ["shift", "steady"])
+def test_both_sides_of_a_cell_about_to_slip(kind: str) -> None:
+    """Where a cell only just sticks, each side has its own derivative, and the margin says so."""
+
+    def at(along: float) -> TangentialResult:
+        motion: Any = mtb.Shift((along, 3e-7), spin=1e-4)
+        if kind == "steady":
+            motion = mtb.Rolling((1e3 * along, 3e-4, 0.1))
+        return solved({"field": CONTACT, "motion": motion, "friction": mtb.Coulomb(0.3)})
+
+    by, unit = ("displacement", 1.0) if kind == "shift" else ("creepage", 1e3)
+    low, high = 1e-6, 1.2e-6
+    while high - low > 1e-16:
+        middle = 0.5 * (low + high)
+        if np.array_equal(at(middle).status, at(low).status):
+            low = middle
+        else:
+            high = middle
+    sides = [at(low), at(high)]
+    assert (sides[0].status != sides[1].status).sum() == 1
+    margins = [side.margin() for side in sides]
+    # the one sticks on its bound, the other slips by nothing
+    assert min(m for m in (margins[0].slipping, margins[0].sticking) if m is not None) < 1e-5
+    assert min(m for m in (margins[1].slipping, margins[1].sticking) if m is not None) < 1e-5
+    slopes = [unit * side.derivative("force", by)[0, 0] for side in sides]
+    assert abs(slopes[0] / slopes[1] - 1.0) > 1e-4
+    for side, place, sign, slope in zip(sides, (low, high), (-1.0, 1.0), slopes, strict=True):
+        h = 1e-10
+        near, far = ((at(place + sign * k * h).force[0] - side.force[0]) / (sign * k * h) for k in (1, 2))
+        assert 2.0 * near - far == pytest.approx(slope, rel=1e-5)
+
+
 def test_steps_of_a_chain() -> None:
     motion = mtb.Rolling((1e-3, 5e-4, 0.1), transient=True)
 

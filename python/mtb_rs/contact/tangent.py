@@ -203,7 +203,7 @@ class SlidingTangent:
             if name == "gap":
                 gap += points.on_points(values)
             elif name == "friction_field":
-                drag += (points.on_points(values)[:, None] * self._direction).reshape(k, -1)
+                drag += (points.on_points(values)[:, None] * self._direction).reshape(k, 2 * n)
             else:
                 given = self.change(name).of(np.reshape(values, (k, -1)), n, m)
                 gap, work, drag = gap + given.gap, work + given.work, drag + given.drag
@@ -234,7 +234,7 @@ class SlidingTangent:
         given = Given(
             *self._core.adjoint(
                 np.ascontiguousarray(unknowns[:, 2]),
-                np.ascontiguousarray(unknowns[:, :2].reshape(k, -1)),
+                np.ascontiguousarray(unknowns[:, :2].reshape(k, 2 * n)),
                 np.ascontiguousarray(gap),
                 np.ascontiguousarray(motion),
             )

@@ -1,0 +1,574 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Are exact derivatives exact? Every number by every input of random scenes of each kind, by differences.
+
+Each scene is solved anew with an input moved along a random direction, to both sides and at two distances:
+central differences with Richardson's extrapolation. Where a point comes into contact, leaves it, sticks or
+slips on the way there is nothing to compare, and the pair is left out and counted. An error is relative to
+the derivative, or to a fiftieth of the number over the input where the derivative is smaller than that.
+Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind, and
+fewer of those that are condensed anew at every change; some twenty minutes of processor time.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from atlas import panels, write
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.half_space.pressure_field import PressureField
+
+Array = NDArray[np.float64]
+Solve = Callable[[], Any]
+
+#: What an error may be, relative to the derivative.
+ACCEPTED = 1e-6
+#: Share of a number over an input below which a derivative counts as nothing.
+LEAST = 0.02
+#: Fields whose sums with random weights are derived too.
+FIELDS = ("pressure", "traction", "gap", "slip", "friction_coefficient", "dissipation")
+#: A ball of cells [m].
+CELLS, CELL = 10, 1e-3
+
+
+@dataclass(frozen=True)
+class Input:
+    """What is given: its shape, its size, the result after a change of it, and where it may change."""
+
+    shape: tuple[int, ...]
+    size: float
+    solve: Callable[[Array], Any]
+    where: Any = True
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A solved scene, how it is solved with other inputs, and the steps of differences over their sizes.
+
+    What is condensed, and steps that take the factors of another step, have fewer digits than other solves.
+    """
+
+    result: Any
+    inputs: dict[str, Input]
+    width: float = 1e-4
+
+
+@dataclass(frozen=True)
+class Found:
+    """One number by one input."""
+
+    kind: str
+    of: str
+    by: str
+    error: float | None
+
+
+def ball(random: np.random.Generator) -> Array:
+    """The gap of a rough ellipsoid."""
+    x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * CELL
+    a, b = random.uniform(0.4, 0.8, 2)
+    return np.asarray(x[None, :] ** 2 / a + x[:, None] ** 2 / b + 3e-7 * random.random((CELLS, CELLS)))
+
+
+def material(random: np.random.Generator) -> mtb.Material:
+    return mtb.Material(random.uniform(60e9, 250e9), random.uniform(0.0, 0.45))
+
+
+def of_bodies(owner: Any, solved: Callable[[Any], Any]) -> Iterator[tuple[str, Input]]:
+    """Moduli of the bodies of something that holds them."""
+    for side in ("upper", "lower"):
+        body = owner[side] if isinstance(owner, dict) else getattr(owner, side)
+        own = body if isinstance(body, mtb.Material) else getattr(body, "material", None)
+        if own is None:
+            continue
+        for name in ("young_modulus", "poisson_ratio"):
+            value = getattr(own, name)
+
+            def at(e: Array, side: str = side, body: Any = body, own: Any = own, name: str = name) -> Any:
+                other = replace(own, **{name: getattr(own, name) + float(e)})
+                changed = other if isinstance(body, mtb.Material) else replace(body, material=other)
+                if isinstance(owner, dict):
+                    return solved(owner | {side: changed})
+                return solved(replace(owner, **{side: changed}))
+
+            # a condensation has fewer digits than a solve
+            yield f"{side}.{name}", Input((), 3.0 if name == "poisson_ratio" else value, at)
+
+
+def of_scene(scene: mtb.Scene, model: Any) -> Trial:
+    """A scene, and what it states."""
+
+    def solved(changed: mtb.Scene) -> Any:
+        return changed.solve(model=model)
+
+    result = solved(scene)
+    inputs: dict[str, Input] = {}
+    sizes = {"force": scene.force, "approach": scene.approach, "velocity": scene.velocity}
+    for name, value in sizes.items():
+        if value is not None:
+            inputs[name] = Input(
+                (), value, lambda e, n=name, v=value: solved(replace(scene, **{n: v + float(e)}))
+            )
+    for name, size in (("moments", 5.0), ("sliding_direction", 1.0)):
+        pair = getattr(scene, name)
+        if pair is not None:
+            inputs[name] = Input(
+                (2,), size, lambda e, n=name, v=pair: solved(replace(scene, **{n: tuple(np.array(v) + e)}))
+            )
+    friction, pull, shape = scene.friction, scene.magnetic_pressure, result.pressure.shape
+    if isinstance(friction, mtb.VelocityTable):
+        values = np.array(friction.value)
+        inputs["friction"] = Input(
+            values.shape, 0.3,
+            lambda e: solved(replace(scene, friction=mtb.VelocityTable(friction.velocity, list(values + e)))),
+        )  # fmt: skip
+    elif friction:
+        inputs["friction"] = Input((), 0.3, lambda e: solved(replace(scene, friction=friction + float(e))))
+        inputs["friction_field"] = Input(shape, 0.3, lambda e: solved(replace(scene, friction=friction + e)))
+    if pull is not None:
+        inputs["magnetic_pressure"] = Input(
+            (), pull, lambda e: solved(replace(scene, magnetic_pressure=pull + float(e)))
+        )
+        inputs["magnetic_pressure_field"] = Input(
+            shape, pull, lambda e: solved(replace(scene, magnetic_pressure=pull + e))
+        )
+    if isinstance(scene.gap, np.ndarray):
+        gap = scene.gap
+        inputs["gap"] = Input(gap.shape, 1e-6, lambda e: solved(replace(scene, gap=gap + e)))
+    inputs |= dict(of_bodies(scene, solved))
+    return Trial(result, inputs)
+
+
+def pressing(random: np.random.Generator, *, tilting: bool) -> dict[str, Any]:
+    """One of the ways to press."""
+    way = random.integers(4 if tilting else 3)
+    if way == 0:
+        return {"force": random.uniform(5e2, 3e3)}
+    if way == 1:
+        return {"approach": random.uniform(5e-6, 1e-5)}
+    if way == 2:
+        return {"magnetic_pressure": random.uniform(5e6, 2e7), "attraction": random.choice(["upper", "both"])}
+    return {"force": random.uniform(5e2, 3e3), "moments": tuple(random.uniform(-0.3, 0.3, 2))}
+
+
+def sliding(random: np.random.Generator) -> dict[str, Any]:
+    """How it slides, and by what friction."""
+    angle = random.uniform(0.0, 2.0 * np.pi)
+    friction: Any = random.uniform(0.05, 0.4)
+    if random.random() < 0.4:
+        friction = mtb.VelocityTable([0.0, 5.0, 20.0], [friction, 0.8 * friction, 0.5 * friction])
+    return {
+        "friction": friction, "velocity": random.uniform(1.0, 15.0),
+        "sliding_direction": (np.cos(angle), np.sin(angle)),
+    }  # fmt: skip
+
+
+def half_space(random: np.random.Generator) -> mtb.Scene:
+    lower = mtb.Rigid() if random.random() < 0.2 else material(random)
+    return mtb.Scene(
+        material(random),
+        lower,
+        gap=ball(random),
+        spacing=CELL,
+        **pressing(random, tilting=True),
+        **sliding(random),
+    )
+
+
+def block(random: np.random.Generator) -> mtb.Scene:
+    """A body of finite elements above, below or on both sides."""
+    mesh = block_mesh(np.linspace(-0.04, 0.04, 5), np.linspace(-0.02, 0.02, 4), 0.03)
+    side = random.integers(3)
+    upper: Any = material(random)
+    lower: Any = material(random)
+    if side != 1:
+        upper = mtb.ElasticBody(mesh, upper, "bottom", [mtb.Support("top", x=0, y=0)])
+    if side != 0:
+        held = [mtb.Support("bottom", x=0, y=0, z=0)]
+        lower = mtb.ElasticBody(mesh.moved(shift=(0.0, 0.0, -0.03)), lower, "top", held)
+    waves, sizes = random.uniform(50.0, 200.0, 2), random.uniform(1e-7, 4e-7, 2)
+
+    def gap(x: Array, y: Array) -> Array:
+        return np.asarray(
+            sizes[0] * (1 + (x / 0.04) ** 2 * 2) + sizes[1] * np.sin(waves[0] * x + waves[1] * y)
+        )
+
+    load: dict[str, Any] = {"force": random.uniform(1e4, 3e4)}
+    if random.random() < 0.5:
+        load = {"magnetic_pressure": random.uniform(2e6, 5e6)}
+    return mtb.Scene(upper, lower, gap=gap, spacing=1e-2, **load, **sliding(random))
+
+
+def own_body(random: np.random.Generator) -> mtb.Scene:
+    """A ready scene of other sizes: a shoe or a block."""
+    friction = random.uniform(0.05, 0.3)
+    if random.random() < 0.5:
+        return mtb.scenes.block_on_plane(spacing=2e-2, friction=friction)
+    return mtb.scenes.pole_shoe_on_rail(
+        spacing=1.2e-2,
+        friction=friction,
+        magnetic_pressure=random.uniform(2e6, 4e6),
+        velocity=random.uniform(1, 9),
+    )
+
+
+def scene_of(make: Callable[[np.random.Generator], mtb.Scene]) -> Callable[[np.random.Generator], Trial]:
+    def trial(random: np.random.Generator) -> Trial:
+        scene = make(random)
+        trial = of_scene(scene, scene.models[-1])
+        return trial if scene.models[-1] == "half-space" else replace(trial, width=1e-3)
+
+    return trial
+
+
+def step(random: np.random.Generator) -> Trial:
+    """A step of a prepared contact, after another one."""
+    pulled = random.random() < 0.5
+    load = {"magnetic_pressure": random.uniform(5e6, 2e7)} if pulled else {"force": random.uniform(5e2, 3e3)}
+    scene = mtb.Scene(
+        material(random), material(random), gap=ball(random), spacing=CELL, **load, **sliding(random)
+    )
+    contact = scene.prepare("half-space", reference_point=(0.01, 0.0, 0.02), standstill_speed=0.2)
+    n = contact.points.shape[1]
+    given = {
+        "pose": np.array([0.0, 0.0, np.nan, *random.uniform(-2e-5, 2e-5, 3)]),
+        "velocity": random.uniform(1.0, 8.0) * np.array(scene.sliding_direction),
+        "gap": 1e-7 * random.random(n),
+    }
+    if random.random() < 0.5:
+        given["friction"] = random.uniform(0.05, 0.4, n)
+    if pulled:
+        given["magnetic_pressure"] = random.uniform(5e6, 2e7)
+
+    def solved(name: str, e: Array) -> Any:
+        changed = given | {name: given[name] + (float(e) if np.ndim(given[name]) == 0 else e)}
+        pose, velocity = changed.pop("pose"), changed.pop("velocity")
+        return contact.step(pose, tuple(velocity), **changed)
+
+    result = solved("gap", np.zeros(n))
+    scale = {"pose": 1e-5, "velocity": 4.0, "gap": 1e-6, "friction": 0.3, "magnetic_pressure": 1e7}
+    inputs = {
+        name: Input(np.shape(value), scale[name], lambda e, name=name: solved(name, e))
+        for name, value in given.items()
+    }
+    if "friction" in given:
+        inputs["friction_field"] = inputs.pop("friction")
+        inputs["friction"] = Input((), 0.3, lambda e: solved("friction", np.full(n, float(e))))
+    return Trial(result, inputs, 1e-3)
+
+
+def normal(random: np.random.Generator) -> Trial:
+    given: dict[str, Any] = {"gap": ball(random), "upper": material(random), "lower": material(random)}
+    way = random.integers(3)
+    given |= {"approach": 8e-6} if way == 0 else {"force": random.uniform(5e2, 2e3)}
+    if way == 2:
+        given["moments_about_axes"] = tuple(random.uniform(-0.3, 0.3, 2))
+
+    def solved(changed: dict[str, Any]) -> Any:
+        method = "fft" if given["gap"].sum() * 1e9 % 2 < 1 else "auto"
+        return mtb.solve_normal(
+            **{"spacing": CELL, "tolerance": 1e-13, "method": method, "edge": "sharp"} | changed
+        )
+
+    sizes = {"gap": 1e-6, "approach": 8e-6, "force": 1e3, "moments_about_axes": 0.3}
+    inputs = {
+        name: Input(
+            np.shape(value), sizes[name],
+            lambda e, n=name, v=value: solved(given | {n: v + (float(e) if np.ndim(v) == 0 else e)}),
+        )
+        for name, value in given.items() if name in sizes
+    }  # fmt: skip
+    inputs |= dict(of_bodies(given, solved))
+    return Trial(solved(given), inputs)
+
+
+def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
+    """Shifts and rolling; with `coupled` at the end the pressure follows the traction."""
+
+    def trial(random: np.random.Generator) -> Trial:
+        coupled = kind.endswith("coupled")
+        given: dict[str, Any] = {"upper": material(random), "lower": material(random)}
+        if coupled:
+            given |= {"gap": ball(random), "normal_force": random.uniform(5e2, 2e3)}
+        else:
+            x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * 6e-4
+            inside = 1.0 - (x[None, :] / 3e-3) ** 2 - (x[:, None] / random.uniform(2e-3, 3e-3)) ** 2
+            given["pressure"] = random.uniform(4e8, 9e8) * np.sqrt(np.maximum(inside, 0.0))
+        spacing = CELL if coupled else 6e-4
+        mu = random.uniform(0.1, 0.4)
+        friction: Any = mtb.Coulomb(mu)
+        if random.random() < 0.5 and not coupled:
+            friction = mtb.FallingFriction(mu, 0.8 * mu, random.uniform(2.0, 8.0))
+        layer = mtb.InterfaceLayer(2e-5, 1e9) if random.random() < 0.3 else None
+        if kind.startswith("shift"):
+            motion: Any = mtb.Shift(
+                tuple(random.uniform(-2e-6, 2e-6, 2)), spin=random.uniform(-1e-4, 1e-4), duration=1e-3
+            )
+        else:
+            motion = mtb.Rolling(
+                (*random.uniform(-2e-3, 2e-3, 2), random.uniform(-0.4, 0.4)),
+                angle=random.uniform(0.1, 1.4), step=random.uniform(0.6, 1.4) * spacing,
+                transient=not kind.startswith("steady"),
+            )  # fmt: skip
+        given |= {"motion": motion, "friction": friction, "layer": layer, "state": None}
+
+        def solved(g: dict[str, Any]) -> Any:
+            bodies = {"lower": g["lower"], "upper": g["upper"]}
+            if coupled:
+                pressed = mtb.solve_normal(
+                    g["gap"], spacing, force=g["normal_force"], tolerance=1e-13, edge="sharp", **bodies
+                )
+            else:
+                pressed = PressureField(g["pressure"], (spacing, spacing), **bodies)
+            return mtb.solve_tangential(
+                pressed, g["motion"], g["friction"], layer=g["layer"], state=g["state"], tolerance=1e-12,
+                coupling="full" if coupled else "one-way",
+            )  # fmt: skip
+
+        if not kind.startswith("steady"):
+            given["state"] = solved(given | {"motion": mtb.Shift((1e-6, -1e-6))}).state
+        result = solved(given)
+        inputs = dict(of_bodies(given, solved))
+        for name, size in (("gap", 1e-6), ("normal_force", 1e3), ("pressure", 5e8)):
+            if name in given:
+                value = given[name]
+                # cells out of contact stay so
+                inputs[name] = Input(
+                    np.shape(value), size,
+                    lambda e, n=name, v=value: solved(
+                        given | {n: v + (float(e) if np.ndim(v) == 0 else e)}
+                    ),
+                    value > 0.0 if name == "pressure" else True,
+                )  # fmt: skip
+        sizes = {
+            "creepage": 1e-3, "displacement": 1e-6, "spin": 1e-4, "duration": 1e-3, "velocity": 10.0,
+            "step": spacing, "angle": 1.0,
+        }  # fmt: skip
+        for name, size in sizes.items():
+            value = getattr(motion, name, None)
+            if value is not None:
+                inputs[name] = Input(
+                    np.shape(value), size,
+                    lambda e, n=name, v=value: solved(
+                        given | {"motion": replace(motion, **{n: tuple(v + e) if e.ndim else v + float(e)})}
+                    ),
+                )  # fmt: skip
+        for prefix, owner in (("friction", friction), ("layer", layer)):
+            for name in (
+                "coefficient",
+                "static",
+                "limit",
+                "kinetic",
+                "half_slip",
+                "thickness",
+                "shear_modulus",
+            ):
+                value = getattr(owner, name, None)
+                if isinstance(value, float):
+                    by = prefix if name == "coefficient" else f"{prefix}.{name}"
+                    inputs[by] = Input(
+                        (), value,
+                        lambda e, p=prefix, o=owner, n=name, v=value: solved(
+                            given | {p: replace(o, **{n: v + float(e)})}
+                        ),
+                    )  # fmt: skip
+        if given["state"] is not None:
+            state = given["state"]
+            for name, size in (("traction", 1e8), ("pressure", 5e8)):
+                value = getattr(state, name)
+                inputs[f"state.{name}"] = Input(
+                    value.shape, size,
+                    lambda e, n=name, v=value: solved(given | {"state": replace(state, **{n: v + e})}),
+                    state.pressure > 0.0,
+                )  # fmt: skip
+        return Trial(result, inputs)
+
+    return trial
+
+
+KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
+    "sliding half-spaces": scene_of(half_space),
+    "sliding elastic bodies": scene_of(block),
+    "ready scenes": scene_of(own_body),
+    "steps": step,
+    "normal": normal,
+    "shift": rubbing("shift"),
+    "steady rolling": rubbing("steady"),
+    "transient rolling": rubbing("transient"),
+    "shift, coupled": rubbing("shift, coupled"),
+    "steady rolling, coupled": rubbing("steady, coupled"),
+}
+
+#: Share of the scenes of kinds whose bodies are condensed anew at every change of a material.
+SHARES = {"sliding elastic bodies": 0.3, "ready scenes": 0.1}
+
+
+def numbers(
+    trial: Trial, random: np.random.Generator
+) -> dict[str, tuple[Any, Callable[[Any], Array], float]]:
+    """What is derived, by name: how it is asked for, its value in a result, its size."""
+    result = trial.result
+    p, area = result.pressure, result.area
+    place, whole = int(p.argmax()), float(area[result.status > 0].sum())
+    force, reach = float((p * area).sum()), float(np.abs(result.points[:2]).max())
+    own: dict[str, tuple[Callable[[Any], Any], float]] = {
+        "force": (lambda r: r.force, force),
+        "moment": (lambda r: r.moment, force * reach),
+        "normal_force": (lambda r: (r.pressure * area).sum(), force),
+        "peak_pressure": (lambda r: r.pressure.flat[place], float(p.max())),
+        "mean_pressure": (lambda r: (r.pressure * area).sum() / whole, float(p.max())),
+        "approach": (lambda r: r.approach, 1e-5),
+        "tilts": (lambda r: np.array(r.tilts), 1e-5 / reach),
+        "spin_moment": (lambda r: r.spin_moment, 0.3 * force * reach),
+        "creepage": (lambda r: r.creepage, 1e-3),
+    }
+    known = {}
+    for name, (value, size) in own.items():
+        try:
+            result.gradient(name)
+        except ValueError:
+            continue
+        known[name] = (name, lambda r, value=value: np.ravel(value(r)), size)
+    fields = result._tangent().fields
+    for name in FIELDS:
+        field = getattr(result, name, None)
+        if field is None or name not in fields:
+            continue
+        if name in ("slip", "dissipation") and not (result.status == 2).any():
+            continue
+        w = random.uniform(-1.0, 1.0, np.shape(field))
+        size = float(np.sqrt((np.square(w * field)).sum())) or 1.0
+        known[f"sum of {name}"] = (
+            {name: w}, lambda r, w=w, name=name: np.array([(w * getattr(r, name)).sum()]), size
+        )  # fmt: skip
+    return known
+
+
+#: All names of numbers and fields, and of inputs, that any kind has, and some that none has.
+OF = (
+    *("force", "moment", "normal_force", "approach", "tilts", "peak_pressure", "mean_pressure", "creepage"),
+    *("friction_power", "spin_moment", "motion", "unknowns", "contact_area", "status", *FIELDS),
+)
+BY = (
+    *("gap", "pressure", "friction", "friction_field", "friction.static", "friction.coefficient", "spacing"),
+    *("force", "approach", "moments", "moments_about_axes", "normal_force", "tilts", "pose", "work"),
+    *("magnetic_pressure", "magnetic_pressure_field", "velocity", "sliding_direction", "step", "angle"),
+    *("creepage", "displacement", "spin", "duration", "layer.thickness", "layer.shear_modulus"),
+    *("state.traction", "state.pressure", "state.coefficient", "upper.young_modulus", "upper.poisson_ratio"),
+    *("lower.young_modulus", "lower.poisson_ratio"),
+)
+#: Numbers of a derivative above which a field by a field is not tried.
+MOST = 2000
+
+
+def riddles(kind: str, seed: int) -> list[str]:
+    """All names asked of one scene: what is neither answered nor refused with a sentence about a name."""
+    result = KINDS[kind](np.random.default_rng([seed, sum(map(ord, kind))])).result
+    fields, inputs = result._tangent().fields, result._tangent().inputs
+    found = []
+    for of in OF:
+        for by in BY:
+            if np.prod(fields.get(of, ()), dtype=int) * np.prod(inputs.get(by, ()), dtype=int) > MOST:
+                continue
+            try:
+                if not np.isfinite(result.derivative(of, by)).all():
+                    found.append(f"{of} by {by} is not finite")
+            except Exception as error:
+                if not (isinstance(error, ValueError) and str(error).startswith(("of is", "by is"))):
+                    found.append(f"{of} by {by}: {error!r}")
+    return found
+
+
+def tried(kind: str, seed: int) -> Iterator[Found]:
+    """One scene of a kind: each number by each input."""
+    random = np.random.default_rng([seed, sum(map(ord, kind))])
+    trial = KINDS[kind](random)
+    asked = numbers(trial, random)
+    status = trial.result.status
+    given = trial.result._tangent().inputs
+    gradients = {of: trial.result.gradient(how) for of, (how, _, _) in asked.items()}
+    for by, own in trial.inputs.items():
+        if by not in given:
+            continue
+        direction = np.where(own.where, own.size * random.uniform(-1.0, 1.0, own.shape), 0.0)
+        h = trial.width
+        moved = [own.solve(np.asarray(s * step * direction)) for step in (h, 0.5 * h) for s in (1.0, -1.0)]
+        is_same = all(np.array_equal(m.status, status) for m in moved)
+        for of, (_, value, size) in asked.items():
+            if not is_same:
+                yield Found(kind, of, by, None)
+                continue
+            values = [value(m) for m in moved]
+            wide, near = (values[0] - values[1]) / (2 * h), (values[2] - values[3]) / h
+            wanted = (4.0 * near - wide) / 3.0
+            gradient = np.asarray(gradients[of][by])
+            found = np.ravel(
+                np.tensordot(gradient, direction, np.ndim(direction)) if own.shape else gradient * direction
+            )
+            least = LEAST * size
+            yield Found(
+                kind, of, by, float((np.abs(found - wanted) / np.maximum(np.abs(wanted), least)).max())
+            )
+
+
+def listed(kind: str, seed: int) -> list[Found]:
+    """One scene, in a process of its own."""
+    warnings.simplefilter("ignore")
+    return list(tried(kind, seed))
+
+
+def main(whole: int, kinds: list[str], pool: ProcessPoolExecutor) -> None:
+    figure, axes = panels(len(kinds), 2, 3.0)
+    rows, worst = [], 0.0
+    asked = {kind: max(1, round(SHARES.get(kind, 1.0) * whole)) for kind in kinds}
+    waiting = {kind: [pool.submit(listed, kind, seed) for seed in range(asked[kind])] for kind in kinds}
+    for kind, ax in zip(kinds, axes, strict=False):
+        count = asked[kind]
+        found = [f for scene in waiting[kind] for f in scene.result()]
+        ofs, bys = list(dict.fromkeys(f.of for f in found)), list(dict.fromkeys(f.by for f in found))
+        table = np.full((len(ofs), len(bys)), np.nan)
+        for i, of in enumerate(ofs):
+            for j, by in enumerate(bys):
+                own = [f.error for f in found if (f.of, f.by) == (of, by)]
+                errors = np.array([e for e in own if e is not None])
+                if not own:
+                    continue
+                rows.append(
+                    {
+                        "kind": kind, "scenes": count, "of": of, "by": by, "compared": errors.size,
+                        "left out: points in contact change": len(own) - errors.size,
+                        "median_error": float(np.median(errors)) if errors.size else "",
+                        "largest_error": float(errors.max()) if errors.size else "",
+                        "above_1e-6": int((errors > ACCEPTED).sum()),
+                    }
+                )  # fmt: skip
+                if errors.size:
+                    table[i, j] = np.log10(max(float(errors.max()), 1e-12))
+                    worst = max(worst, float(errors.max()))
+        mesh = ax.pcolormesh(table, vmin=-12.0, vmax=-5.0, cmap="viridis")
+        ax.set_title(f"{kind}: {count} scenes", fontsize=7)
+        ax.set_xticks(np.arange(len(bys)) + 0.5, bys, rotation=90, fontsize=4.5)
+        ax.set_yticks(np.arange(len(ofs)) + 0.5, ofs, fontsize=4.5)
+        ax.invert_yaxis()
+        figure.colorbar(mesh, ax=ax).set_label("largest error, power of ten", fontsize=5)
+        compared = sum(r["compared"] for r in rows if r["kind"] == kind)
+        above = sum(r["above_1e-6"] for r in rows if r["kind"] == kind)
+        print(
+            f"{kind}: {count} scenes, {compared} derivatives compared, {above} of them worse than 1e-6",
+            flush=True,
+        )
+    print(f"worst of all: {worst:.1e}", flush=True)
+    write("derivatives", figure, rows)
+
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor() as pool:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:] or list(KINDS), pool)
