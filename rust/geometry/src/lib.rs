@@ -39,7 +39,9 @@ pub use mesh::{Closure, SurfaceMesh};
 pub use profile::{Interpolation, Profile, Station, Vertical};
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
-pub use wheel::{GapField, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad};
+pub use wheel::{
+    GapField, PlaneChange, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad,
+};
 
 /// Asked now and then by what takes long; `Break` makes it stop with [`Error::Interrupted`].
 pub type Look<'a> = &'a dyn Fn() -> ControlFlow<()>;

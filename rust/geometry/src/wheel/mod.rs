@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A wheel on a rail: where they touch, the contact plane, and the gap over it.
 
+mod change;
 mod gap;
+mod middle;
 mod over;
 mod plane;
 mod section;
@@ -14,6 +16,7 @@ use crate::error::{finite, out_of_range, positive};
 use crate::{Error, Profile};
 use section::Section;
 
+pub use change::PlaneChange;
 pub use gap::GapField;
 pub use over::WheelOverRail;
 pub use plane::PlaneGap;

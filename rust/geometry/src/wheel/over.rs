@@ -52,9 +52,9 @@ pub struct WheelOverRail {
 pub(super) struct Station {
     /// y of the wheel profile [m].
     pub(super) position: f64,
-    radius: f64,
+    pub(super) radius: f64,
     /// Change of the radius along y [-].
-    slope: f64,
+    pub(super) slope: f64,
 }
 
 /// A place on the top side of the rail, in the track.
@@ -206,7 +206,11 @@ impl WheelOverRail {
             .collect()
     }
 
-    fn outline(&self, centre: Vector3<f64>, axle: Vector3<f64>) -> Result<Outline, Error> {
+    pub(super) fn outline(
+        &self,
+        centre: Vector3<f64>,
+        axle: Vector3<f64>,
+    ) -> Result<Outline, Error> {
         let size = axle.norm();
         for (name, value) in [
             ("centre of the axle", centre.sum()),
@@ -273,6 +277,22 @@ impl WheelOverRail {
             a.z + share * (b.z - a.z),
             a.position + share * (b.position - a.position),
         )
+    }
+
+    /// Rates along y of height, slope angle and the rail profile's y on the head; 0 beside it.
+    pub(super) fn rates_on_head(&self, y: f64) -> [f64; 3] {
+        let (from, _) = Below::new(&self.head).at(y);
+        let Some(next) = self.head.get(from + 1).filter(|_| y >= self.head[0].y) else {
+            return [0.0; 3];
+        };
+        let here = self.head[from];
+        let width = next.y - here.y;
+        [
+            next.z - here.z,
+            next.angle - here.angle,
+            next.position - here.position,
+        ]
+        .map(|d| d / width)
     }
 }
 

@@ -6,7 +6,8 @@ use std::ops::Range;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
-use super::over::{MOST_INCLINED, Outline, SAMPLING, WheelOverRail, height_and_slope};
+use super::middle::Middle;
+use super::over::{Outline, SAMPLING, WheelOverRail, height_and_slope};
 use super::section::touching;
 use crate::Error;
 
@@ -21,7 +22,7 @@ const POINTS_A_THREAD: usize = 10_000;
 const MOST_STEPS: usize = 15;
 const CLOSE: f64 = 1e-13;
 const LONGEST: f64 = 2e-3;
-const STEEPEST: f64 = 0.05;
+pub(super) const STEEPEST: f64 = 0.05;
 const FOUND: f64 = 1e-9;
 
 /// The gap over a contact plane of a wheel in a given pose.
@@ -49,6 +50,8 @@ pub struct PlaneGap {
     /// Share of the estimated contact area inclined by more than 20 degrees to the plane, which it does not
     /// represent [-].
     pub neglected: f64,
+    /// The stations of the wheel that overlap.
+    pub(super) part: Range<usize>,
 }
 
 impl PlaneGap {
@@ -71,45 +74,21 @@ pub(super) fn over(
     let points = &outline.points[part.clone()];
     let slope = &outline.angle[part.clone()];
     let stations = &pair.stations[part.clone()];
-    let overlap: Vec<f64> = outline.clearance[part].iter().map(|c| -c).collect();
+    let overlap: Vec<f64> = outline.clearance[part.clone()].iter().map(|c| -c).collect();
     let n = points.len();
     refuse_ends(pair, points, stations[0].position, stations[n - 1].position)?;
 
-    // half the overlap is what a Hertzian contact covers
-    let largest = overlap.iter().copied().fold(0.0, f64::max);
-    let lowest = overlap.iter().position(|o| *o == largest).unwrap_or(0);
-    let mut weight: Vec<f64> = (0..n)
-        .map(|k| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(n - 1));
-            let width = if n > 1 {
-                (points[after].y - points[before].y).abs() / (after - before) as f64
-            } else {
-                1.0
-            };
-            (overlap[k] - 0.5 * largest).max(0.0).sqrt() * width
-        })
-        .collect();
-    if weight.iter().sum::<f64>() == 0.0 {
-        weight[lowest] = 1.0;
-    }
-    let is_near: Vec<bool> = slope
-        .iter()
-        .map(|s| (s - slope[lowest]).abs() <= MOST_INCLINED)
-        .collect();
-    // places on one plane may have some between them that stay apart
-    let near = || (0..n).filter(|&k| is_near[k] && overlap[k] > 0.0);
-    let total: f64 = near().map(|k| weight[k]).sum();
-    let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
-        near().map(|k| weight[k] * value(k)).sum::<f64>() / total
-    };
+    let aside: Vec<f64> = points.iter().map(|p| p.y).collect();
+    let middle = Middle::new(&overlap, &aside, slope);
+    let is_near = &middle.is_near;
+    let mean = |value: &dyn Fn(usize) -> f64| middle.mean(value);
     let angle = mean(&|k| slope[k]);
     let (_, rail_position) = pair.on_head(mean(&|k| points[k].y));
     let [height, _] = height_and_slope(&pair.rail, rail_position);
     let [across, up] = pair.placement.place(rail_position, height);
     let position = Vector3::new(mean(&|k| points[k].x), across, up);
     let wheel_position = mean(&|k| stations[k].position);
-    let inclined: f64 = (0..n).map(|k| weight[k] / slope[k].cos()).sum();
-    let represented: f64 = near().map(|k| weight[k] / slope[k].cos()).sum();
+    let neglected = middle.neglected(&overlap, &aside, slope);
 
     // no pressure lies beyond the overlap of the undeformed bodies
     let (sin, cos) = angle.sin_cos();
@@ -155,7 +134,8 @@ pub(super) fn over(
         ny: y.len(),
         gap,
         rail_positions: rail.into_iter().map(of_row).collect(),
-        neglected: ((inclined - represented) / inclined).max(0.0),
+        neglected,
+        part,
     })
 }
 
@@ -242,37 +222,43 @@ fn gap(
 
 /// The rail along the normal from a place.
 #[derive(Clone, Copy)]
-struct Below {
-    distance: f64,
+pub(super) struct Below {
+    pub(super) distance: f64,
     /// y of the rail profile [m].
-    rail_position: f64,
+    pub(super) rail_position: f64,
 }
 
 /// The rail cut along a normal of the plane.
-struct RailCut<'a> {
+pub(super) struct RailCut<'a> {
     pair: &'a WheelOverRail,
     /// The normal in the rail's own frame.
-    ahead: Vector2<f64>,
+    pub(super) ahead: Vector2<f64>,
 }
 
 impl<'a> RailCut<'a> {
-    fn new(pair: &'a WheelOverRail, normal: Vector3<f64>) -> Self {
-        let (sin, cos) = (pair.placement.sin, pair.placement.cos);
-        let ahead = Vector2::new(
-            cos * normal.y + sin * normal.z,
-            cos * normal.z - sin * normal.y,
-        );
-        Self { pair, ahead }
+    pub(super) fn new(pair: &'a WheelOverRail, normal: Vector3<f64>) -> Self {
+        let turned = Self {
+            pair,
+            ahead: Vector2::zeros(),
+        };
+        Self {
+            ahead: turned.own(normal.yz()),
+            ..turned
+        }
+    }
+
+    /// A direction (y, z) in the rail's own frame.
+    pub(super) fn own(&self, direction: Vector2<f64>) -> Vector2<f64> {
+        let (sin, cos) = (self.pair.placement.sin, self.pair.placement.cos);
+        Vector2::new(
+            cos * direction.x + sin * direction.y,
+            cos * direction.y - sin * direction.x,
+        )
     }
 
     /// The rail from a place (y, z) in the track, if it is there.
-    fn below(&self, foot: Vector2<f64>) -> Option<Below> {
-        let place = &self.pair.placement;
-        let from = foot - Vector2::from(place.shift);
-        let own = Vector2::new(
-            place.cos * from.x + place.sin * from.y,
-            place.cos * from.y - place.sin * from.x,
-        );
+    pub(super) fn below(&self, foot: Vector2<f64>) -> Option<Below> {
+        let own = self.own(foot - Vector2::from(self.pair.placement.shift));
         let [low, high] = self.pair.rail.range();
         let mut distance = 0.0;
         let found = newton(&mut distance, |distance| {
@@ -289,16 +275,16 @@ impl<'a> RailCut<'a> {
 }
 
 /// The wheel cut along a normal of the plane.
-struct WheelCut<'a> {
-    pair: &'a WheelOverRail,
-    axle: Vector3<f64>,
-    normal: Vector3<f64>,
-    across: f64,
+pub(super) struct WheelCut<'a> {
+    pub(super) pair: &'a WheelOverRail,
+    pub(super) axle: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    pub(super) across: f64,
 }
 
 impl WheelCut<'_> {
     /// Distance from a place relative to the middle of the axle, if the wheel is there.
-    fn distance(&self, base: Vector3<f64>, guess: f64) -> Option<f64> {
+    pub(super) fn distance(&self, base: Vector3<f64>, guess: f64) -> Option<f64> {
         let [low, high] = self.pair.wheel.range();
         let mut distance = guess;
         let found = newton(&mut distance, |distance| {

@@ -358,3 +358,83 @@ fn wheels_off_their_rail_are_named() {
     let found = WheelOverRail::new(&pair).unwrap_err().to_string();
     assert!(found.starts_with("wheel profile is 40"), "{found}");
 }
+
+#[test]
+fn changes_of_a_plane_are_its_differences() {
+    let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    let over = WheelOverRail::new(&pair).unwrap();
+    let spacing = [1e-3, 1e-3];
+    let axle_of =
+        |yaw: f64, roll: f64| [-yaw.sin() * roll.cos(), yaw.cos() * roll.cos(), roll.sin()];
+    let mut planes_seen = 0;
+    // tread, near the flange, flange; yawed both ways
+    for (y, yaw, roll) in [
+        (0.361e-3, 0.002, 0.0),
+        (1.3e-3, 0.004, 0.001),
+        (4.1e-3, -0.01, -0.002),
+        (6.4e-3, 0.02, 0.0005),
+        (-3.2e-3, 0.007, 0.0),
+    ] {
+        let mut centre = [0.01, y, over.first_height() + pair.wheel_radius];
+        centre[2] += over.overlap(centre, axle_of(yaw, roll)).unwrap() - 60e-6;
+        let planes_at = |moved: [f64; 5]| {
+            let centre = [0, 1, 2].map(|c| centre[c] + moved[c]);
+            let axle = axle_of(yaw + moved[3], roll + moved[4]);
+            over.patches(centre, axle, spacing).unwrap()
+        };
+        let here = planes_at([0.0; 5]);
+        for (which, step) in [2e-8, 2e-8, 2e-8, 2e-7, 2e-8].into_iter().enumerate() {
+            let by_axle = match which {
+                3 => [-yaw.cos() * roll.cos(), -yaw.sin() * roll.cos(), 0.0],
+                4 => [yaw.sin() * roll.sin(), -yaw.cos() * roll.sin(), roll.cos()],
+                _ => [0.0; 3],
+            };
+            let mut by_centre = [0.0; 3];
+            if which < 3 {
+                by_centre[which] = 1.0;
+            }
+            let at = [-1.0, -0.5, 0.5, 1.0].map(|share| {
+                let mut moved = [0.0; 5];
+                moved[which] = share * step;
+                planes_at(moved)
+            });
+            for (k, plane) in here.iter().enumerate() {
+                planes_seen += 1;
+                let pose = [centre, axle_of(yaw, roll)];
+                let by = [by_centre, by_axle];
+                let found = over.change(plane, pose, spacing, by).unwrap();
+                // central differences with Richardson's extrapolation
+                let check = |name: &str, found: f64, value: &dyn Fn(&PlaneGap) -> f64| {
+                    let [a, b, c, d] = [0, 1, 2, 3].map(|i| value(&at[i][k]));
+                    let truth = (8.0 * (c - b) - (d - a)) / (6.0 * step);
+                    let error = (found - truth).abs();
+                    assert!(
+                        error < 1e-6 * truth.abs().max(1.0),
+                        "{name} at y = {y} by {which}: {found} is not {truth}"
+                    );
+                };
+                for c in 0..3 {
+                    check("position", found.position[c], &|p| p.position[c]);
+                }
+                check("angle", found.angle, &|p| p.angle);
+                check("rail", found.rail_position, &|p| p.rail_position);
+                check("wheel", found.wheel_position, &|p| p.wheel_position);
+                for row in (0..plane.ny).step_by(4) {
+                    let of =
+                        move |p: &PlaneGap| (row as i64 + plane.first[1] - p.first[1]) as usize;
+                    check("row", found.rail_positions[row], &|p| {
+                        p.rail_positions[of(p)]
+                    });
+                    for column in (0..plane.nx).step_by(5) {
+                        let there = move |p: &PlaneGap| {
+                            (column as i64 + plane.first[0] - p.first[0]) as usize
+                        };
+                        let i = row * plane.nx + column;
+                        check("gap", found.gap[i], &|p| p.gap[of(p) * p.nx + there(p)]);
+                    }
+                }
+            }
+        }
+    }
+    assert!(planes_seen >= 25);
+}

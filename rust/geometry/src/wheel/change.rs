@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! How a contact plane and the gap over it change with the pose of the wheel.
+
+use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
+
+use super::middle::Middle;
+use super::over::{WheelOverRail, height_and_slope};
+use super::plane::{PlaneGap, RailCut, STEEPEST, WheelCut};
+use crate::Error;
+
+/// Change of a [`PlaneGap`] by a change of the pose.
+///
+/// The points of the grid go with the origin of the plane and turn with it. The stations of the wheel that overlap, and
+/// the lines of the grid, stay the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneChange {
+    /// Of the origin [m].
+    pub position: [f64; 3],
+    /// Of the slope angle [rad].
+    pub angle: f64,
+    /// Of the origin on the rail profile [m].
+    pub rail_position: f64,
+    /// Of the origin on the wheel profile [m].
+    pub wheel_position: f64,
+    /// Of the gap (ny * nx) [m]; 0 where a body is missing.
+    pub gap: Vec<f64>,
+    /// Of the rail profile's y of each row (ny) [m].
+    pub rail_positions: Vec<f64>,
+}
+
+/// Change of the outline at the stations of a part.
+struct OutlineChange {
+    points: Vec<Vector3<f64>>,
+    clearance: Vec<f64>,
+    angle: Vec<f64>,
+}
+
+impl WheelOverRail {
+    /// Change of a plane by a change of the pose that it was found at, exactly.
+    ///
+    /// `centre` and `axle` as for [`WheelOverRail::patches`], `spacing` that of the plane, `by` the change of centre
+    /// [m] and direction of the axle [-].
+    ///
+    /// # Errors
+    /// As of [`WheelOverRail::overlap`].
+    ///
+    /// # Example
+    /// ```
+    /// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail};
+    /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    /// let wheel = WheelOverRail::new(&pair)?;
+    /// let height = wheel.first_height() + pair.wheel_radius - 50e-6;
+    /// let (centre, axle) = ([0.0, 0.0, height], [0.0, 1.0, 0.0]);
+    /// let [plane] = &wheel.patches(centre, axle, [1e-3; 2])?[..] else { panic!() };
+    /// // a millimetre along the rail takes all of it along
+    /// let ahead = wheel.change(plane, [centre, axle], [1e-3; 2], [[1e-3, 0.0, 0.0], [0.0; 3]])?;
+    /// assert!((ahead.position[0] - 1e-3).abs() < 1e-12 && ahead.angle.abs() < 1e-12);
+    /// // a lowered wheel closes the gap by as much, but for the inclination of the plane
+    /// let down = wheel.change(plane, [centre, axle], [1e-3; 2], [[0.0, 0.0, -1e-6], [0.0; 3]])?;
+    /// assert!(down.gap.iter().any(|g| (g + 1e-6 * plane.angle.cos()).abs() < 1e-8));
+    /// # Ok::<(), mtb_geometry::Error>(())
+    /// ```
+    pub fn change(
+        &self,
+        plane: &PlaneGap,
+        [centre, axle]: [[f64; 3]; 2],
+        spacing: [f64; 2],
+        by: [[f64; 3]; 2],
+    ) -> Result<PlaneChange, Error> {
+        let (centre, axle) = (Vector3::from(centre), Vector3::from(axle));
+        let by = by.map(Vector3::from);
+        let outline = self.outline(centre, axle)?;
+        let part = plane.part.clone();
+        let points = &outline.points[part.clone()];
+        let slope = &outline.angle[part.clone()];
+        let stations = &self.stations[part.clone()];
+        let overlap: Vec<f64> = outline.clearance[part.clone()].iter().map(|c| -c).collect();
+        let across: Vec<f64> = points.iter().map(|p| p.y).collect();
+        let moved = self.outline_change(part, points, axle, by);
+        let by_overlap: Vec<f64> = moved.clearance.iter().map(|c| -c).collect();
+        let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
+
+        let middle = Middle::new(&overlap, &across, slope);
+        let mean = middle.mean_change([&overlap, &across], [&by_overlap, &by_across]);
+        let angle = mean(&|k| slope[k], &|k| moved.angle[k]);
+        let at = middle.mean(&|k| across[k]);
+        let rail_position = self.rates_on_head(at)[2] * mean(&|k| across[k], &|k| by_across[k]);
+        let [_, rise] = height_and_slope(&self.rail, plane.rail_position);
+        let (sin, cos) = (self.placement.sin, self.placement.cos);
+        let position = Vector3::new(
+            mean(&|k| points[k].x, &|k| moved.points[k].x),
+            (cos - sin * rise) * rail_position,
+            (sin + cos * rise) * rail_position,
+        );
+        let wheel_position = mean(&|k| stations[k].position, &|_| 0.0);
+        let (gap, rail_positions) =
+            self.gap_change(plane, [centre, axle], spacing, by, (position, angle));
+        Ok(PlaneChange {
+            position: position.into(),
+            angle,
+            rail_position,
+            wheel_position,
+            gap,
+            rail_positions: rail_positions
+                .into_iter()
+                .map(|of_row| of_row.unwrap_or(rail_position))
+                .collect(),
+        })
+    }
+
+    /// Of the points where the prism can touch the wheel, and of what lies below them.
+    fn outline_change(
+        &self,
+        part: std::ops::Range<usize>,
+        points: &[Vector3<f64>],
+        axle: Vector3<f64>,
+        [by_centre, by_axle]: [Vector3<f64>; 2],
+    ) -> OutlineChange {
+        let length = (1.0 - axle.x * axle.x).sqrt();
+        let by_length = -axle.x * by_axle.x / length;
+        let along = (Vector3::x() - axle.x * axle) / length;
+        let by_along = -(by_axle.x * axle + axle.x * by_axle + along * by_length) / length;
+        let down = axle.cross(&along);
+        let by_down = by_axle.cross(&along) + axle.cross(&by_along);
+        let n = part.len();
+        let mut change = OutlineChange {
+            points: Vec::with_capacity(n),
+            clearance: Vec::with_capacity(n),
+            angle: Vec::with_capacity(n),
+        };
+        for (station, point) in self.stations[part].iter().zip(points) {
+            let turned = station.slope * axle.x / length;
+            let sin = turned.clamp(-1.0, 1.0);
+            let cos = (1.0 - sin * sin).sqrt();
+            let by_sin = station.slope * (by_axle.x - axle.x * by_length / length) / length;
+            // where the wheel is vertical, its edge counts
+            let [by_sin, by_cos] = if turned.abs() < 1.0 {
+                [by_sin, -sin * by_sin / cos]
+            } else {
+                [0.0; 2]
+            };
+            let by_point = by_centre
+                + by_axle * (self.tape + station.position)
+                + (by_down * cos + down * by_cos + by_along * sin + along * by_sin)
+                    * station.radius;
+            let [rise, bend, _] = self.rates_on_head(point.y);
+            change.clearance.push(by_point.z - rise * by_point.y);
+            change.angle.push(bend * by_point.y);
+            change.points.push(by_point);
+        }
+        change
+    }
+
+    /// Of the gap at the points of a plane whose origin and angle change, and of the rail of each row.
+    fn gap_change(
+        &self,
+        plane: &PlaneGap,
+        [centre, axle]: [Vector3<f64>; 2],
+        spacing: [f64; 2],
+        [by_centre, by_axle]: [Vector3<f64>; 2],
+        (by_position, by_angle): (Vector3<f64>, f64),
+    ) -> (Vec<f64>, Vec<Option<f64>>) {
+        let (sin, cos) = plane.angle.sin_cos();
+        let normal = Vector3::new(0.0, -sin, cos);
+        let by_normal = Vector3::new(0.0, -cos, -sin) * by_angle;
+        let position = Vector3::from(plane.position);
+        let rail = RailCut::new(self, normal);
+        let by_ahead = rail.own(by_normal.yz());
+        let wheel = WheelCut {
+            pair: self,
+            axle,
+            normal,
+            across: axle.dot(&normal),
+        };
+        let mut gap = vec![0.0; plane.gap.len()];
+        let mut rail_positions = vec![None; plane.ny];
+        gap.par_chunks_mut(plane.nx)
+            .zip(plane.gap.par_chunks(plane.nx))
+            .zip(&mut rail_positions)
+            .enumerate()
+            .for_each(|(row, ((change, gap), of_row))| {
+                let t = (plane.first[1] + row as i64) as f64 * spacing[1];
+                let foot = Vector2::new(position.y + cos * t, position.z + sin * t);
+                let by_foot = by_position.yz() + Vector2::new(-sin, cos) * (t * by_angle);
+                let Some(below) = rail.below(foot) else {
+                    return;
+                };
+                let [_, rise] = height_and_slope(&self.rail, below.rail_position);
+                let drift = rail.own(by_foot) + by_ahead * below.distance;
+                let rate = (rail.ahead.y - rise * rail.ahead.x).max(STEEPEST);
+                let by_below = -(drift.y - rise * drift.x) / rate;
+                *of_row = Some(drift.x + rail.ahead.x * by_below);
+                for (i, (change, gap)) in change.iter_mut().zip(gap).enumerate() {
+                    let x = (plane.first[0] + i as i64) as f64 * spacing[0];
+                    let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
+                    let by_base = Vector3::new(by_position.x, by_foot.x, by_foot.y) - by_centre;
+                    // the wheel is met again where it was found
+                    let Some(above) = wheel.distance(base, gap + below.distance) else {
+                        continue;
+                    };
+                    let reach = base + normal * above;
+                    let by_reach = by_base + by_normal * above;
+                    let station = axle.dot(&reach);
+                    let out = reach - axle * station;
+                    let radius = out.norm();
+                    let [_, slope] = height_and_slope(&self.wheel, station - self.tape);
+                    let by_station = by_axle.dot(&reach) + axle.dot(&by_reach);
+                    let by_radius = (out.dot(&by_reach) - station * out.dot(&by_axle)) / radius;
+                    let rate = (normal.dot(&out) / radius + slope * wheel.across).min(-STEEPEST);
+                    *change = -(by_radius + slope * by_station) / rate - by_below;
+                }
+            });
+        (gap, rail_positions)
+    }
+}
