@@ -3,7 +3,6 @@
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
-use mtb_elasticity::Material;
 use mtb_elasticity::half_space::influence;
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Component, Grid, Monitor};
@@ -14,11 +13,8 @@ use crate::prepared::Ready;
 use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::wheelset::Side;
 
-/// Relative residual of the normal problem that is aimed at, and the one that is accepted.
-const TOLERANCE: f64 = 1e-9;
+/// Relative residual of the normal problem that is accepted.
 const ACCEPTED: f64 = 1e-6;
-/// Relative error of a vertical force that the height is found for.
-const FORCE_TOLERANCE: f64 = 1e-7;
 /// The same where the force jumps over the one asked, as the plane of a contact turns: less than the cells make.
 const SMALL_JUMP: f64 = 1e-3;
 /// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
@@ -32,7 +28,17 @@ const LONGEST: f64 = 5e-4;
 pub(crate) struct Trial {
     /// Vertical force of the pressures [N].
     force: f64,
-    pub(crate) patches: Vec<(PlaneGap, Vec<f64>)>,
+    pub(crate) patches: Vec<Pressed>,
+}
+
+/// A patch and its pressure.
+#[derive(Debug)]
+pub(crate) struct Pressed {
+    pub(crate) plane: PlaneGap,
+    /// Pressure (n) [Pa].
+    pub(crate) pressure: Vec<f64>,
+    /// Gap that is left (n) [m].
+    pub(crate) gap: Vec<f64>,
 }
 
 /// Patches of a wheel and their pressures; `solves` counts the normal problems.
@@ -44,13 +50,7 @@ pub(crate) fn trial(
     monitor: Monitor<'_>,
 ) -> Result<Trial, Error> {
     let wheelset = &ready.wheelset;
-    let elastic: Vec<Material> = wheelset
-        .bodies
-        .lower
-        .into_iter()
-        .chain(wheelset.bodies.upper)
-        .collect();
-    let joined = Material::joined(&elastic)?;
+    let joined = ready.joined()?;
     let closing = |offset: [f64; 2], cell: [f64; 2]| {
         influence(&joined, Component::Normal, Component::Normal, offset, cell)
     };
@@ -75,7 +75,7 @@ pub(crate) fn trial(
                 moments: [None, None],
             };
             let options = Options {
-                tolerance: Some(TOLERANCE),
+                tolerance: Some(ready.accuracy.normal),
                 method: Method::Auto,
             };
             let solution = solve_normal(&contact, options, monitor)?;
@@ -95,7 +95,12 @@ pub(crate) fn trial(
             }
             let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
             trial.force += pressure.iter().sum::<f64>() * dx * dy * plane.angle.cos();
-            trial.patches.push((plane, pressure));
+            let gap = solution.gap;
+            trial.patches.push(Pressed {
+                plane,
+                pressure,
+                gap,
+            });
         }
         Ok(trial)
     };
@@ -119,13 +124,15 @@ pub(crate) fn trial(
 impl Trial {
     /// The first plane on whose grid the contact reaches the edge.
     fn cut_off(&self) -> Option<&PlaneGap> {
-        let is_cut = |(plane, pressure): &&(PlaneGap, Vec<f64>)| {
+        let is_cut = |Pressed {
+                          plane, pressure, ..
+                      }: &&Pressed| {
             let (nx, n) = (plane.nx, pressure.len());
             let ends = (0..nx).chain(n - nx..n);
             let sides = (0..n).step_by(nx).flat_map(|k| [k, k + nx - 1]);
             ends.chain(sides).any(|k| pressure[k] > 0.0)
         };
-        self.patches.iter().find(is_cut).map(|(plane, _)| plane)
+        self.patches.iter().find(is_cut).map(|cut| &cut.plane)
     }
 }
 
@@ -254,7 +261,7 @@ fn balance_from(
         Ok(root.add_scalar(-1.0))
     };
     let search = Search {
-        tolerance: FORCE_TOLERANCE / 1.5,
+        tolerance: ready.accuracy.force / 1.5,
         ..search
     };
     let mut found = find_root(&mut carried, start.clone(), slope, search)?;

@@ -61,6 +61,9 @@ pub struct RailFriction {
     coefficient: Vec<f64>,
 }
 
+/// Two places next to another one, and their weights.
+type Weights = [(usize, f64); 2];
+
 impl RailFriction {
     /// `x` (m): along the track [m], one place for friction that does not vary along it; `rail_position` (n): y of
     /// the rail profile [m], the same of the right rail seen in a mirror; `coefficient` (m * n), that of the first
@@ -103,10 +106,41 @@ impl RailFriction {
 
     /// The coefficient [-] at `x` in the track and at `rail_position` [m].
     pub fn coefficient(&self, x: f64, rail_position: f64) -> f64 {
-        let [along, across] = [
+        let (along, across) = self.weights(x, rail_position);
+        self.sum(along, across)
+    }
+
+    /// Its rates along the track and across the rail [1/m].
+    pub(crate) fn slopes(&self, x: f64, rail_position: f64) -> [f64; 2] {
+        let (along, across) = self.weights(x, rail_position);
+        [
+            self.sum(rates(&self.x, x), across),
+            self.sum(along, rates(&self.rail_position, rail_position)),
+        ]
+    }
+
+    /// Share [-] of the coefficient with an index in that at a place.
+    pub(crate) fn share(&self, x: f64, rail_position: f64, index: usize) -> f64 {
+        let (along, across) = self.weights(x, rail_position);
+        let width = self.rail_position.len();
+        let of = |weights: Weights, k: usize| -> f64 {
+            weights
+                .iter()
+                .filter(|(i, _)| *i == k)
+                .map(|(_, w)| w)
+                .sum()
+        };
+        of(along, index / width) * of(across, index % width)
+    }
+
+    fn weights(&self, x: f64, rail_position: f64) -> (Weights, Weights) {
+        (
             between(&self.x, x),
             between(&self.rail_position, rail_position),
-        ];
+        )
+    }
+
+    fn sum(&self, along: Weights, across: Weights) -> f64 {
         let width = self.rail_position.len();
         along
             .iter()
@@ -116,8 +150,18 @@ impl RailFriction {
     }
 }
 
+/// Rates of the weights of [`between`], in their order [1/m]; 0 beyond the first and the last place.
+fn rates(places: &[f64], at: f64) -> Weights {
+    let [(first, _), (second, _)] = between(places, at);
+    if first >= second {
+        return [(first, 0.0); 2];
+    }
+    let rate = 1.0 / (places[second] - places[first]);
+    [(first, -rate), (second, rate)]
+}
+
 /// The places next to `at` and their weights.
-fn between(places: &[f64], at: f64) -> [(usize, f64); 2] {
+fn between(places: &[f64], at: f64) -> Weights {
     let above = places.partition_point(|place| *place <= at);
     if above == 0 || above == places.len() {
         let end = above.saturating_sub(1);

@@ -17,16 +17,21 @@
 
 mod balance;
 mod bytes;
+mod derivative;
 mod error;
 mod friction;
+mod linear;
 mod operators;
 mod patch;
 mod prepared;
 mod rolling;
 mod root;
 mod state;
+#[cfg(test)]
+mod tests;
 mod wheelset;
 
+pub use derivative::{PatchChange, WheelChange, WheelInput, WheelMargin, WheelTangent};
 pub use error::Error;
 pub use friction::{RailFriction, WheelFriction};
 pub use patch::{PointStatus, WheelPatch};

@@ -3,11 +3,13 @@
 
 use std::sync::Arc;
 
+use mtb_elasticity::Material;
 use mtb_geometry::WheelOverRail;
 use mtb_operator::Monitor;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::balance::{Trial, in_balance, trial};
+use crate::derivative::WheelTangent;
 use crate::error::{Error, check_entries};
 use crate::operators::Operators;
 use crate::patch::WheelPatch;
@@ -61,6 +63,8 @@ pub struct WheelStep {
     pub normal_solves: usize,
     /// Newton steps of the tangential problems.
     pub iterations: usize,
+    /// Its derivatives.
+    pub tangent: WheelTangent,
 }
 
 /// One or both wheels of a wheelset with the memory of their last step.
@@ -75,7 +79,25 @@ pub(crate) struct Ready {
     pub(crate) wheelset: Wheelset,
     pub(crate) over: WheelOverRail,
     pub(crate) operators: Operators,
+    pub(crate) accuracy: Accuracy,
 }
+
+/// How well the problems of a step are solved.
+#[derive(Clone, Copy)]
+pub(crate) struct Accuracy {
+    /// Relative residuals aimed at.
+    pub(crate) normal: f64,
+    pub(crate) tangential: f64,
+    /// Relative error of a vertical force that the height is found for.
+    pub(crate) force: f64,
+}
+
+/// Below what the cells make.
+const ACCURACY: Accuracy = Accuracy {
+    normal: 1e-9,
+    tangential: 1e-6,
+    force: 1e-7,
+};
 
 impl PreparedWheels {
     /// Places the profiles of a wheelset.
@@ -83,6 +105,10 @@ impl PreparedWheels {
     /// # Errors
     /// Numbers that make no sense, profiles that never face each other, several coefficients of a Coulomb law.
     pub fn new(wheelset: Wheelset) -> Result<Self, Error> {
+        Self::to_accuracy(wheelset, ACCURACY)
+    }
+
+    pub(crate) fn to_accuracy(wheelset: Wheelset, accuracy: Accuracy) -> Result<Self, Error> {
         wheelset.check()?;
         let over = WheelOverRail::new(&wheelset.pair)?;
         let operators = Operators::default();
@@ -90,6 +116,7 @@ impl PreparedWheels {
             wheelset,
             over,
             operators,
+            accuracy,
         };
         Ok(Self {
             ready: Arc::new(ready),
@@ -190,18 +217,25 @@ impl PreparedWheels {
             },
             normal_solves,
             iterations: 0,
+            tangent: WheelTangent {
+                ready: ready.clone(),
+                place,
+                found: [2, 3].into_iter().filter(|k| pose[*k].is_nan()).collect(),
+                velocity,
+                patches: Vec::new(),
+            },
         };
         for (side, trial) in wheelset.sides.each().iter().zip(trials) {
             let mut known = self.state.patches.iter().filter(|p| p.side == *side);
-            for (plane, pressure) in trial.patches {
+            for pressed in trial.patches {
+                let plane = &pressed.plane;
                 let start = known
                     .next()
                     .map(|known| known.on(plane.first, plane.nx, plane.ny));
                 let rolled = rolling(
                     &ready,
                     *side,
-                    &plane,
-                    &pressure,
+                    pressed,
                     centre,
                     &rigid,
                     start.as_deref(),
@@ -217,6 +251,7 @@ impl PreparedWheels {
                 out.iterations += rolled.iterations;
                 out.state.patches.push(rolled.ratio);
                 out.patches.push(rolled.patch);
+                out.tangent.patches.push(Arc::new(rolled.linear));
             }
         }
         if pose[2].is_nan() {
@@ -261,14 +296,10 @@ impl WheelStep {
 impl Ready {
     /// Centre of the axle [m] and its unit direction, for the right wheel seen in a mirror.
     pub(crate) fn axle(&self, side: Side, place: &[f64; 6]) -> [[f64; 3]; 2] {
-        let wheelset = &self.wheelset;
-        let pair = &wheelset.pair;
-        let height = pair.wheel_radius + self.over.first_height();
-        let from = Vector3::from(wheelset.reference_point);
-        let arm = Vector3::new(0.0, pair.lateral, height) - from;
+        let from = Vector3::from(self.wheelset.reference_point);
         let turn = rotation(place);
         let shift = Vector3::new(place[0], place[1], place[2]);
-        let mut centre: [f64; 3] = (from + shift + turn * arm).into();
+        let mut centre: [f64; 3] = (from + shift + turn * self.arm()).into();
         let mut direction: [f64; 3] = turn.column(1).into();
         if side == Side::Right {
             centre[1] = -centre[1];
@@ -277,6 +308,62 @@ impl Ready {
         }
         [centre, direction]
     }
+}
+
+impl Ready {
+    /// Both bodies as one half-space.
+    pub(crate) fn joined(&self) -> Result<Material, Error> {
+        let bodies = &self.wheelset.bodies;
+        let elastic: Vec<Material> = bodies.lower.into_iter().chain(bodies.upper).collect();
+        Ok(Material::joined(&elastic)?)
+    }
+
+    /// Change of [`Ready::axle`] by a unit of a component of the pose, whose change of the rotation is `turned`.
+    pub(crate) fn axle_change(
+        &self,
+        side: Side,
+        component: usize,
+        turned: &Matrix3<f64>,
+    ) -> [[f64; 3]; 2] {
+        let mut centre = turned * self.arm();
+        if component < 3 {
+            centre[component] += 1.0;
+        }
+        let mut direction = turned.column(1).into_owned();
+        if side == Side::Right {
+            centre[1] = -centre[1];
+            direction[0] = -direction[0];
+            direction[2] = -direction[2];
+        }
+        [centre.into(), direction.into()]
+    }
+
+    /// Middle of the axle from the reference point [m], at the zero pose.
+    fn arm(&self) -> Vector3<f64> {
+        let pair = &self.wheelset.pair;
+        let height = pair.wheel_radius + self.over.first_height();
+        Vector3::new(0.0, pair.lateral, height) - Vector3::from(self.wheelset.reference_point)
+    }
+}
+
+/// Change of [`rotation`] by a unit of a component of the pose.
+pub(crate) fn turned(place: &[f64; 6], component: usize) -> Matrix3<f64> {
+    let Some(axis) = component.checked_sub(3) else {
+        return Matrix3::zeros();
+    };
+    // each turn is about a fixed axis, and those that come after it turn with them what it does
+    let mut after = Matrix3::identity();
+    for k in (axis + 1..3).rev() {
+        after *= turn_about(k, place[3 + k]);
+    }
+    let about = (after * Vector3::ith(axis, 1.0)).cross_matrix();
+    about * rotation(place)
+}
+
+/// Rotation about one fixed axis.
+fn turn_about(axis: usize, angle: f64) -> Matrix3<f64> {
+    let axis = Vector3::ith_axis(axis);
+    Rotation3::from_axis_angle(&axis, angle).into_inner()
 }
 
 /// Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.

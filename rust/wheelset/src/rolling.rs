@@ -7,14 +7,14 @@ use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::balance::Pressed;
 use crate::error::Error;
+use crate::linear::{PatchLinear, RollingLinear};
 use crate::patch::{PointStatus, WheelPatch};
 use crate::prepared::Ready;
 use crate::state::PatchRatio;
-use crate::wheelset::Side;
+use crate::wheelset::{Side, Wheelset};
 
-/// Relative residual of the tangential problem.
-const TOLERANCE: f64 = 1e-6;
 /// Below this share of the speed of the wheel's rim rolling has no direction.
 const NO_ROLLING: f64 = 1e-9;
 
@@ -24,11 +24,86 @@ pub(crate) struct Rolled {
     /// Traction over pressure for the next step, as of a left wheel.
     pub(crate) ratio: PatchRatio,
     pub(crate) iterations: usize,
+    pub(crate) linear: PatchLinear,
+}
+
+/// How a wheel moves over its contact plane, as of a left wheel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kinematics {
+    /// Slope angle of the plane [rad], and the frame in it.
+    pub(crate) angle: f64,
+    pub(crate) turn: Matrix3<f64>,
+    pub(crate) approach: f64,
+    /// From the reference point to the place on the undeformed wheel whose velocity counts [m].
+    pub(crate) arm: Vector3<f64>,
+    /// Velocity there [m/s], and the rotation of the wheel [rad/s].
+    pub(crate) rigid: Vector3<f64>,
+    pub(crate) spin_vector: Vector3<f64>,
+    pub(crate) creepage: [f64; 3],
+    /// Rolling speed [m/s], > 0, and its sign; whether it is above the standstill speed.
+    pub(crate) speed: f64,
+    pub(crate) sense: f64,
+    pub(crate) is_rolling: bool,
+}
+
+impl Kinematics {
+    /// Of a wheel with reference point `centre`, which moves by `motion`.
+    fn new(
+        wheelset: &Wheelset,
+        side: Side,
+        plane: &PlaneGap,
+        centre: Vector3<f64>,
+        motion: &[f64; 6],
+    ) -> Result<Self, Error> {
+        let is_right = side == Side::Right;
+        let mirror = mirror(side);
+        let (sin, cos) = plane.angle.sin_cos();
+        let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
+        let shift = Vector3::new(motion[0], motion[1], motion[2]).component_mul(&mirror);
+        let mut spin_vector = Vector3::new(motion[3], motion[4], motion[5]);
+        if is_right {
+            spin_vector = -spin_vector.component_mul(&mirror);
+        }
+        let approach = plane.approach();
+        // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
+        let on_wheel = Vector3::from(plane.position) - turn.column(2) * approach;
+        let arm = on_wheel - centre.component_mul(&mirror);
+        let rigid = shift + spin_vector.cross(&arm);
+        let slip = turn.transpose() * rigid;
+        let spin = turn.column(2).dot(&spin_vector);
+        let rolling = motion[0] - 0.5 * slip.x;
+        let standstill = wheelset.standstill_speed.unwrap_or(0.0);
+        let speed = rolling.abs().max(standstill);
+        if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
+            return Err(Error::AtRest {
+                side,
+                velocity: *motion,
+            });
+        }
+        Ok(Self {
+            angle: plane.angle,
+            turn,
+            approach,
+            arm,
+            rigid,
+            spin_vector,
+            creepage: [slip.x / speed, slip.y / speed, spin / speed],
+            speed,
+            sense: if rolling < 0.0 { -1.0 } else { 1.0 },
+            is_rolling: rolling.abs() > standstill,
+        })
+    }
+}
+
+/// What puts a vector of the track into the mirror, or out of it.
+fn mirror(side: Side) -> Vector3<f64> {
+    let across = if side == Side::Right { -1.0 } else { 1.0 };
+    Vector3::new(1.0, across, 1.0)
 }
 
 /// The loaded part of a patch as steady rolling along +x sees it: rolling backwards is rolling forwards seen
 /// from the other side.
-struct Cut {
+pub(crate) struct Cut {
     /// Columns and rows of the whole patch, and of the part.
     whole: [usize; 2],
     size: [usize; 2],
@@ -55,7 +130,7 @@ impl Cut {
     }
 
     /// Pairs of points: of the part on a grid with rows of `nx`, and of the whole.
-    fn points(&self, nx: usize) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn points(&self, nx: usize) -> impl Iterator<Item = (usize, usize)> {
         let [columns, rows] = self.size;
         (0..columns * rows).map(move |k| {
             let (i, j) = (k % columns, k / columns);
@@ -95,8 +170,7 @@ impl Cut {
 pub(crate) fn rolling(
     ready: &Ready,
     side: Side,
-    plane: &PlaneGap,
-    pressure: &[f64],
+    pressed: Pressed,
     centre: Vector3<f64>,
     motion: &[f64; 6],
     start: Option<&[f64]>,
@@ -104,32 +178,19 @@ pub(crate) fn rolling(
 ) -> Result<Rolled, Error> {
     let wheelset = &ready.wheelset;
     let [dx, dy] = wheelset.spacing;
-    let is_right = side == Side::Right;
-    let mirror = Vector3::new(1.0, if is_right { -1.0 } else { 1.0 }, 1.0);
-    let (sin, cos) = plane.angle.sin_cos();
-    let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
-    let position = Vector3::from(plane.position);
-
-    let shift = Vector3::new(motion[0], motion[1], motion[2]).component_mul(&mirror);
-    let mut spin_vector = Vector3::new(motion[3], motion[4], motion[5]);
-    if is_right {
-        spin_vector = -spin_vector.component_mul(&mirror);
-    }
-    // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
-    let on_wheel = position - turn.column(2) * plane.approach();
-    let rigid = shift + spin_vector.cross(&(on_wheel - centre.component_mul(&mirror)));
-    let slip = turn.transpose() * rigid;
-    let spin = turn.column(2).dot(&spin_vector);
-    let rolling = motion[0] - 0.5 * slip.x;
-    let speed = rolling.abs().max(wheelset.standstill_speed.unwrap_or(0.0));
-    if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
-        return Err(Error::AtRest {
-            side,
-            velocity: *motion,
-        });
-    }
-    let mut creepage = [slip.x / speed, slip.y / speed, spin / speed];
-    let sense = if rolling < 0.0 { -1.0 } else { 1.0 };
+    let Pressed {
+        plane,
+        pressure,
+        gap,
+    } = pressed;
+    let kinematics = Kinematics::new(wheelset, side, &plane, centre, motion)?;
+    let Kinematics {
+        mut creepage,
+        speed,
+        sense,
+        turn,
+        ..
+    } = kinematics;
 
     let n = pressure.len();
     let mut traction = vec![0.0; 2 * n];
@@ -139,7 +200,8 @@ pub(crate) fn rolling(
     let mut iterations = 0;
     let mut friction_power = 0.0;
     let mut heat = vec![0.0; n];
-    if let Some(cut) = Cut::of(pressure, plane.nx, sense < 0.0) {
+    let mut linear = None;
+    if let Some(cut) = Cut::of(&pressure, plane.nx, sense < 0.0) {
         let operators = ready.operators.at_least(
             cut.size,
             wheelset.spacing,
@@ -178,7 +240,7 @@ pub(crate) fn rolling(
             plasticity: None,
             earlier: None,
             start: first_try.as_deref(),
-            tolerance: TOLERANCE,
+            tolerance: ready.accuracy.tangential,
         };
         let solution = solve(&operators, &problem, monitor)?;
         if !solution.converged {
@@ -230,6 +292,20 @@ pub(crate) fn rolling(
                 }
             }
         }
+        let origin = problem.origin;
+        linear = Some(RollingLinear {
+            cut,
+            operators,
+            origin,
+            friction: friction.into_owned(),
+            pressure: part,
+            traction: solution.traction,
+            slip: solution.slip,
+            coefficient: solution.coefficient,
+            slips: (solution.state.iter())
+                .map(|state| *state == DiscState::Rim)
+                .collect(),
+        });
     }
     friction_power *= speed * dx * dy;
     let kept = PatchRatio {
@@ -239,30 +315,35 @@ pub(crate) fn rolling(
         ny: plane.ny,
         ratio,
     };
+    let linear = PatchLinear {
+        side,
+        pressure: pressure.clone(),
+        gap,
+        kinematics,
+        rolling: linear,
+        plane,
+    };
+    let plane = &linear.plane;
+    let mirror = mirror(side);
     let mut first = plane.first;
-    let mut pressure = pressure.to_vec();
+    let mut pressure = pressure;
     let mut rotation = turn;
-    if is_right {
+    if side == Side::Right {
         // out of the mirror; y stays to the left
         let flip = Matrix3::from_diagonal(&mirror);
         rotation = flip * turn * flip;
         creepage = [creepage[0], -creepage[1], -creepage[2]];
         first[1] = -(first[1] + plane.ny as i64 - 1);
-        reverse_rows(&mut pressure, plane.nx);
         reverse_rows(&mut status, plane.nx);
-        reverse_rows(&mut heat, plane.nx);
-        for field in [&mut traction, &mut slip_velocity] {
-            let (along, across) = field.split_at_mut(n);
-            reverse_rows(along, plane.nx);
-            reverse_rows(across, plane.nx);
-            for value in across {
-                *value = -*value;
-            }
-        }
+        out_of_mirror(
+            plane.nx,
+            &mut [&mut pressure, &mut heat],
+            &mut [&mut traction, &mut slip_velocity],
+        );
     }
     let patch = WheelPatch {
         side,
-        position: position.component_mul(&mirror).into(),
+        position: Vector3::from(plane.position).component_mul(&mirror).into(),
         rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| rotation[(i, j)])),
         contact_angle: plane.angle,
         rail_position: plane.rail_position,
@@ -275,7 +356,7 @@ pub(crate) fn rolling(
         slip_velocity,
         dissipation: heat,
         status,
-        approach: plane.approach(),
+        approach: kinematics.approach,
         creepage,
         rolling_speed: sense * speed,
         friction_power,
@@ -285,7 +366,28 @@ pub(crate) fn rolling(
         patch,
         ratio: kept,
         iterations,
+        linear,
     })
+}
+
+/// Turns fields (n) and fields of two components (2n) of a left wheel into those of the right one.
+pub(crate) fn out_of_mirror(
+    nx: usize,
+    fields: &mut [&mut Vec<f64>],
+    vectors: &mut [&mut Vec<f64>],
+) {
+    for field in fields {
+        reverse_rows(field, nx);
+    }
+    for field in vectors {
+        let half = field.len() / 2;
+        let (along, across) = field.split_at_mut(half);
+        reverse_rows(along, nx);
+        reverse_rows(across, nx);
+        for value in across {
+            *value = -*value;
+        }
+    }
 }
 
 fn reverse_rows<T>(field: &mut [T], nx: usize) {

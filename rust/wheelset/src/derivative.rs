@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of a step by what was given.
+//!
+//! Pressures follow from the gap, tractions from pressures and creepages, by the equations of the solved problems
+//! with their cells in contact, in stick and in slip held. The gap, the contact plane and the creepages follow from
+//! the pose, and are derived as they were computed: the grid goes with its plane. What was found from balance follows
+//! from the forces that the pressures carry.
+
+use std::fmt::{Debug, Formatter};
+use std::sync::Arc;
+
+use mtb_contact::friction::{Friction, SlipLaw};
+use mtb_operator::Monitor;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::error::Error;
+use crate::friction::WheelFriction;
+use crate::linear::{Given, PatchLinear, WheelMotion};
+use crate::prepared::{Ready, Velocity, turned};
+use crate::wheelset::Side;
+
+/// What the derivatives of a step are by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WheelInput {
+    /// x, y, z [m], roll, pitch, yaw [rad]; 0 for components that were found from balance.
+    Pose,
+    /// The speed [m/s], or the six components [m/s], [rad/s], as it was given.
+    Velocity,
+    /// The coefficient of a Coulomb law, those of a friction map, or the parameters of another law: the coefficients
+    /// at rest and of sliding, or those of [`SlipLaw::parameters`], then distance [m] and slip speed [m/s] of a memory.
+    Friction,
+    /// The vertical force of each wheel [N]; 0 where the height was given.
+    Force,
+    /// Thickness over shear modulus of the layer [m/Pa].
+    Layer,
+}
+
+/// Change of a step by a unit of one of the numbers that were given.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WheelChange {
+    /// Of [`WheelStep::force`](crate::WheelStep::force) [N].
+    pub force: [f64; 3],
+    /// Of [`WheelStep::moment`](crate::WheelStep::moment), about the reference point, which moves with the pose [N m].
+    pub moment: [f64; 3],
+    /// Of [`WheelStep::vertical_force`](crate::WheelStep::vertical_force) [N].
+    pub vertical_force: [f64; 2],
+    /// Of the pose, with what is found from balance [m], [rad].
+    pub pose: [f64; 6],
+    /// Of the heat of sliding [W].
+    pub friction_power: f64,
+    /// Of the patches, in their order.
+    pub patches: Vec<PatchChange>,
+}
+
+/// Change of a [`WheelPatch`](crate::WheelPatch); fields on its grid, which goes with the plane.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PatchChange {
+    /// Of the origin of the frame [m].
+    pub position: [f64; 3],
+    /// Of the slope of the contact plane [rad].
+    pub contact_angle: f64,
+    /// Of the origin on the rail profile [m].
+    pub rail_position: f64,
+    /// Of the origin on the wheel profile [m].
+    pub wheel_position: f64,
+    /// Of the approach [m].
+    pub approach: f64,
+    /// Of the creepages [-], [-], [1/m].
+    pub creepage: [f64; 3],
+    /// Of the rolling speed [m/s].
+    pub rolling_speed: f64,
+    /// Of the force on the rail, in the track [N].
+    pub force: [f64; 3],
+    /// Of the pressure (n) [Pa].
+    pub pressure: Vec<f64>,
+    /// Of the traction (2n) [Pa].
+    pub traction: Vec<f64>,
+    /// Of the slip velocity (2n) [m/s].
+    pub slip_velocity: Vec<f64>,
+    /// Of the heat of sliding [W].
+    pub friction_power: f64,
+}
+
+/// How far the points of a step are from another state, beyond which derivatives are others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelMargin {
+    /// Smallest pressure in contact, over the largest one.
+    pub parting: f64,
+    /// Smallest gap beside the contact, over the approach; of a lifted wheel over the one that may carry its force.
+    pub touching: f64,
+    /// Smallest distance of the traction from its bound where points stick, over the largest bound; 1 where none does.
+    pub slipping: f64,
+    /// Smallest slip where points slip, over the largest one; 1 where none does.
+    pub sticking: f64,
+}
+
+/// The equations of a solved step, linearised about it. Copies share what they hold.
+#[derive(Clone)]
+pub struct WheelTangent {
+    pub(crate) ready: Arc<Ready>,
+    /// The pose with what was found, and which components that are.
+    pub(crate) place: [f64; 6],
+    pub(crate) found: Vec<usize>,
+    pub(crate) velocity: Velocity,
+    pub(crate) patches: Vec<Arc<PatchLinear>>,
+}
+
+impl Debug for WheelTangent {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WheelTangent").finish_non_exhaustive()
+    }
+}
+
+impl WheelTangent {
+    /// Derivatives of the step by each number of an input: one linear solve of the pressures and one of the tractions
+    /// a patch for each of them.
+    ///
+    /// # Errors
+    /// Points whose state does not determine pressure or traction; an interruption.
+    ///
+    /// # Example
+    /// ```
+    /// use mtb_elasticity::{Material, half_space::Pair};
+    /// use mtb_geometry::{Profile, WheelOnRail};
+    /// use mtb_operator::unmonitored;
+    /// use mtb_wheelset::{PreparedWheels, Velocity, WheelInput, Wheelset};
+    ///
+    /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    /// let steel = Some(Material::new(82e9, 0.28)?);
+    /// let bodies = Pair { lower: steel, upper: steel };
+    /// let wheelset = Wheelset { spacing: [2e-3; 2], ..Wheelset::new(pair, bodies, 60e3)? };
+    /// let mut wheels = PreparedWheels::new(wheelset)?;
+    /// let pose = [0.0, 1e-3, f64::NAN, 0.0, 0.0, 2e-3];
+    /// let step = wheels.step(pose, Velocity::Rolling(20.0), &unmonitored)?;
+    /// let by_pose = step.tangent.derivatives(WheelInput::Pose, &unmonitored)?;
+    /// println!("{} N a millimetre to the side", 1e-3 * by_pose[1].force[1]);
+    /// // the height follows, so that the pressures carry the same force
+    /// assert!(by_pose[1].pose[2] != 0.0 && by_pose[2].pose[2] == 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn derivatives(
+        &self,
+        by: WheelInput,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<WheelChange>, Error> {
+        let mut changes = match by {
+            WheelInput::Pose => (0..6)
+                .map(|k| self.by_pose(k, monitor))
+                .collect::<Result<Vec<_>, _>>()?,
+            WheelInput::Velocity => self.by_velocity(monitor)?,
+            WheelInput::Friction => self.by_friction(monitor)?,
+            WheelInput::Force => vec![self.nothing()],
+            WheelInput::Layer => {
+                let given = |_: &PatchLinear| Given {
+                    layer: 1.0,
+                    ..Given::default()
+                };
+                vec![self.changed(&given, monitor)?]
+            }
+        };
+        if self.found.is_empty() || !matches!(by, WheelInput::Pose | WheelInput::Force) {
+            return Ok(changes.into_iter().map(|(change, _)| change).collect());
+        }
+        let found = &self.found;
+        let free = match by {
+            WheelInput::Pose => found.iter().map(|k| changes[*k].clone()).collect(),
+            _ => found
+                .iter()
+                .map(|k| self.by_pose(*k, monitor))
+                .collect::<Result<Vec<_>, _>>()?,
+        };
+        let n = found.len();
+        let carried = |carried: [f64; 2]| match n {
+            1 => DVector::from_element(1, carried[0] + carried[1]),
+            _ => DVector::from_row_slice(&carried),
+        };
+        let columns: Vec<DVector<f64>> = free.iter().map(|(_, c)| carried(*c)).collect();
+        let matrix = DMatrix::from_columns(&columns).lu();
+        for (k, (change, of_force)) in changes.iter_mut().enumerate() {
+            if by == WheelInput::Pose && found.contains(&k) {
+                *change = self.nothing().0;
+                continue;
+            }
+            let wanted = match by {
+                WheelInput::Force if n == 1 => {
+                    DVector::from_element(1, self.ready.wheelset.sides.each().len() as f64)
+                }
+                WheelInput::Force => DVector::from_element(n, 1.0),
+                _ => DVector::zeros(n),
+            };
+            let moved = matrix
+                .solve(&(wanted - carried(*of_force)))
+                .ok_or(mtb_contact::Error::Singular)?;
+            for (share, (free, _)) in moved.iter().zip(&free) {
+                change.add(*share, free);
+            }
+        }
+        Ok(changes.into_iter().map(|(change, _)| change).collect())
+    }
+
+    /// How far the points of the step are from another state.
+    pub fn margin(&self) -> WheelMargin {
+        let mut margin = WheelMargin {
+            parting: 1.0,
+            touching: f64::INFINITY,
+            slipping: 1.0,
+            sticking: 1.0,
+        };
+        for patch in &self.patches {
+            patch.narrow(&mut margin);
+        }
+        let wheelset = &self.ready.wheelset;
+        for side in wheelset.sides.each() {
+            if self.patches.iter().any(|patch| patch.side == *side) {
+                continue;
+            }
+            let [centre, axle] = self.ready.axle(*side, &self.place);
+            // a wheel beside its rail is far from it
+            if let Ok(overlap) = self.ready.over.overlap(centre, axle) {
+                margin.touching = margin.touching.min(-overlap / wheelset.approach);
+            }
+        }
+        margin
+    }
+}
+
+/// A change of a step, and of the vertical force that the pressures of each wheel carry.
+type Column = (WheelChange, [f64; 2]);
+
+impl WheelTangent {
+    fn nothing(&self) -> Column {
+        let patches = self
+            .patches
+            .iter()
+            .map(|patch| PatchChange::none(patch))
+            .collect();
+        let change = WheelChange {
+            patches,
+            ..WheelChange::default()
+        };
+        (change, [0.0; 2])
+    }
+
+    /// By one component of the pose, all others held.
+    fn by_pose(&self, k: usize, monitor: Monitor<'_>) -> Result<Column, Error> {
+        let turned = turned(&self.place, k);
+        let mut rigid = [0.0; 6];
+        if let Velocity::Rolling(speed) = self.velocity {
+            let by_axle = turned.column(1) * (speed / self.ready.wheelset.pair.wheel_radius);
+            rigid[3..].copy_from_slice(by_axle.as_slice());
+        }
+        let mut centre = Vector3::zeros();
+        if k < 3 {
+            centre[k] = 1.0;
+        }
+        let motion = WheelMotion { centre, rigid };
+        let given = |patch: &PatchLinear| {
+            let by = self.ready.axle_change(patch.side, k, &turned);
+            Given {
+                motion,
+                axle: Some(by),
+                ..Given::default()
+            }
+        };
+        let mut column = self.changed(&given, monitor)?;
+        column.0.pose[k] = 1.0;
+        Ok(column)
+    }
+
+    fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<Column>, Error> {
+        let directions: Vec<[f64; 6]> = match self.velocity {
+            Velocity::Rolling(_) => {
+                let axle = self.ready.axle(Side::Left, &self.place)[1];
+                let radius = self.ready.wheelset.pair.wheel_radius;
+                let [x, y, z] = axle.map(|a| a / radius);
+                vec![[1.0, 0.0, 0.0, x, y, z]]
+            }
+            Velocity::Rigid(_) => (0..6)
+                .map(|k| {
+                    let mut rigid = [0.0; 6];
+                    rigid[k] = 1.0;
+                    rigid
+                })
+                .collect(),
+        };
+        let column = |rigid: [f64; 6]| {
+            let given = |_: &PatchLinear| Given {
+                motion: WheelMotion {
+                    centre: Vector3::zeros(),
+                    rigid,
+                },
+                ..Given::default()
+            };
+            self.changed(&given, monitor)
+        };
+        directions.into_iter().map(column).collect()
+    }
+
+    fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<Column>, Error> {
+        (0..friction_parameters(&self.ready.wheelset.friction))
+            .map(|k| {
+                let given = |_: &PatchLinear| Given {
+                    friction: Some(k),
+                    ..Given::default()
+                };
+                self.changed(&given, monitor)
+            })
+            .collect()
+    }
+
+    /// By one change of what is given, with the height held.
+    fn changed(
+        &self,
+        given: &dyn Fn(&PatchLinear) -> Given,
+        monitor: Monitor<'_>,
+    ) -> Result<Column, Error> {
+        let (mut whole, mut carried) = self.nothing();
+        for (k, patch) in self.patches.iter().enumerate() {
+            let found = patch.changed(self, &given(patch), monitor)?;
+            let side = usize::from(patch.side == Side::Right);
+            for c in 0..3 {
+                whole.force[c] += found.change.force[c];
+                whole.moment[c] += found.moment[c];
+            }
+            whole.vertical_force[side] -= found.change.force[2];
+            whole.friction_power += found.change.friction_power;
+            carried[side] += found.carried;
+            whole.patches[k] = found.change;
+        }
+        Ok((whole, carried))
+    }
+}
+
+/// How many parameters friction has.
+fn friction_parameters(friction: &WheelFriction) -> usize {
+    match friction {
+        WheelFriction::OnRail(map) => map.parts()[2].len(),
+        WheelFriction::Everywhere(Friction::Coulomb(_)) => 1,
+        WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => 2,
+        WheelFriction::Everywhere(Friction::SpeedDependent { law, memory }) => {
+            let of_law = match law {
+                SlipLaw::Exponential { .. } => 3,
+                SlipLaw::Table { slip_speed, .. } => slip_speed.len(),
+            };
+            of_law + memory.map_or(0, |_| 2)
+        }
+    }
+}
+
+impl PatchChange {
+    fn none(patch: &PatchLinear) -> Self {
+        let n = patch.pressure.len();
+        Self {
+            pressure: vec![0.0; n],
+            traction: vec![0.0; 2 * n],
+            slip_velocity: vec![0.0; 2 * n],
+            ..Self::default()
+        }
+    }
+
+    fn add(&mut self, share: f64, other: &Self) {
+        let parts = [
+            (self.position.as_mut_slice(), other.position.as_slice()),
+            (&mut self.creepage, &other.creepage),
+            (&mut self.force, &other.force),
+            (&mut self.pressure, &other.pressure),
+            (&mut self.traction, &other.traction),
+            (&mut self.slip_velocity, &other.slip_velocity),
+        ];
+        for (to, from) in parts {
+            add(to, share, from);
+        }
+        self.contact_angle += share * other.contact_angle;
+        self.rail_position += share * other.rail_position;
+        self.wheel_position += share * other.wheel_position;
+        self.approach += share * other.approach;
+        self.rolling_speed += share * other.rolling_speed;
+        self.friction_power += share * other.friction_power;
+    }
+}
+
+impl WheelChange {
+    fn add(&mut self, share: f64, other: &Self) {
+        add(&mut self.force, share, &other.force);
+        add(&mut self.moment, share, &other.moment);
+        add(&mut self.vertical_force, share, &other.vertical_force);
+        add(&mut self.pose, share, &other.pose);
+        self.friction_power += share * other.friction_power;
+        for (patch, other) in self.patches.iter_mut().zip(&other.patches) {
+            patch.add(share, other);
+        }
+    }
+}
+
+fn add(to: &mut [f64], share: f64, from: &[f64]) {
+    for (to, v) in to.iter_mut().zip(from) {
+        *to += share * v;
+    }
+}

@@ -1,0 +1,500 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A solved patch, linearised about its state. All is as of a left wheel; results come out of the mirror.
+
+use std::sync::Arc;
+
+use mtb_contact::friction::Friction;
+use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surface, forward};
+use mtb_contact::tangential::{
+    Drive, PatchOperators, TangentialProblem, TangentialState, TangentialTangent,
+};
+use mtb_elasticity::half_space::influence;
+use mtb_geometry::{PlaneChange, PlaneGap};
+use mtb_operator::{Component, Grid, Monitor};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
+use crate::error::Error;
+use crate::friction::WheelFriction;
+use crate::rolling::{Cut, Kinematics, out_of_mirror};
+use crate::wheelset::Side;
+
+/// A patch and its solved problems.
+pub(crate) struct PatchLinear {
+    pub(crate) side: Side,
+    pub(crate) plane: PlaneGap,
+    /// Pressure (n) [Pa] and deformed gap (n) [m].
+    pub(crate) pressure: Vec<f64>,
+    pub(crate) gap: Vec<f64>,
+    pub(crate) kinematics: Kinematics,
+    /// The loaded part; `None` where there is no pressure.
+    pub(crate) rolling: Option<RollingLinear>,
+}
+
+/// The tangential problem of the loaded part of a patch.
+pub(crate) struct RollingLinear {
+    pub(crate) cut: Cut,
+    pub(crate) operators: Arc<PatchOperators>,
+    /// Centre of the first cell [m].
+    pub(crate) origin: [f64; 2],
+    pub(crate) friction: Friction,
+    pub(crate) pressure: Vec<f64>,
+    pub(crate) traction: Vec<f64>,
+    pub(crate) slip: Vec<f64>,
+    pub(crate) coefficient: Vec<f64>,
+    /// Whether a cell slips.
+    pub(crate) slips: Vec<bool>,
+}
+
+/// Change of the motion of the wheelset, in the track.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WheelMotion {
+    /// Of the reference point [m].
+    pub(crate) centre: Vector3<f64>,
+    /// Of its velocity and of the rotation.
+    pub(crate) rigid: [f64; 6],
+}
+
+/// A change of what a patch is given.
+pub(crate) struct Given {
+    pub(crate) motion: WheelMotion,
+    /// Of centre and direction of the axle, as of a left wheel; `None` where the wheel stays.
+    pub(crate) axle: Option<[[f64; 3]; 2]>,
+    /// The parameter of friction that changes by one.
+    pub(crate) friction: Option<usize>,
+    pub(crate) layer: f64,
+}
+
+impl Default for Given {
+    fn default() -> Self {
+        Self {
+            motion: WheelMotion {
+                centre: Vector3::zeros(),
+                rigid: [0.0; 6],
+            },
+            axle: None,
+            friction: None,
+            layer: 0.0,
+        }
+    }
+}
+
+/// What follows for a patch.
+pub(crate) struct Found {
+    pub(crate) change: PatchChange,
+    /// Of the moment about the reference point [N m].
+    pub(crate) moment: [f64; 3],
+    /// Of the vertical force of the pressures [N].
+    pub(crate) carried: f64,
+}
+
+/// Tractions as they change, on the loaded part.
+struct TractionChange {
+    traction: Vec<f64>,
+    slip: Vec<f64>,
+    /// Of the friction power [W].
+    power: f64,
+}
+
+impl PatchLinear {
+    /// What follows from a change, in the track.
+    pub(crate) fn changed(
+        &self,
+        linear: &WheelTangent,
+        given: &Given,
+        monitor: Monitor<'_>,
+    ) -> Result<Found, Error> {
+        let wheelset = &linear.ready.wheelset;
+        let plane = &self.plane;
+        let n = self.pressure.len();
+        let is_right = self.side == Side::Right;
+        let [dx, dy] = wheelset.spacing;
+        let grid = Grid::new(plane.nx, plane.ny, dx, dy)?;
+        let area = grid.cell_area();
+        let mirror = Vector3::new(1.0, if is_right { -1.0 } else { 1.0 }, 1.0);
+
+        // plane, gap and pressure
+        let moved = match given.axle {
+            Some(by) => {
+                let pose = linear.ready.axle(self.side, &linear.place);
+                Some(
+                    linear
+                        .ready
+                        .over
+                        .change(plane, pose, wheelset.spacing, by)?,
+                )
+            }
+            None => None,
+        };
+        let mut change = PatchChange {
+            pressure: vec![0.0; n],
+            traction: vec![0.0; 2 * n],
+            slip_velocity: vec![0.0; 2 * n],
+            ..PatchChange::default()
+        };
+        let mut by_position = Vector3::zeros();
+        if let Some(moved) = &moved {
+            by_position = Vector3::from(moved.position);
+            change.contact_angle = moved.angle;
+            change.rail_position = moved.rail_position;
+            change.wheel_position = moved.wheel_position;
+            let deepest = (0..n).min_by(|a, b| plane.gap[*a].total_cmp(&plane.gap[*b]));
+            change.approach = deepest.map_or(0.0, |k| -moved.gap[k]);
+            change.pressure = self.by_gap(linear, grid, &moved.gap, monitor)?;
+        }
+
+        // creepages
+        let motion = self.kinematics.change(
+            given.motion,
+            (by_position, change.contact_angle, change.approach),
+            mirror,
+        );
+        change.creepage = motion.creepage;
+        change.rolling_speed = motion.speed;
+
+        if let Some(rolling) = &self.rolling {
+            let found = rolling.changed(self, linear, &change, moved.as_ref(), given, monitor)?;
+            change.friction_power = found.power;
+            let (sense, speed) = (self.kinematics.sense, self.kinematics.speed);
+            let cells = rolling.pressure.len();
+            for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
+                for c in 0..2 {
+                    let (from, to) = (c * cells + here, c * n + there);
+                    change.traction[to] = sense * found.traction[from];
+                    if rolling.slips[here] {
+                        change.slip_velocity[to] =
+                            sense * (motion.speed * rolling.slip[from] + speed * found.slip[from]);
+                    }
+                }
+            }
+        }
+
+        // the load, about the reference point
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let (mut by_force, mut by_moment) = (Vector3::zeros(), Vector3::zeros());
+        let traction = self.traction(n);
+        for k in 0..n {
+            let [x, y] = [
+                dx * (plane.first[0] + (k % plane.nx) as i64) as f64,
+                dy * (plane.first[1] + (k / plane.nx) as i64) as f64,
+            ];
+            let place = Vector3::new(x, y, 0.0);
+            let load = Vector3::new(traction[k], traction[n + k], -self.pressure[k]);
+            let by_load = Vector3::new(
+                change.traction[k],
+                change.traction[n + k],
+                -change.pressure[k],
+            );
+            force += load;
+            moment += place.cross(&load);
+            by_force += by_load;
+            by_moment += place.cross(&by_load);
+        }
+        let turn = self.kinematics.turn * area;
+        let by_turn = self.kinematics.turn_change(change.contact_angle) * area;
+        let by_force = by_turn * force + turn * by_force;
+        let by_moment = by_turn * moment + turn * by_moment;
+        let force = turn * force;
+        let arm = self.kinematics.arm;
+        let by_arm = motion.on_wheel - given.motion.centre.component_mul(&mirror);
+        let by_moment = by_moment + by_arm.cross(&force) + arm.cross(&by_force);
+        let (sin, cos) = plane.angle.sin_cos();
+        let carried = area
+            * (cos * change.pressure.iter().sum::<f64>()
+                - sin * change.contact_angle * self.pressure.iter().sum::<f64>());
+
+        change.position = by_position.component_mul(&mirror).into();
+        change.force = by_force.component_mul(&mirror).into();
+        change.rolling_speed *= self.kinematics.sense;
+        let moment = if is_right {
+            change.creepage = [change.creepage[0], -change.creepage[1], -change.creepage[2]];
+            out_of_mirror(
+                plane.nx,
+                &mut [&mut change.pressure],
+                &mut [&mut change.traction, &mut change.slip_velocity],
+            );
+            -by_moment.component_mul(&mirror)
+        } else {
+            by_moment
+        };
+        Ok(Found {
+            change,
+            moment: moment.into(),
+            carried,
+        })
+    }
+
+    /// Change of the pressure by that of the gap.
+    fn by_gap(
+        &self,
+        linear: &WheelTangent,
+        grid: Grid,
+        gap: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let joined = linear.ready.joined()?;
+        let closing = |offset: [f64; 2], cell: [f64; 2]| {
+            influence(&joined, Component::Normal, Component::Normal, offset, cell)
+        };
+        let approach = self.plane.approach();
+        let undeformed: Vec<f64> = self.plane.gap.iter().map(|g| g + approach).collect();
+        let contact = NormalContact {
+            gap: &undeformed,
+            grid,
+            surface: Surface::FreeSpace(&closing),
+            load: Load::Approach(approach),
+            moments: [None, None],
+        };
+        let state = NormalState {
+            pressure: &self.pressure,
+            gap: &self.gap,
+            approach,
+            tilts: [0.0; 2],
+        };
+        // the approach goes into the gap that is given, so that it drops out of what is left
+        let change = NormalChange {
+            gap: gap.to_vec(),
+            load: 0.0,
+            moments: [0.0; 2],
+            compliance: 0.0,
+        };
+        let mut found = forward(&contact, &state, &[change], monitor)?;
+        Ok(found.values.remove(0).pressure)
+    }
+
+    /// Traction (2n) on the whole patch, as of a left wheel.
+    fn traction(&self, n: usize) -> Vec<f64> {
+        let mut traction = vec![0.0; 2 * n];
+        if let Some(rolling) = &self.rolling {
+            let cells = rolling.pressure.len();
+            for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
+                for c in 0..2 {
+                    traction[c * n + there] =
+                        self.kinematics.sense * rolling.traction[c * cells + here];
+                }
+            }
+        }
+        traction
+    }
+
+    /// Narrows a margin to that of the patch.
+    pub(crate) fn narrow(&self, margin: &mut WheelMargin) {
+        let peak = self.pressure.iter().copied().fold(0.0, f64::max);
+        for (p, gap) in self.pressure.iter().zip(&self.gap) {
+            if *p > 0.0 {
+                margin.parting = margin.parting.min(p / peak);
+            } else {
+                margin.touching = margin.touching.min(gap / self.kinematics.approach);
+            }
+        }
+        let Some(rolling) = &self.rolling else {
+            return;
+        };
+        let cells = rolling.pressure.len();
+        let size = |field: &[f64], k: usize| field[k].hypot(field[cells + k]);
+        let bound = |k: usize| rolling.coefficient[k] * rolling.pressure[k];
+        let loaded: Vec<usize> = (0..cells).filter(|&k| rolling.pressure[k] > 0.0).collect();
+        let largest = |of: &dyn Fn(usize) -> f64| loaded.iter().map(|k| of(*k)).fold(0.0, f64::max);
+        let (most, fastest) = (largest(&bound), largest(&|k| size(&rolling.slip, k)));
+        for k in loaded {
+            if rolling.slips[k] {
+                margin.sticking = margin.sticking.min(size(&rolling.slip, k) / fastest);
+            } else {
+                let left = (bound(k) - size(&rolling.traction, k)) / most;
+                margin.slipping = margin.slipping.min(left.max(0.0));
+            }
+        }
+    }
+}
+
+impl RollingLinear {
+    /// What follows for the tractions.
+    fn changed(
+        &self,
+        patch: &PatchLinear,
+        linear: &WheelTangent,
+        change: &PatchChange,
+        moved: Option<&PlaneChange>,
+        given: &Given,
+        monitor: Monitor<'_>,
+    ) -> Result<TractionChange, Error> {
+        let Kinematics {
+            creepage,
+            speed,
+            sense,
+            ..
+        } = patch.kinematics;
+        let cells = self.pressure.len();
+        let grid = self.operators.grid();
+        let problem = TangentialProblem {
+            pressure: &self.pressure,
+            origin: self.origin,
+            drive: [
+                Drive::Slip(sense * creepage[0]),
+                Drive::Slip(sense * creepage[1]),
+            ],
+            spin: creepage[2],
+            speed,
+            friction: &self.friction,
+            earlier: None,
+            plasticity: None,
+            start: None,
+            tolerance: linear.ready.accuracy.tangential,
+        };
+        let state = TangentialState {
+            traction: &self.traction,
+            slip: &self.slip,
+            coefficient: &self.coefficient,
+            drive: [sense * creepage[0], sense * creepage[1]],
+        };
+        let mut tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
+        let mut by = tangent.no_change();
+        for (here, there) in self.cut.points(grid.nx) {
+            by.pressure[here] = change.pressure[there];
+        }
+        by.drive = [sense * change.creepage[0], sense * change.creepage[1]];
+        by.spin = change.creepage[2];
+        by.layer = given.layer;
+        if let Some(of_speed) = by.law.last_mut() {
+            *of_speed = change.rolling_speed / speed;
+        }
+        self.by_friction(
+            patch,
+            linear,
+            moved,
+            given,
+            &mut by.coefficient,
+            &mut by.law,
+        );
+        let found = tangent.forward(&by, monitor)?;
+
+        // what the tractions work on the rigid slip and on that of the pressure
+        let by_pressure = self.operators.slip_by_pressure(&self.pressure);
+        let changed_by_pressure = self.operators.slip_by_pressure(&by.pressure);
+        let (mut power, mut by_power) = (0.0, 0.0);
+        for (here, _) in self.cut.points(grid.nx) {
+            let x = self.origin[0] + (here % grid.nx) as f64 * grid.dx;
+            let y = self.origin[1] + (here / grid.nx) as f64 * grid.dy;
+            let rigid = |drive: [f64; 2], spin: f64| [drive[0] - spin * y, drive[1] + spin * x];
+            let slip = rigid(state.drive, creepage[2]);
+            let by_slip = rigid(by.drive, by.spin);
+            for c in 0..2 {
+                let at = c * cells + here;
+                let slip = slip[c] + by_pressure[at];
+                power += self.traction[at] * slip;
+                by_power += found.traction[at] * slip
+                    + self.traction[at] * (by_slip[c] + changed_by_pressure[at]);
+            }
+        }
+        let area = grid.cell_area();
+        Ok(TractionChange {
+            traction: found.traction,
+            slip: found.slip,
+            power: area * (speed * by_power + change.rolling_speed * power),
+        })
+    }
+
+    /// Changes of the coefficients, and of the parameters of a law.
+    fn by_friction(
+        &self,
+        patch: &PatchLinear,
+        linear: &WheelTangent,
+        moved: Option<&PlaneChange>,
+        given: &Given,
+        coefficient: &mut [f64],
+        law: &mut [f64],
+    ) {
+        let map = match &linear.ready.wheelset.friction {
+            WheelFriction::Everywhere(Friction::Coulomb(_)) => {
+                if given.friction.is_some() {
+                    coefficient.fill(1.0);
+                }
+                return;
+            }
+            WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
+                // the coefficient at rest only decides which points slip
+                for (value, slips) in coefficient.iter_mut().zip(&self.slips) {
+                    if *slips && given.friction == Some(1) {
+                        *value = 1.0;
+                    }
+                }
+                return;
+            }
+            WheelFriction::Everywhere(Friction::SpeedDependent { .. }) => {
+                if let Some(k) = given.friction {
+                    law[k] = 1.0;
+                }
+                return;
+            }
+            WheelFriction::OnRail(map) => map,
+        };
+        let plane = &patch.plane;
+        for (here, there) in self.cut.points(self.operators.grid().nx) {
+            let (column, row) = (there % plane.nx, there / plane.nx);
+            let dx = self.operators.grid().dx;
+            let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
+            let y = plane.rail_positions[row];
+            if let Some(k) = given.friction {
+                coefficient[here] = map.share(x, y, k);
+            }
+            if let Some(moved) = moved {
+                let [by_x, by_y] = map.slopes(x, y);
+                coefficient[here] = by_x * moved.position[0] + by_y * moved.rail_positions[row];
+            }
+        }
+    }
+}
+
+impl Kinematics {
+    /// The rotation of the frame by a unit of its angle.
+    fn turn_change(&self, by_angle: f64) -> Matrix3<f64> {
+        let (sin, cos) = self.angle.sin_cos();
+        Matrix3::new(0.0, 0.0, 0.0, 0.0, -sin, -cos, 0.0, cos, -sin) * by_angle
+    }
+
+    /// Change of creepages and speed with the motion of the wheelset and the place of the plane: its origin, angle
+    /// and approach.
+    fn change(
+        &self,
+        motion: WheelMotion,
+        (by_position, by_angle, by_approach): (Vector3<f64>, f64, f64),
+        mirror: Vector3<f64>,
+    ) -> KinematicsChange {
+        let by = motion.rigid;
+        let by_shift = Vector3::new(by[0], by[1], by[2]).component_mul(&mirror);
+        let mut by_spin_vector = Vector3::new(by[3], by[4], by[5]);
+        if mirror.y < 0.0 {
+            by_spin_vector = -by_spin_vector.component_mul(&mirror);
+        }
+        let by_turn = self.turn_change(by_angle);
+        let normal = self.turn.column(2).into_owned();
+        let by_normal = by_turn.column(2).into_owned();
+        let on_wheel = by_position - by_normal * self.approach - normal * by_approach;
+        let by_arm = on_wheel - motion.centre.component_mul(&mirror);
+        let by_rigid = by_shift + by_spin_vector.cross(&self.arm) + self.spin_vector.cross(&by_arm);
+        let slip = self.turn.transpose() * self.rigid;
+        let by_slip = by_turn.transpose() * self.rigid + self.turn.transpose() * by_rigid;
+        let by_spin = by_normal.dot(&self.spin_vector) + normal.dot(&by_spin_vector);
+        let by_rolling = by[0] - 0.5 * by_slip.x;
+        let speed = if self.is_rolling {
+            self.sense * by_rolling
+        } else {
+            0.0
+        };
+        let spin = normal.dot(&self.spin_vector);
+        let creepage = [(slip.x, by_slip.x), (slip.y, by_slip.y), (spin, by_spin)];
+        KinematicsChange {
+            creepage: creepage.map(|(value, by)| (by - value / self.speed * speed) / self.speed),
+            speed,
+            on_wheel,
+        }
+    }
+}
+
+/// Change of a [`Kinematics`].
+struct KinematicsChange {
+    creepage: [f64; 3],
+    /// Of the speed, whose sign is the sense of rolling.
+    speed: f64,
+    on_wheel: Vector3<f64>,
+}
