@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..base.words import Side
 from ..bodies.conductor import Conductor, conducting_steel
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
+from .derivatives import Differentiable, Functional, Tangent
 from .doors import pictures
 from .fields import Field as ResultField
 from .fields import totals_of
@@ -317,7 +319,7 @@ class WheelReport:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelStep(Drawn):
+class WheelStep(Differentiable, Drawn):
     """Contact load of a step.
 
     :meth:`fields` has the fields of all patches in rows (n,), with places and vectors (3, n) in the track.
@@ -362,6 +364,56 @@ class WheelStep(Drawn):
     friction_work: float | None
     state: WheelState
     report: WheelReport
+
+    def _tangent(self) -> Tangent:
+        # no field: what was put together or loaded was not solved
+        made: Tangent | None = vars(self).get("_derived")
+        if made is None:
+            raise ValueError(
+                "this step was loaded or copied: derivatives are those of one that PreparedWheels.step has "
+                "just returned"
+            )
+        return made
+
+    def _functionals(self) -> dict[str, Callable[[], Functional]]:
+        def of_pressure(name: str, patch: WheelPatch) -> Array:
+            area = np.full(patch.pressure.shape, patch.area)
+            known = Functional.of_pressure(patch.pressure, area, patch.pressure > 0.0)
+            return known[name]().weights["pressure"]
+
+        def of_creep(patch: WheelPatch) -> Array:
+            weights = np.eye(2)[..., None, None] * np.full(patch.pressure.shape, patch.area)
+            return np.asarray(weights)
+
+        def of_spin(patch: WheelPatch) -> Array:
+            x, y = np.meshgrid(patch.x, patch.y)
+            return np.array([[-y, x]]) * patch.area
+
+        return {
+            **{
+                name: partial(self._of_each, "pressure", (), partial(of_pressure, name))
+                for name in ("normal_force", "peak_pressure", "mean_pressure")
+            },
+            "creep_force": partial(self._of_each, "traction", (2,), of_creep),
+            "spin_moment": partial(self._of_each, "traction", (), of_spin),
+        }
+
+    def _of_each(
+        self, field: str, shape: tuple[int, ...], weigh: Callable[[WheelPatch], Array]
+    ) -> Functional:
+        """Numbers of each patch by weights (numbers, ..., ny, nx) of its field."""
+        components = () if field == "pressure" else (2,)
+        ends = np.cumsum([0, *(patch.pressure.size for patch in self.patches)])
+        rows = [np.zeros((0, *components, ends[-1]))]
+        for patch, start, end in zip(self.patches, ends, ends[1:], strict=False):
+            own = weigh(patch)
+            row = np.zeros((len(own), *components, ends[-1]))
+            row[..., start:end] = own.reshape(*row.shape[:-1], -1)
+            rows.append(row)
+        return Functional((len(self.patches), *shape), {field: np.concatenate(rows)})
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_derived"}
 
     @property
     def blank(self) -> str:

@@ -27,6 +27,7 @@ from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelSte
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
 from .stepping import pose_of
+from .wheel_derivatives import WheelTangent
 
 Array = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ class PreparedWheels:
             questions = of_hardness(peak, RAIL_HARDNESS, self._core.young_moduli, np.inf)
             self._has_asked = bool(questions)
             ask(questions)
-        return WheelStep(
+        step = WheelStep(
             force=out.force,
             moment=out.moment,
             vertical_force=carried,
@@ -137,6 +138,11 @@ class PreparedWheels:
             state=_state_of(out.state),
             report=WheelReport(out.normal_solves, out.iterations, _in_words(patches)),
         )
+        points = sum(patch.pressure.size for patch in patches)
+        size = (len(self.sides), len(patches), points)
+        tangent = WheelTangent(out.tangent, self._core.friction_inputs, motion.size == 1, size)
+        object.__setattr__(step, "_derived", tangent)
+        return step
 
     def copy(self) -> PreparedWheels:
         """The same wheels without memory."""

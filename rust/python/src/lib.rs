@@ -71,7 +71,7 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
     #[pymodule_export]
-    use super::wheelset::{PyPreparedWheels, PyWheelOutcome, PyWheelPatch};
+    use super::wheelset::{PyPreparedWheels, PyWheelOutcome, PyWheelPatch, PyWheelTangent};
     use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};
 
     #[pymodule_init]

@@ -3,11 +3,12 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction, WheelState,
-    WheelStep, Wheelset,
+    PatchChange, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelChange,
+    WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
 };
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
@@ -15,7 +16,7 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{bad_input, enter};
 use crate::geometry::PyProfile;
@@ -204,6 +205,12 @@ impl PyPreparedWheels {
         elastic.map(|material| material.young_modulus()).collect()
     }
 
+    /// Names and shapes of what friction is given by.
+    #[getter]
+    fn friction_inputs(&self) -> Vec<(String, Vec<usize>)> {
+        friction_inputs(&self.fresh.wheelset().friction)
+    }
+
     /// The point poses, velocities and moments are about [m].
     #[getter]
     fn reference_point(&self) -> [f64; 3] {
@@ -267,6 +274,7 @@ impl PyPreparedWheels {
 /// A step of the wheels.
 #[pyclass(frozen, get_all, name = "WheelOutcome", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyWheelOutcome {
+    tangent: Py<PyWheelTangent>,
     force: Py<PyArray1<f64>>,
     moment: Py<PyArray1<f64>>,
     reference_point: Py<PyArray1<f64>>,
@@ -280,6 +288,132 @@ pub(crate) struct PyWheelOutcome {
     /// As `step` takes it.
     state: Py<PyAny>,
     patches: Vec<Py<PyWheelPatch>>,
+}
+
+/// The derivatives of a step.
+#[pyclass(frozen, name = "WheelTangent", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyWheelTangent {
+    tangent: WheelTangent,
+    sides: &'static [Side],
+}
+
+#[pymethods]
+impl PyWheelTangent {
+    /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
+    /// "velocity", "friction", "force" or "layer". Those of patches are stacked, their fields side by side.
+    fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let by = match by {
+            "pose" => WheelInput::Pose,
+            "velocity" => WheelInput::Velocity,
+            "friction" => WheelInput::Friction,
+            "force" => WheelInput::Force,
+            "layer" => WheelInput::Layer,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "by is {by:?}: pose, velocity, friction, force or layer is needed"
+                )));
+            }
+        };
+        let found = enter(py, |monitor| self.tangent.derivatives(by, monitor))?;
+        found.iter().map(|change| self.column(py, change)).collect()
+    }
+
+    /// Of points that are about to part, to touch, to slip and to stick.
+    fn margin(&self) -> [f64; 4] {
+        let margin = self.tangent.margin();
+        [
+            margin.parting,
+            margin.touching,
+            margin.slipping,
+            margin.sticking,
+        ]
+    }
+}
+
+impl PyWheelTangent {
+    fn column<'py>(&self, py: Python<'py>, change: &WheelChange) -> PyResult<Bound<'py, PyDict>> {
+        let column = PyDict::new(py);
+        let put = |name: &str, values: Vec<f64>| column.set_item(name, values.into_pyarray(py));
+        put("force", change.force.to_vec())?;
+        put("moment", change.moment.to_vec())?;
+        let of_side = |side: &Side| change.vertical_force[usize::from(*side == Side::Right)];
+        put("vertical_force", self.sides.iter().map(of_side).collect())?;
+        put("pose", change.pose.to_vec())?;
+        put("friction_power", vec![change.friction_power])?;
+        type Of = fn(&PatchChange) -> &[f64];
+        let of_patches: [(&str, Of); 10] = [
+            ("position", |p| &p.position),
+            ("contact_angle", |p| std::slice::from_ref(&p.contact_angle)),
+            ("rail_position", |p| std::slice::from_ref(&p.rail_position)),
+            ("wheel_position", |p| {
+                std::slice::from_ref(&p.wheel_position)
+            }),
+            ("approach", |p| std::slice::from_ref(&p.approach)),
+            ("creepage", |p| &p.creepage),
+            ("rolling_speed", |p| std::slice::from_ref(&p.rolling_speed)),
+            ("patch_force", |p| &p.force),
+            ("patch_friction_power", |p| {
+                std::slice::from_ref(&p.friction_power)
+            }),
+            ("pressure", |p| &p.pressure),
+        ];
+        for (name, of) in of_patches {
+            put(
+                name,
+                change
+                    .patches
+                    .iter()
+                    .flat_map(|p| of(p).iter().copied())
+                    .collect(),
+            )?;
+        }
+        let vectors: [(&str, Of); 2] = [
+            ("traction", |p| &p.traction),
+            ("slip_velocity", |p| &p.slip_velocity),
+        ];
+        for (name, of) in vectors {
+            let along = change
+                .patches
+                .iter()
+                .flat_map(|p| &of(p)[..p.pressure.len()]);
+            let across = change
+                .patches
+                .iter()
+                .flat_map(|p| &of(p)[p.pressure.len()..]);
+            put(name, along.chain(across).copied().collect())?;
+        }
+        Ok(column)
+    }
+}
+
+/// What friction is given by: names, and shapes.
+fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
+    let single = |name: &str| (format!("friction.{name}"), Vec::new());
+    match friction {
+        WheelFriction::OnRail(map) => {
+            let [x, y, _] = map.parts().map(<[f64]>::len);
+            let shape = if x == 1 { vec![y] } else { vec![x, y] };
+            vec![("friction".into(), shape)]
+        }
+        WheelFriction::Everywhere(Friction::Coulomb(_)) => vec![("friction".into(), Vec::new())],
+        WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
+            ["static", "kinetic"].map(single).into()
+        }
+        WheelFriction::Everywhere(Friction::SpeedDependent { law, memory }) => {
+            let mut names = match law {
+                SlipLaw::Exponential { .. } => {
+                    ["static", "kinetic", "half_slip"].map(single).into()
+                }
+                SlipLaw::Table { slip_speed, .. } => {
+                    vec![("friction.coefficient".into(), vec![slip_speed.len()])]
+                }
+            };
+            if memory.is_some() {
+                names.extend(["memory", "memory_min_slip"].map(single));
+            }
+            names
+        }
+    }
 }
 
 /// A contact patch of a step; fields (ny, nx) and (2, ny, nx) in its own frame.
@@ -314,7 +448,12 @@ impl PyWheelOutcome {
             .into_iter()
             .zip(step.vertical_force);
         let patches = step.patches.into_iter();
+        let tangent = PyWheelTangent {
+            tangent: step.tangent,
+            sides: sides.each(),
+        };
         Ok(Self {
+            tangent: Py::new(py, tangent)?,
             force: array(&step.force),
             moment: array(&step.moment),
             reference_point: array(&step.reference_point),
