@@ -159,7 +159,7 @@ impl WheelTangent {
             }
         };
         if self.found.is_empty() || !matches!(by, WheelInput::Pose | WheelInput::Force) {
-            return Ok(changes.into_iter().map(|(change, _)| change).collect());
+            return finite(changes);
         }
         let found = &self.found;
         let free = match by {
@@ -195,7 +195,7 @@ impl WheelTangent {
                 change.add(*share, free);
             }
         }
-        Ok(changes.into_iter().map(|(change, _)| change).collect())
+        finite(changes)
     }
 
     /// How far the points of the step are from another state.
@@ -329,6 +329,20 @@ impl WheelTangent {
         }
         Ok((whole, carried))
     }
+}
+
+/// The changes, whose numbers are finite.
+fn finite(columns: Vec<Column>) -> Result<Vec<WheelChange>, Error> {
+    for (change, _) in &columns {
+        let of_patches = change.patches.iter().flat_map(|p| [&p.force, &p.creepage]);
+        let vectors = of_patches.chain([&change.force, &change.moment]).flatten();
+        let mut all = vectors.chain([&change.friction_power]);
+        if let Some(&value) = all.find(|v| !v.is_finite()) {
+            let name = "derivative";
+            return Err(Error::Overflow { name, value });
+        }
+    }
+    Ok(columns.into_iter().map(|(change, _)| change).collect())
 }
 
 /// How many parameters friction has.
