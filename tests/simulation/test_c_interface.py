@@ -346,6 +346,8 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     assert message() == "there is no patch 9: the last step has 2"
     assert c.mtb_wheels_fields(handle, ctypes.c_uint64(0), ctypes.c_uint64(3), step, None, None, None) == 1
     assert message().startswith("pressure has room for 3 numbers, there are ")
+    assert c.mtb_wheels_derivatives(handle, None) == 1
+    assert message() == "derivatives is null"
     assert c.mtb_wheels_state_size(handle, ctypes.byref(n)) == 0
     state = (ctypes.c_double * n.value)()
     assert c.mtb_wheels_state(handle, n, state) == 0
@@ -435,3 +437,32 @@ def test_wedging_is_a_status(c, tmp_path):
     assert c.mtb_last_error_message() == b"no sliding equilibrium: the body wedges"
     assert list(force) == [1.0, 2.0, 3.0]
     assert c.mtb_contact_free(handle) == 0
+
+
+@pytest.mark.filterwarnings("ignore:with friction the")
+def test_derivatives_of_wheels_are_those_of_python(c, wheels):
+    prepared, path = wheels
+    handle, pose = ctypes.c_uint64(), (0.0, 2e-3, float("nan"), float("nan"), 0.0, 1e-3)
+    velocity = (30.0, 0.0, 0.0, 0.01, 30.0 / 0.46, 0.0)
+    assert c.mtb_wheels_load(str(path).encode(), ctypes.byref(handle)) == 0
+    told = (ctypes.c_double * 108)()
+    assert c.mtb_wheels_derivatives(handle, told) == 1
+    out = (ctypes.c_double * 64)()
+    six = ctypes.c_double * 6
+    assert c.mtb_wheels_step(handle, six(*pose), six(*velocity), out) == 0
+    assert c.mtb_wheels_derivatives(handle, told) == 0
+    own = prepared.copy().step(pose, velocity)
+    table = np.reshape(told, (9, 12))
+    for rows, of in (
+        (slice(0, 3), "force"),
+        (slice(3, 6), "moment"),
+        (slice(6, 8), "vertical_force"),
+        (8, "friction_power"),
+    ):
+        for columns, by in ((slice(0, 6), "pose"), (slice(6, 12), "velocity")):
+            wanted = own.derivative(of, by)
+            np.testing.assert_allclose(
+                table[rows, columns], wanted, rtol=1e-7, atol=1e-9 * np.abs(wanted).max()
+            )
+    assert table[:8].any(axis=1).all()
+    assert c.mtb_wheels_free(handle) == 0

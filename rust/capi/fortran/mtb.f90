@@ -159,6 +159,13 @@ module mtb
       type(mtb_wheel_patch), intent(out) :: patch
     end function
 
+    ! derivatives(j, i): of output i by input j, in the order of mtb.h
+    integer(c_int) function mtb_wheels_derivatives(wheels, derivatives) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(out) :: derivatives(12, 9)
+    end function
+
     integer(c_int) function mtb_wheels_fields(wheels, index, n, pressure, traction, slip_velocity, status) bind(c)
       import :: c_int, c_int32_t, c_int64_t, c_double
       integer(c_int64_t), value :: wheels, index, n

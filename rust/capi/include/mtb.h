@@ -456,6 +456,21 @@ enum mtb_status mtb_wheels_fields(uint64_t wheels,
                                   int32_t *status);
 
 /*
+ Derivatives of the last step that was solved, 9 x 12, row by row.
+
+ The rows are force x, y, z [N] and moment x, y, z [N m] on the rails, vertical force of the left and of the right
+ wheel [N], and heat of sliding [W]; the columns are what they are derived by: pose x, y, z [m], roll, pitch, yaw
+ [rad], then velocity x, y, z [m/s] and rotation about x, y, z [rad/s]. Height and roll that were found from balance
+ follow the rest of the pose, and have columns of 0. Contact planes, the gap over them and creepages change with the
+ pose; points stay in contact, in stick and in slip as they are. The moment is about the reference point, which moves.
+
+ # Safety
+ `derivatives` must have room for 108 numbers.
+ */
+enum mtb_status mtb_wheels_derivatives(uint64_t wheels,
+                                       double *derivatives);
+
+/*
  How many numbers the state after the last step that was solved has.
 
  # Safety

@@ -4,7 +4,9 @@
 use std::ffi::c_char;
 
 use mtb_operator::unmonitored;
-use mtb_wheelset::{PreparedWheels, Side, Velocity, WheelPatch, WheelState, Wheelset};
+use mtb_wheelset::{
+    PreparedWheels, Side, Velocity, WheelChange, WheelInput, WheelPatch, WheelState, Wheelset,
+};
 
 use crate::registry::{WHEELS, Wheels, lock};
 use crate::{Failure, MtbStatus, call, copy_out, keep, put, read, take, unreadable};
@@ -268,6 +270,43 @@ pub unsafe extern "C" fn mtb_wheels_fields(
         let codes: Vec<i32> = patch.status.iter().map(|s| *s as i32).collect();
         copy_out("status", &codes, status, n)
     })
+}
+
+/// Derivatives of the last step that was solved, 9 x 12, row by row.
+///
+/// The rows are force x, y, z [N] and moment x, y, z [N m] on the rails, vertical force of the left and of the right
+/// wheel [N], and heat of sliding [W]; the columns are what they are derived by: pose x, y, z [m], roll, pitch, yaw
+/// [rad], then velocity x, y, z [m/s] and rotation about x, y, z [rad/s]. Height and roll that were found from balance
+/// follow the rest of the pose, and have columns of 0. Contact planes, the gap over them and creepages change with the
+/// pose; points stay in contact, in stick and in slip as they are. The moment is about the reference point, which moves.
+///
+/// # Safety
+/// `derivatives` must have room for 108 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_derivatives(wheels: u64, derivatives: *mut f64) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let tangent = lock(&handle).last()?.tangent.clone();
+        let mut columns = tangent.derivatives(WheelInput::Pose, &unmonitored)?;
+        columns.extend(tangent.derivatives(WheelInput::Velocity, &unmonitored)?);
+        let rows: Vec<Vec<f64>> = columns.iter().map(load_of).collect();
+        let flat: Vec<f64> = (0..9)
+            .flat_map(|row| rows.iter().map(move |column| column[row]))
+            .collect();
+        copy_out("derivatives", &flat, derivatives, flat.len())
+    })
+}
+
+/// The numbers of a load in the order of `mtb_wheels_derivatives`.
+fn load_of(change: &WheelChange) -> Vec<f64> {
+    let parts = [
+        change.force.as_slice(),
+        &change.moment,
+        &change.vertical_force,
+    ];
+    let mut load = parts.concat();
+    load.push(change.friction_power);
+    load
 }
 
 /// How many numbers the state after the last step that was solved has.

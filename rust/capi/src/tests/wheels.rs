@@ -96,7 +96,7 @@ fn any_call() -> impl Strategy<Value = Call> {
             [v, w[0], 0.0, w[1], v / 0.46, w[2]]
         });
     (
-        (0..12_usize, handle, null, index, length),
+        (0..13_usize, handle, null, index, length),
         prop::array::uniform6(small()),
         velocity,
         prop::option::of((any::<usize>(), number())),
@@ -296,6 +296,11 @@ impl Caller {
                     let status = mtb_wheels_state(handle, n, out);
                     let written = if status == MtbStatus::Ok { right } else { 0 };
                     check_written(&state, written);
+                    status
+                }
+                11 => {
+                    let status = mtb_wheels_derivatives(handle, at(0));
+                    check_written(&room[0], if status == MtbStatus::Ok { 108 } else { 0 });
                     status
                 }
                 _ => {
