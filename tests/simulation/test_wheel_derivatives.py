@@ -200,8 +200,11 @@ def test_what_has_no_derivatives_says_so(tmp_path):
             other.derivative("force", "pose")
     with pytest.raises(ValueError, match="did you mean creepage"):
         step.derivative("crepage", "pose")
-    with pytest.raises(ValueError, match="vertical_force"):
-        step.derivative("force", "gap")
+    for by, why in (("gap", "pose"), ("force", "vertical_force"), ("upper.young_modulus", "not derived by")):
+        with pytest.raises(ValueError, match=why):
+            step.derivative("force", by)
+    with pytest.raises(ValueError, match="this result has pose, velocity, friction, vertical_force, layer"):
+        step.derivative("force", "mass")
     # wheels that were read have them as well
     contact.save(tmp_path / "wheels")
     read = mtb.PreparedWheels.load(tmp_path / "wheels").step(velocity=V)

@@ -31,6 +31,8 @@ class WheelTangent:
     inputs : dict of str to shape
         What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
         of the law, ``vertical_force`` () of each wheel, ``layer`` (), its thickness over its shear modulus.
+    refused : dict of str to str
+        What else could be asked for, and why there is no derivative by it.
     """
 
     def __init__(
@@ -57,6 +59,15 @@ class WheelTangent:
             "pressure": (points,),
             "traction": (2, points),
             "slip_velocity": (2, points),
+        }
+        self.refused = {
+            "force": "wheels carry a vertical force: derive by 'vertical_force'",
+            "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
+            **{
+                f"{body}.{modulus}": "steps of wheels are not derived by elastic moduli"
+                for body in ("lower", "upper")
+                for modulus in ("young_modulus", "poisson_ratio")
+            },
         }
         self._friction = {name: tuple(shape) for name, shape in friction}
         self.inputs: dict[str, Shape] = {
