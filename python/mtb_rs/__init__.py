@@ -36,6 +36,7 @@ from .friction.laws import (
     StaticKinetic,
     TabulatedFriction,
 )
+from .friction.wear_laws import Archard, EnergyWear, Rubbing, WearLaw, WearMap
 from .geometry.pole_shoe import PoleShoe
 from .geometry.profiles import Profile
 from .geometry.wheel_rail import wheel_on_rail_gap
@@ -69,12 +70,14 @@ from .results.result import Displacement, Result
 from .results.solid import Solid
 from .results.sweep_table import SweepTable
 from .results.temperature import RollingTemperature
+from .results.wear_result import WearResult
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
 from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
 from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.sweeps import sweep
+from .studies.wear import Passages, wear
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -99,6 +102,7 @@ if TYPE_CHECKING:
         | Chart
         | SweepTable
         | AreaLoadCurve
+        | WearResult
     ):
         """What was saved, of the kind that was saved; the room of results does not know them all."""
 else:
@@ -133,6 +137,7 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
+    "Archard",
     "AreaLoadCurve",
     "BodySurface",
     "Case",
@@ -145,6 +150,7 @@ __all__ = [
     "CreepForceTable",
     "Displacement",
     "ElasticBody",
+    "EnergyWear",
     "FallingFriction",
     "Field",
     "FieldTable",
@@ -159,6 +165,7 @@ __all__ = [
     "Margin",
     "Material",
     "NormalResult",
+    "Passages",
     "PictureWarning",
     "PlasticLayer",
     "PoleShoe",
@@ -174,6 +181,7 @@ __all__ = [
     "Rigid",
     "Rolling",
     "RollingTemperature",
+    "Rubbing",
     "Scene",
     "Shift",
     "Solid",
@@ -190,6 +198,9 @@ __all__ = [
     "ToleranceWarning",
     "VelocityTable",
     "ViewError",
+    "WearLaw",
+    "WearMap",
+    "WearResult",
     "WheelPatch",
     "WheelScene",
     "WheelState",
@@ -216,6 +227,7 @@ __all__ = [
     "steel",
     "surface_gap",
     "sweep",
+    "wear",
     "wheel_on_rail_gap",
     "write_html",
 ]

@@ -108,6 +108,50 @@ def stick_or_slip_held(
 ) -> list[tuple[_Array, NDArray[np.int8], int, float]]: ...
 
 @final
+class WearStep:
+    @property
+    def outcome(self) -> Outcome: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def next(self) -> float | None: ...
+    @property
+    def upper(self) -> _Array: ...
+    @property
+    def lower(self) -> _Array: ...
+    @property
+    def error(self) -> float: ...
+    @property
+    def solves(self) -> int: ...
+
+def wear_problem(
+    problem: Problem,
+    loading: Loading,
+    direction: _Array,
+    friction: _Array | Callable[[_Array], _Array],
+    law: Callable[[_Array, _Array], tuple[_Array, _Array]],
+    passage: tuple[float, list[int], _Array] | None,
+    tolerance: float,
+    worn: tuple[float, _Array, _Array, float | None],
+    until: float,
+    told: Callable[[WearStep], bool],
+) -> None: ...
+def wear_contact(
+    contact: PreparedContact,
+    velocity: tuple[float, float],
+    magnetic_pressure: float | None,
+    given: Loading | None,
+    law: Callable[[_Array, _Array], tuple[_Array, _Array]],
+    passage: tuple[float, list[int], _Array] | None,
+    tolerance: float,
+    worn: tuple[float, _Array, _Array, float | None],
+    until: float,
+    told: Callable[[WearStep], bool],
+) -> None: ...
+
+@final
 class Loading:
     @property
     def gap(self) -> _Array: ...

@@ -12,6 +12,7 @@ import pytest
 
 from mtb_rs.friction.fields import Coefficients, Form
 from mtb_rs.friction.laws import WheelFriction
+from mtb_rs.friction.wear_laws import WearLaw
 from mtb_rs.geometry.geometries import Geometry
 from mtb_rs.half_space.tangential import Motion
 from mtb_rs.results.savable import Savable
@@ -34,6 +35,7 @@ KINDS = {
     "geometries": family(Geometry),
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
+    "laws of wear": family(WearLaw),
     "supports": {"Guide"},
     "results": family(Savable),
 }
@@ -53,6 +55,7 @@ DOORS = {
         "friction/laws.py": {"as_law", "as_wheel_friction", "coefficient_from_rest"},
         "scenes/moving.py": {"law"},
     },
+    "laws of wear": {"friction/wear_laws.py": {"as_wear_law"}},
     "motions": {"half_space/tangential.py": {"_check_problem"}, "studies/sweeps.py": {"sweep"}},
     "supports": {"bodies/supports.py": {"__post_init__", "guides", "prescribed"}},
     "results": {

@@ -52,6 +52,7 @@ ROUGH = mtb.roughness(8, 1e-6, rms_slope=0.1, seed=1)
 ROLL = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
 #: Something of every public class.
 MADE: dict[str, Callable[[], Any]] = {
+    "Archard": lambda: mtb.Archard(1e-13),
     "AreaLoadCurve": lambda: mtb.area_load_curve(ROUGH, 1e-6, [1e-6], lower=mtb.steel, upper=mtb.Rigid()),
     "BodySurface": lambda: mtb.BodySurface.paraboloid(0.1),
     "Case": lambda: mtb.Case(scene="paraboloid_on_plane"),
@@ -64,6 +65,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "CreepForceTable": lambda: mtb.CreepForceTable.build((1.0,), nodes=4, cells=6),
     "Displacement": lambda: mtb.Displacement(np.zeros((3, 9)), np.zeros((3, 9))),
     "ElasticBody": lambda: ElasticBody(box(), mtb.steel, contact="top", supports=[mtb.Support("bottom")]),
+    "EnergyWear": lambda: mtb.EnergyWear.of_wheel_steel(),
     "FallingFriction": lambda: mtb.FallingFriction(0.4, 0.2, 1.0),
     "Field": lambda: mtb.fastsim(patch(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3)).fields()["pressure"],
     "FieldTable": lambda: mtb.FieldTable([0.0, 0.1], [0.0, 0.1], np.full((2, 2), 0.3)),
@@ -80,6 +82,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "NormalResult": lambda: mtb.solve_normal(
         1e-3 * np.hypot(*np.mgrid[-1:1:9j, -1:1:9j]), 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0
     ),
+    "Passages": lambda: mtb.Passages(30.0, 10, {"velocity": 5.0}),
     "PictureWarning": lambda: mtb.PictureWarning("a"),
     "PlasticLayer": lambda: mtb.PlasticLayer(1e-3, 1e9, 1e6),
     "PoleShoe": lambda: mtb.PoleShoe(),
@@ -95,6 +98,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Rigid": lambda: mtb.Rigid(),
     "Rolling": lambda: ROLL,
     "RollingTemperature": lambda: mtb.solve_tangential(patch(), ROLL, mtb.Coulomb(0.3)).temperature(),
+    "Rubbing": lambda: mtb.Rubbing(np.ones(2), np.ones(2), np.ones(2), 1.0, np.zeros((3, 2))),
     "Scene": lambda: mtb.scenes.block_on_plane(),
     "Shift": lambda: mtb.Shift((1e-6, 0.0)),
     "Solid": lambda: mtb.scenes.block_on_plane(spacing=2e-2).solve("elastic-upper").solids()[0],
@@ -111,6 +115,9 @@ MADE: dict[str, Callable[[], Any]] = {
     "ToleranceWarning": lambda: mtb.ToleranceWarning("a"),
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
     "ViewError": lambda: mtb.ViewError("a"),
+    "WearLaw": lambda: mtb.Archard(np.full(3, 1e-13)),
+    "WearMap": lambda: mtb.WearMap.of_wheel_steel(3e9),
+    "WearResult": lambda: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), 1e-3, 1e-13),
     "WheelPatch": lambda: wheel_step().patches[0],
     "WheelScene": lambda: mtb.scenes.wheel_on_rail(),
     "WheelState": lambda: wheel_step().state,

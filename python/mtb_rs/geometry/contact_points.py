@@ -48,6 +48,11 @@ class Patch:
         """Its points among those of the flat arrays."""
         return slice(self.start, self.start + self.nx * self.ny)
 
+    def holds_cells(self, area: Array) -> bool:
+        """Whether its points are middles of cells, not their corners, by the `area` (n,) of all points."""
+        whole = self.nx * self.ny * self.spacing[0] * self.spacing[1]
+        return bool(abs(area[self.cut].sum() - whole) <= 1e-6 * whole)
+
     def view(self, values: NDArray[Any]) -> NDArray[Any]:
         """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""
         return values[..., self.cut].reshape(*values.shape[:-1], self.ny, self.nx)

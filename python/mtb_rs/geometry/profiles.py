@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base.check import choice, path_of, reals
-from ..base.files import read_text
+from ..base.files import read_text, write_bytes
 from ..base.owning import frozen
 from ..base.plain import same
 from ..base.questions import ask
@@ -177,6 +177,50 @@ class Profile:
     def breaks(self) -> Array:
         """Values of y [m] where the formula changes, both ends included."""
         return self._core.breaks()
+
+    def to_file(self, path: str | Path, y: ArrayLike | None = None) -> None:
+        """Writes points of the profile in the form of .prr and .prw files, in millimetres, z down.
+
+        :meth:`from_file` and the programs that read these forms take it again.
+
+        Parameters
+        ----------
+        path : str or Path
+        y : (n,) [m] or None
+            Where; None: 1001 places over its range, and all places where its formula changes.
+
+        Raises
+        ------
+        ValueError
+            If `y` lies outside of the range, or the path is a directory.
+        OSError
+            If nothing can be written there.
+        """
+        start, end = self.range
+        if y is None:
+            places = np.union1d(np.linspace(start, end, 1001), self.breaks)
+            # breaks beside one of the places are one point of it
+            places = places[np.append(True, np.diff(places) > 1e-9 * (end - start))]
+        else:
+            places = np.unique(reals("y", y, "m"))
+        name = self.name.encode("ascii", "replace").decode()
+        lines = [
+            "header.begin",
+            "  version = 1",
+            "header.end",
+            "spline.begin",
+            "  approx.smooth = 0.0",
+            f"  comment = '{name}: y and z down in mm, written by mtb_rs'".replace("''", "'profile'"),
+            "  units.len.f = 1000.0",
+            "  point.begin",
+            *(
+                f"    {across:.17g} {down:.17g} 1.0"
+                for across, down in zip(1e3 * places, -1e3 * self.height(places), strict=True)
+            ),
+            "  point.end",
+            "spline.end",
+        ]
+        write_bytes(path, "\n".join([*lines, ""]).encode())
 
     def _stations(self, y: ArrayLike) -> Array:
         y = reals("y", y)

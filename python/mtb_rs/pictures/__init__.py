@@ -10,7 +10,7 @@ from .moving import animate
 from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
-from .sweep_plot import draw_area_load, draw_start, draw_sweep
+from .sweep_plot import draw_area_load, draw_start, draw_sweep, draw_wear
 
 __all__ = [
     "animate",
@@ -20,6 +20,7 @@ __all__ = [
     "draw_section",
     "draw_start",
     "draw_sweep",
+    "draw_wear",
     "drawing_of_chart",
     "own_figures",
     "page_of_chart",

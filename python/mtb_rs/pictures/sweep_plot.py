@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from itertools import cycle
 from typing import Any, Protocol
 
@@ -127,6 +128,43 @@ def draw_start(start: Start, quantity: str, ax: Axes | None) -> Figure:
     ax.set_xlabel(f"way of the upper body [{unit}]")
     ax.set_ylabel(f"{asked.label} [{name}]")
     ax.set_title("Start of sliding", loc="left", fontsize=10.5, color=INK)
+    style_axes(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+class Worn(Protocol):
+    """A contact that was worn over a distance."""
+
+    @property
+    def distance(self) -> Array: ...
+    def totals(self) -> Mapping[str, Any]: ...
+
+
+def draw_wear(worn: Worn, quantity: str, ax: Axes | None) -> Figure:
+    """Depth, volume, uniformity or peak pressure over the sliding distance."""
+    asked = worn.totals()[quantity]
+    factor, unit = unit_of(worn.distance, "m") if worn.distance[-1] < 1e3 else (1e3, "km")
+    figure, ax = canvas(ax, (7.2, 3.9))
+    values = np.atleast_2d(asked.values)
+    if quantity == "uniformity":
+        size, name = 1e-2, "%"
+    elif quantity == "worn_volume":
+        size, name = 1e-9, "mm³"
+    else:
+        size, name = unit_of(values, asked.unit)
+    labels = ["upper body", "lower body"] if len(values) == 2 else [""]
+    lines = [(label, line) for label, line in zip(labels, values, strict=True) if line.any()]
+    for (label, line), colour in zip(lines, LINE_COLOURS, strict=False):
+        shown = label if len(lines) > 1 else None
+        ax.plot(worn.distance / factor, line / size, marker=".", color=colour, linewidth=1.6, label=shown)
+    if len(lines) > 1:
+        ax.legend(frameon=False, fontsize=9)
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(0.0, 105.0 if quantity == "uniformity" else None)
+    ax.set_xlabel(f"sliding distance [{unit}]")
+    ax.set_ylabel(f"{asked.label} [{name}]")
+    ax.set_title("Wear", loc="left", fontsize=10.5, color=INK)
     style_axes(ax)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     return figure

@@ -108,6 +108,8 @@ FIELDS = {
         Field("temperature_lower", "temperature", "K", _EMPTY, body="lower", extent="around"),
         Field("heat_flux_upper", "heat flux", "W/m^2", _EMPTY, body="upper", extent="around", is_signed=True),
         Field("heat_flux_lower", "heat flux", "W/m^2", _EMPTY, body="lower", extent="around", is_signed=True),
+        Field("wear_upper", "depth of wear", "m", _EMPTY, body="upper"),
+        Field("wear_lower", "depth of wear", "m", _EMPTY, body="lower"),
         Field("displacement_upper", "displacement", "m", _EMPTY, True, _MOVED, body="upper"),
         Field("displacement_lower", "displacement", "m", _EMPTY, True, _MOVED, body="lower"),
     )
@@ -128,6 +130,11 @@ TOTALS = {
         Field("heat_lower", "heat into the lower body", "W", _EMPTY, parts=()),
         Field("heat_upper", "heat into the upper body", "W", _EMPTY, parts=()),
         Field("displacement", "displacement of the upper body", "m", _EMPTY, parts=()),
+        Field("distance", "sliding distance", "m", _EMPTY, parts=()),
+        Field("depth", "greatest depth of wear", "m", _EMPTY, parts=()),
+        Field("worn_volume", "worn volume", "m^3", _EMPTY, parts=()),
+        Field("uniformity", "uniformity of the pressure", "1", _EMPTY, parts=()),
+        Field("peak_pressure", "peak pressure", "Pa", _EMPTY, parts=()),
         Field("slip_share", "share of the contact area that slips", "1", _EMPTY, parts=()),
     )
 }

@@ -116,7 +116,7 @@ def load(saved: str | Path) -> Any:
     Returns
     -------
     Result, NormalResult, TangentialResult, RollingTemperature, FoundationResult, Hertz, StepResult, \
-StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable or AreaLoadCurve
+StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve or WearResult
         Of the kind that was saved.
 
     Raises

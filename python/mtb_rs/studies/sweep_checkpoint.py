@@ -9,7 +9,7 @@ import os
 import zlib
 from io import FileIO
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.check import path_of
 from ..base.errors import MissingFileError
@@ -33,6 +33,10 @@ class Checkpoint:
     count : int
         Cases of the sweep.
     """
+
+    #: What it is the checkpoint of, in messages.
+    study: ClassVar[str] = "sweep"
+    told_by: ClassVar[str] = "scene, values, options, measure or version of mtb_rs"
 
     def __init__(self, path: str | os.PathLike[str] | None, key: str, count: int) -> None:
         self.path = None if path is None else path_of("checkpoint", path)
@@ -75,9 +79,8 @@ class Checkpoint:
                 # two sweeps that begin at once may both write it
                 if line + b"\n" != self._head:
                     raise ValueError(
-                        f"{path} is the checkpoint of another sweep (scene, values, options, measure or "
-                        "version of mtb_rs): remove it, or write elsewhere (checkpoint=, on the command "
-                        "line -o)"
+                        f"{path} is the checkpoint of another {self.study} ({self.told_by}): remove it, or "
+                        "write elsewhere (checkpoint=, on the command line -o)"
                     )
             elif not self._is_record(content):
                 raise ValueError(_damaged(path, number))

@@ -86,6 +86,15 @@ pub enum Error {
         /// Compliance of the bodies to the pressure of the point, at the point [m/Pa].
         compliance: f64,
     },
+    /// A step of wear whose error does not fall with its length.
+    #[error(
+        "no step of wear is short enough: at a sliding distance of {} m its error is still above the tolerance. The law of wear may jump from coefficient to coefficient",
+        Short(*.length)
+    )]
+    WearsTooFast {
+        /// The shortest step tried [m].
+        length: f64,
+    },
     /// A diagonal compliance where none is taken into account.
     #[error(
         "a diagonal compliance is given, but only sliding and its steps take one into account, each its own"

@@ -7,7 +7,7 @@
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
-//! which it is kept.
+//! which it is kept. [`wear`]: what sliding takes off, step by step.
 //!
 //! **Not here.** No body, no mesh, no file: bodies enter as compliances on contact points.
 //!
@@ -32,6 +32,7 @@ pub mod sliding;
 pub mod staggered;
 pub mod stepping;
 pub mod tangential;
+pub mod wear;
 
 pub use error::Error;
 

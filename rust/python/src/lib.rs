@@ -22,6 +22,7 @@ mod solid;
 mod tangent;
 mod tangential;
 mod tetra;
+mod wear;
 mod wheelset;
 
 use pyo3::prelude::*;
@@ -70,6 +71,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
+    #[pymodule_export]
+    use super::wear::{PyWearStep, wear_contact, wear_problem};
     #[pymodule_export]
     use super::wheelset::{PyPreparedWheels, PyWheelOutcome, PyWheelPatch, PyWheelTangent};
     use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};

@@ -41,6 +41,21 @@ impl PyPreparedContact {
     }
 }
 
+/// What presses in a step: loads given as a whole, a uniform pressure [Pa], or the scene's own.
+pub(crate) fn pull_of<'a>(
+    given: Option<&'a Bound<'_, PyLoading>>,
+    magnetic_pressure: Option<f64>,
+) -> Pull<'a> {
+    match (given, magnetic_pressure) {
+        (Some(given), _) => Pull::Given {
+            gap: &given.get().0.gap,
+            work: &given.get().0.work,
+        },
+        (None, Some(pressure)) => Pull::Uniform(pressure),
+        (None, None) => Pull::Scene,
+    }
+}
+
 fn matrix(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
     let columns = array.shape()[1].max(1);
     let flat = array.as_slice().map_err(|e| bad_input(&e))?;
@@ -229,14 +244,7 @@ impl PyPreparedContact {
         friction: Option<PyReadonlyArray1<'py, f64>>,
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
-        let pull = match (given, magnetic_pressure) {
-            (Some(given), _) => Pull::Given {
-                gap: &given.get().0.gap,
-                work: &given.get().0.work,
-            },
-            (None, Some(pressure)) => Pull::Uniform(pressure),
-            (None, None) => Pull::Scene,
-        };
+        let pull = pull_of(given, magnetic_pressure);
         let gap = gap.as_ref().map(|gap| flat(gap, "gap")).transpose()?;
         let friction = friction
             .as_ref()

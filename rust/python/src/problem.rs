@@ -304,9 +304,36 @@ impl PyLoading {
 
 /// Coefficients (n,), or a function of the pressure (n,).
 #[derive(FromPyObject)]
-enum FrictionArgument<'py> {
+pub(crate) enum FrictionArgument<'py> {
     Field(PyReadonlyArray1<'py, f64>),
     Law(Py<PyAny>),
+}
+
+/// Gives `ask` the friction of an argument; what a law raises goes to `failed`.
+pub(crate) fn with_friction<T>(
+    argument: &FrictionArgument<'_>,
+    failed: &Mutex<Option<PyErr>>,
+    ask: impl FnOnce(Friction<'_>) -> T,
+) -> PyResult<T> {
+    let function = match argument {
+        FrictionArgument::Field(field) => {
+            return Ok(ask(Friction::Field(flat(field, "friction")?)));
+        }
+        FrictionArgument::Law(function) => function,
+    };
+    let law = |pressure: &[f64]| {
+        Python::attach(|py| {
+            let pressure = pressure.to_vec().into_pyarray(py);
+            let found = function.call1(py, (pressure,))?;
+            let found: PyReadonlyArray1<'_, f64> = found.extract(py)?;
+            Ok(flat(&found, "friction")?.to_vec())
+        })
+        .map_err(|error: PyErr| {
+            *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            Error::Interrupted
+        })
+    };
+    Ok(ask(Friction::OfPressure(&law)))
 }
 
 pub(crate) fn body(is_upper: bool) -> Body {
@@ -321,7 +348,7 @@ impl PyProblem {
     }
 }
 
-fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
+pub(crate) fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
     array
         .as_slice()
         .map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))
@@ -478,32 +505,11 @@ impl PyProblem {
         let loading = &loading.get().0;
         let direction = rows2(&direction, "direction")?;
         let failed: Mutex<Option<PyErr>> = Mutex::new(None);
-        let outcome = match friction {
-            FrictionArgument::Field(field) => {
-                let friction = Friction::Field(flat(&field, "friction")?);
-                enter(py, |monitor| {
-                    self.0.slide(loading, direction, friction, None, monitor)
-                })
-            }
-            FrictionArgument::Law(function) => {
-                let law = |pressure: &[f64]| {
-                    Python::attach(|py| {
-                        let pressure = pressure.to_vec().into_pyarray(py);
-                        let found = function.call1(py, (pressure,))?;
-                        let found: PyReadonlyArray1<'_, f64> = found.extract(py)?;
-                        Ok(flat(&found, "friction")?.to_vec())
-                    })
-                    .map_err(|error: PyErr| {
-                        *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                        Error::Interrupted
-                    })
-                };
-                enter(py, |monitor| {
-                    let friction = Friction::OfPressure(&law);
-                    self.0.slide(loading, direction, friction, None, monitor)
-                })
-            }
-        };
+        let outcome = with_friction(&friction, &failed, |friction| {
+            enter(py, |monitor| {
+                self.0.slide(loading, direction, friction, None, monitor)
+            })
+        })?;
         // an error of the law itself says more than that it broke the search off
         if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);

@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Wear against closed forms, eigenvalues and its own account; the step by step rule is tested in Rust."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+
+#: m/m per Pa
+WEAR = 1e-13
+#: Of the ready shoe [m].
+LENGTH = 90e-3
+
+
+def ball(points: int, width: float, radius: float, **given: Any) -> mtb.Scene:
+    """A paraboloid on a half-space, one of the two rigid."""
+    x = (np.arange(points) - (points - 1) / 2) * width / points
+    given = {"upper": mtb.Rigid(), "lower": mtb.steel, "friction": 0.0} | given
+    return mtb.Scene(gap=(x[None] ** 2 + x[:, None] ** 2) / (2.0 * radius), spacing=width / points, **given)
+
+
+def shoe(**given: Any) -> mtb.Scene:
+    return mtb.scenes.pole_shoe_on_rail(**{"spacing": 6e-3} | given)
+
+
+def test_a_worn_pin_has_the_flat_of_archard() -> None:
+    """Once wear is far more than the approach, a^4 = 4 R kappa F s / pi, and the pressure is even."""
+    radius, force = 0.05, 500.0
+    scene = ball(36, 10e-3, radius, force=force)
+    width = 4.2e-3
+    distance = np.pi * width**4 / (4.0 * radius * WEAR * force)
+    found = mtb.wear(scene, distance, WEAR, tolerance=0.02)
+    flat = np.sqrt(found.area[found.pressure > 0.0].sum() / np.pi)
+    assert flat == pytest.approx(width, rel=0.02)
+    inside = np.hypot(*found.points[:2]) < 0.8 * width
+    assert found.pressure[inside] == pytest.approx(force / (np.pi * width**2), rel=0.04)
+    # the elastic approach is a small part of what was worn
+    assert found.depth[0, -1] > 20.0 * force / (2.0 * width * 2.3e11)
+
+
+def test_fretting_ends_at_the_shape_of_popov() -> None:
+    """Only what slips is worn, until it carries nothing more [Popov2014]; the error falls with the cells."""
+    radius, approach, stick = 0.5, 2e-6, 0.6e-3
+    errors = []
+    for points in (32, 48):
+        scene = ball(points, 2.6e-3, radius, approach=approach)
+        r = np.hypot(*scene.geometry.grid(scene.known_spacing).points[:2])
+        found = mtb.wear(scene, 10.0, mtb.Archard(np.where(r < stick, 0.0, WEAR)))
+        # the circle of as large an area as the cells that stick
+        c = np.sqrt(np.count_nonzero(r < stick) * found.area[0] / np.pi)
+        shape = r**2 / (2.0 * radius) * np.arcsin(np.minimum(c / r, 1.0)) + approach * np.arccos(
+            np.minimum(c / r, 1.0)
+        )
+        shape -= c / (2.0 * radius) * np.sqrt(np.maximum(r**2 - c**2, 0.0))
+        worn = found.initial_gap + found.depths[0, -1]
+        # the pressure at the edge of what sticks is singular, and cells see it as far as some of them reach
+        outside = (r > 1.5 * c) & (found.depths[0, -1] > 0.0)
+        assert np.count_nonzero(outside) > 200
+        errors.append(np.abs(worn / (2.0 / np.pi * shape) - 1.0)[outside].max())
+        carried = found.pressure * found.area
+        assert carried[outside].sum() < 1e-6 * carried.sum()
+    assert errors[1] < 0.01
+    assert errors[1] < 0.8 * errors[0]
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("given", [{"friction": 0.3}, {"poles": 1}, {"attraction": "both", "friction": 0.1}])
+def test_what_is_worn_is_the_law_integrated(given: dict[str, Any]) -> None:
+    scene = shoe(**given)
+    found = mtb.wear(scene, [mtb.Passages(20.0, 3, {"velocity": 5.0}), 30.0], WEAR, 0.2 * WEAR)
+    work = np.cumsum(found.steps * (found.unknowns @ found.area))
+    np.testing.assert_allclose(found.worn_volume[0], WEAR * work, rtol=1e-12)
+    assert found.distance == pytest.approx(np.cumsum(found.steps), rel=1e-12)
+    assert found.distance[-1] == pytest.approx(90.0, rel=1e-12)
+    # one place of the rail sees a shoe's length of each passage
+    passing = found.distance <= 60.0 * (1.0 + 1e-12)
+    for grid in found.patches:
+        depth = grid.view(found.depths[1])[passing]
+        assert np.ptp(depth, axis=-1).max() <= 1e-15
+        step = found.steps[passing, None, None] * grid.view(found.unknowns)[passing]
+        width = grid.view(found.area) / grid.view(found.area).sum(axis=1, keepdims=True) * LENGTH
+        wanted = 0.2 * WEAR * (np.cumsum(step, axis=0) * width).sum(axis=-1) / 20.0
+        np.testing.assert_allclose(depth[..., 0], wanted, rtol=1e-12)
+    # and all of the plain distance
+    last = found.depths[1, -1] - found.depths[1, passing][-1]
+    step = found.steps[~passing, None] * found.unknowns[~passing]
+    np.testing.assert_allclose(last, 0.2 * WEAR * step.sum(axis=0), rtol=1e-9, atol=1e-18)
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("friction", [0.0, 0.25])
+def test_the_worn_state_is_reached_at_the_rates_of_the_matrix(friction: float) -> None:
+    """In full contact the pressures approach the worn-in state as exp(-kappa s / lambda), with eigenvalues
+    lambda of the influence matrix on pressures that leave the load as it is."""
+    contact = shoe(friction=friction, spacing=8e-3).prepare("elastic-upper")
+    worn = mtb.wear(contact, 1e5, WEAR).depths[0, -1]
+    base = contact.step(gap=worn).state.pressure
+    assert (base > 0.0).all()
+    size = 1e-9
+    unit = np.eye(base.size)
+    # changes of the pressure by the gaps: minus the inverse of the influence on pressures that keep the load
+    inverse = -np.array([contact.step(gap=worn + size * e).state.pressure - base for e in unit]).T / size
+    rates, vectors = np.linalg.eig(inverse)
+    moving = np.flatnonzero((np.abs(rates.imag) == 0.0) & (rates.real > 1e-6 * rates.real.max()))
+    order = moving[np.argsort(rates.real[moving])]
+    for k in order[[0, 1, len(order) // 2, -1]]:
+        wave = size * vectors[:, k].real / np.abs(vectors[:, k]).max()
+        length = 0.7 / (WEAR * rates.real[k])
+        before = contact.step(gap=worn + wave).state.pressure - base
+        after = contact.step(gap=worn + wave, diagonal=WEAR * length).state.pressure
+        rest = contact.step(gap=worn, diagonal=WEAR * length).state.pressure
+        np.testing.assert_allclose(after - rest, before / 1.7, atol=1e-5 * np.abs(before).max())
+
+
+@pytest.mark.coarse
+def test_a_shoe_is_even_after_few_steps_which_cost_a_solve_each() -> None:
+    found = mtb.wear(shoe(friction=0.0), 1e4, WEAR, uniformity=0.9)
+    assert found.uniformity[-1] >= 0.9 > found.uniformity[0]
+    assert len(found.steps) - 1 <= 30
+    whole = mtb.wear(shoe(friction=0.0), 1e4, WEAR)
+    assert whole.uniformity[-1] > 0.999
+    # but for the search for the first length
+    assert whole.solves[2:].max() <= 2
+    assert len(whole.steps) - 1 <= 40
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
+def test_a_scene_and_its_prepared_contact_wear_alike(model: Any) -> None:
+    scene = shoe(friction=0.2, velocity=5.0)
+    one = mtb.wear(scene, 50.0, WEAR, model=model)
+    other = mtb.wear(scene.prepare(model), 50.0, WEAR)
+    np.testing.assert_allclose(one.depths, other.depths, atol=1e-7 * one.depths.max())
+    assert one.final is not None
+    # the worn contact itself has the pressure of the last step
+    np.testing.assert_allclose(one.final.pressure.reshape(-1), one.pressure, atol=1e-7 * one.pressure.max())
+
+
+@pytest.mark.coarse
+def test_depths_keep_to_the_tolerance_of_their_steps() -> None:
+    scene = shoe(friction=0.3)
+    fine = mtb.wear(scene, 1.0, WEAR, tolerance=1e-3)
+    for tolerance in (0.2, 0.05):
+        rough = mtb.wear(scene, 1.0, WEAR, tolerance=tolerance)
+        error = rough.depths[0, -1] - fine.depths[0, -1]
+        size = fine.area @ fine.depths[0, -1] ** 2
+        assert (fine.area @ error**2 / size) ** 0.5 < tolerance
+
+
+LAWS: dict[str, Any] = {
+    "number": WEAR,
+    "place": lambda rubbing: WEAR * (1.0 + 3.0 * rubbing.points[0]),
+    "map": mtb.WearMap.of_wheel_steel(3e9),
+    "energy": mtb.EnergyWear.of_wheel_steel(),
+    "function": lambda rubbing: WEAR * (1.0 + rubbing.pressure / 5e6) * (1.0 + 0.1 * rubbing.speed),
+}
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("name", LAWS)
+def test_any_law_wears_by_what_it_says(name: str) -> None:
+    scene = shoe(friction=0.3, velocity=0.5)
+    found = mtb.wear(scene, 20.0, LAWS[name], tolerance=0.01)
+    law = mtb.friction.wear_laws.as_wear_law("law", LAWS[name])
+    n = found.area.size
+    # the law under the pressures after each step, integrated along the way
+    total = np.zeros(n)
+    for length, pressure in zip(found.steps, found.unknowns, strict=True):
+        rubbing = mtb.Rubbing(pressure, np.full(n, 0.3), np.ones(n), 0.5, found.points)
+        total += length * law.coefficient(rubbing) * pressure
+    assert np.abs(found.depths[0, -1] - total).max() <= 0.01 * total.max()
+    assert found.depths[1].max() == 0.0
+
+
+def test_laws_are_those_of_their_sources() -> None:
+    def at(law: Any, pressure: float, speed: float = 1.0, friction: float = 0.3) -> float:
+        one = np.ones(1)
+        rubbing = mtb.Rubbing(pressure * one, friction * one, one, speed, np.zeros((3, 1)))
+        return float(law.coefficient(rubbing)[0])
+
+    assert mtb.Archard.of_hardness(5e-4, 2.5e9).wear_coefficient == pytest.approx(2e-13)
+    steel = mtb.WearMap.of_wheel_steel(3e9)
+    for speed, pressure, k in ((0.1, 1e9, 5e-4), (0.5, 1e9, 35e-4), (2.0, 1e9, 5e-4), (2.0, 2.5e9, 350e-4)):
+        assert at(steel, pressure, speed) == pytest.approx(k / 3e9)
+    energy = mtb.EnergyWear.of_wheel_steel(7850.0)
+    # micrograms per metre and mm2 are 1e-3 kg/m3
+    for density, rate in ((5.2e6, 27.5), (40e6, 55.0), (87.2e6, 55.0 + 619.0)):
+        pressure = density / 0.3
+        assert at(energy, pressure) * pressure == pytest.approx(1e-3 * rate / 7850.0)
+    assert at(energy, 0.0) == pytest.approx(1e-3 * 55.0 / 10.4e6 / 7850.0 * 0.3)
+
+
+@pytest.mark.coarse
+def test_profiles_go_out_and_come_back(tmp_path: Path) -> None:
+    scene = shoe(friction=0.2)
+    found = mtb.wear(scene, mtb.Passages(0.5, 4), 2e-12, 20e-12)
+    rail = found.profile("lower")
+    y = np.linspace(-0.03, 0.03, 61)
+    worn = mtb.Profile.standard("60E1").height(y) - rail.height(y)
+    assert worn.max() == pytest.approx(found.depth[1, -1], rel=0.05)
+    # nothing is worn beside the shoe
+    assert np.abs(worn[np.abs(y) < 5e-3]).max() < 0.02 * worn.max()
+    rail.to_file(tmp_path / "worn.prr")
+    again = mtb.Profile.from_file(tmp_path / "worn.prr")
+    assert again.height(y) == pytest.approx(rail.height(y), abs=1e-9)
+    # and a scene takes it
+    other = mtb.scenes.pole_shoe_on_rail(spacing=6e-3, rail=again, conforming_to=25e-3)
+    assert other.solve("half-space").normal_force > 0.0
+    sole = found.profile("upper", patch="right")
+    assert sole.range[1] < 0.0
+    with pytest.raises(ValueError, match="patch is 'middle': one of left, right is needed"):
+        found.profile("upper", patch="middle")
+    with pytest.raises(ValueError, match="no rail"):
+        mtb.wear(ball(12, 10e-3, 0.05, force=10.0), 1.0, WEAR).profile()
+
+
+@pytest.mark.coarse
+def test_life_is_where_the_depth_is_reached() -> None:
+    found = mtb.wear(shoe(friction=0.2), 1e3, WEAR)
+    for share in (0.3, 1.0):
+        limit = share * found.depth[0, -1]
+        distance = found.life(limit)
+        assert np.interp(distance, found.distance, found.depth[0]) == pytest.approx(limit)
+    # worn in, it goes on evenly
+    assert found.life(10.0 * found.depth[0, -1]) == pytest.approx(1e4, rel=1e-3)
+    stopped = mtb.wear(shoe(friction=0.2), 1e3, WEAR, limit=found.depth[0, -1] / 3.0)
+    assert stopped.depth[0, -1] >= found.depth[0, -1] / 3.0 > stopped.depth[0, -2]
+    assert np.isinf(found.life(1e-6, "lower"))
+
+
+@pytest.mark.coarse
+def test_a_wear_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    scene, file = shoe(friction=0.2), tmp_path / "wear.jsonl"
+    duty = [mtb.Passages(10.0, 5), 20.0]
+    whole = mtb.wear(scene, duty, WEAR, WEAR)
+
+    class Stop(Exception):
+        pass
+
+    shares: list[float] = []
+
+    def stop(share: float) -> None:
+        shares.append(share)
+        if len(shares) == 9:
+            raise Stop
+
+    with pytest.raises(Stop):
+        mtb.wear(scene, duty, WEAR, WEAR, checkpoint=file, progress=stop)
+    assert shares == sorted(shares)
+    rest: list[float] = []
+    again = mtb.wear(scene, duty, WEAR, WEAR, checkpoint=file, progress=rest.append)
+    assert rest[0] > shares[-1]
+    assert rest[-1] == pytest.approx(1.0)
+    np.testing.assert_allclose(again.depths[:, -1], whole.depths[:, -1], rtol=1e-6, atol=1e-15)
+    with pytest.raises(ValueError, match="checkpoint of another wear"):
+        mtb.wear(scene, duty, 2.0 * WEAR, checkpoint=file)
+
+
+@pytest.mark.coarse
+def test_wear_is_refused_where_it_has_no_meaning() -> None:
+    scene = shoe()
+    contact = scene.prepare("half-space")
+    cases: list[tuple[Any, Any, Any, dict[str, Any], str]] = [
+        (mtb.scenes.wheel_on_rail(), 1.0, WEAR, {}, "wear_depth"),
+        (3.0, 1.0, WEAR, {}, "a Scene or a PreparedContact is needed"),
+        (scene, -1.0, WEAR, {}, "distance is -1"),
+        (scene, [], WEAR, {}, "distance is empty"),
+        (scene, 1.0, -WEAR, {}, "wear_coefficient is"),
+        (scene, 1.0, "steel", {}, "law is 'steel'"),
+        (scene, 1.0, mtb.Archard(np.ones(3)), {}, "one for each of"),
+        (scene, 1.0, mtb.WearMap.of_wheel_steel(3e9), {}, "give the velocity"),
+        (scene, 1.0, lambda rubbing: np.ones(3), {}, r"returned shape \(3,\)"),
+        (scene, 1.0, lambda rubbing: -WEAR, {}, "must not be negative"),
+        (scene, 1.0, lambda rubbing: np.nan, {}, "finite"),
+        (scene, 1.0, WEAR, {"tolerance": 2.0}, "tolerance is 2"),
+        (scene, 1.0, WEAR, {"uniformity": 1.5}, "uniformity is 1.5"),
+        (scene, 1.0, WEAR, {"limit": 0.0}, "limit is 0"),
+        (scene, [1.0, mtb.Passages(1.0, 1, {"spacing": 9e-3})], WEAR, {}, "part 2 of the duty has other"),
+        (scene.with_(yaw=0.02), mtb.Passages(1.0), WEAR, {}, "along x"),
+        (scene.with_(sliding_direction=(0.0, 1.0)), mtb.Passages(1.0), WEAR, {}, "along x"),
+        (contact, mtb.Passages(1.0, 1, {"friction": 0.3}), WEAR, {}, "take velocity and magnetic_pressure"),
+        (contact, 1.0, WEAR, {"model": "half-space"}, "a prepared contact has its model"),
+    ]
+    for given, distance, law, options, words in cases:
+        with pytest.raises(ValueError, match=words):
+            mtb.wear(given, distance, law, **options)
+    for wrong in ({"distance": 0.0}, {"distance": 1.0, "count": -1.0}, {"distance": 1.0, "changes": 3}):
+        with pytest.raises(ValueError, match="is"):
+            mtb.Passages(**wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.coarse
+def test_results_of_wear_are_kept_and_drawn(tmp_path: Path) -> None:
+    found = mtb.wear(shoe(friction=0.2), mtb.Passages(5.0, 4), WEAR, WEAR)
+    found.save(tmp_path / "out")
+    again = mtb.load(tmp_path / "out")
+    assert isinstance(again, mtb.WearResult)
+    for name in ("depths", "pressures", "distance", "forces", "points"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+    assert again.profile("lower") == found.profile("lower")
+    for quantity in ("depth", "worn_volume", "uniformity", "peak_pressure"):
+        assert again.plot(quantity).axes[0].lines
+    found.plot("wear", body="upper")
+    assert mtb.animate(found.history()[::6], tmp_path / "wear.gif").exists()
+    with pytest.raises(ValueError, match="a line over the distance"):
+        found.plot("depth", "3d")
+
+
+@pytest.mark.filterwarnings("ignore:friction reaches")
+def test_a_contact_that_does_not_slide_says_so() -> None:
+    wedged = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.3).with_(friction=40.0)
+    with pytest.raises(mtb.ConvergenceError, match="after 0 m of sliding there is no contact"):
+        mtb.wear(wedged, 1.0, WEAR, model="elastic-upper")
