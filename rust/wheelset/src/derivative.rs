@@ -116,7 +116,8 @@ impl WheelTangent {
     /// a patch for each of them.
     ///
     /// # Errors
-    /// Points whose state does not determine pressure or traction; an interruption.
+    /// Points whose state does not determine pressure or traction; a height that was found at a jump of the force; an
+    /// interruption.
     ///
     /// # Example
     /// ```
@@ -143,6 +144,9 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
+        if matches!(by, WheelInput::Pose | WheelInput::Force) {
+            self.refuse_jump()?;
+        }
         let mut changes = match by {
             WheelInput::Pose => (0..6)
                 .map(|k| self.by_pose(k, monitor))
@@ -224,6 +228,9 @@ impl WheelTangent {
     }
 }
 
+/// Departure of the carried force from the one asked for, over the error accepted, that tells of a jump.
+const OF_JUMP: f64 = 100.0;
+
 /// A change of a step, and of the vertical force that the pressures of each wheel carry.
 type Column = (WheelChange, [f64; 2]);
 
@@ -239,6 +246,24 @@ impl WheelTangent {
             ..WheelChange::default()
         };
         (change, [0.0; 2])
+    }
+
+    /// At a jump the height follows the jump, and not the force.
+    fn refuse_jump(&self) -> Result<(), Error> {
+        if self.found.len() != 1 {
+            return Ok(());
+        }
+        let wheelset = &self.ready.wheelset;
+        let wanted = wheelset.force * wheelset.sides.each().len() as f64;
+        let [dx, dy] = wheelset.spacing;
+        let of_patch = |patch: &Arc<PatchLinear>| {
+            patch.pressure.iter().sum::<f64>() * dx * dy * patch.plane.angle.cos()
+        };
+        let carried: f64 = self.patches.iter().map(of_patch).sum();
+        if (carried / wanted - 1.0).abs() > OF_JUMP * self.ready.accuracy.force {
+            return Err(Error::AtJump { carried, wanted });
+        }
+        Ok(())
     }
 
     /// By one component of the pose, all others held.

@@ -159,6 +159,18 @@ pub enum Error {
         /// What ended the last trial that could not be made, if one could not.
         end: Option<String>,
     },
+    /// The height was found where the force jumps.
+    #[error(
+        "the height was found where the force jumps, as the contact plane turns there: the pressures carry {} N, and {} N \
+         are asked for. At a jump the step has no derivatives; give z",
+        Short(*.carried), Short(*.wanted)
+    )]
+    AtJump {
+        /// Vertical force of the pressures [N].
+        carried: f64,
+        /// The force that the height was to be found for [N].
+        wanted: f64,
+    },
     /// A result is not finite.
     #[error("the numbers given are too large: {name} is {}", Short(*.value))]
     Overflow {
