@@ -35,6 +35,7 @@ from .friction.laws import (
     RailFriction,
     StaticKinetic,
     TabulatedFriction,
+    ThinLayer,
 )
 from .friction.wear_laws import Archard, EnergyWear, Rubbing, WearLaw, WearMap
 from .geometry.pole_shoe import PoleShoe
@@ -195,6 +196,7 @@ __all__ = [
     "TangentialResult",
     "TangentialState",
     "TetraMesh",
+    "ThinLayer",
     "ToleranceWarning",
     "VelocityTable",
     "ViewError",

@@ -55,6 +55,7 @@ class Problem:
         of_upper: list[bool],
         is_pulled: list[bool] | None = None,
         products_from: int = ...,
+        layer: _Array | None = None,
     ) -> Problem: ...
     @property
     def pair(self) -> Compliance: ...
@@ -799,7 +800,7 @@ class TangentialOutcome:
     @property
     def slip(self) -> _Array: ...
     @property
-    def plastic(self) -> tuple[_Array, _Array] | None: ...
+    def plastic(self) -> list[_Array] | None: ...
     @property
     def status(self) -> NDArray[np.int8]: ...
     @property
@@ -998,4 +999,6 @@ def solve_normal(
     tolerance: float | None,
     is_periodic: bool,
     method: str,
+    layer: float = 0.0,
+    hardness: float | None = None,
 ) -> NormalOutcome: ...

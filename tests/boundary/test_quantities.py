@@ -332,6 +332,10 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("Scene", scene, dict(gap=BALL, spacing=(2e-3, 1e-3), force=100.0, moments=(1e-3, 0.0), friction=0.3)),
     ("Scene", scene, dict(approach=1e-5, velocity=3.0)),
     ("Scene", scene, dict(magnetic_pressure=np.full((13, 13), 1e6))),
+    ("Scene", scene, dict(force=100.0, normal_layer=1e-12)),
+    ("ThinLayer", mtb.ThinLayer, dict(thickness=1e-3, young_modulus=1e9, poisson_ratio=0.3)),
+    ("block_on_plane", mtb.scenes.block_on_plane, dict(normal_layer=1e-12)),
+    ("pole_shoe_on_rail", mtb.scenes.pole_shoe_on_rail, dict(normal_layer=1e-12)),
     ("Scene.with_", scene(force=1.0).with_, dict(force=3.0, friction=0.2)),
     ("Scene.with_", mtb.scenes.block_on_plane(**BLOCK).with_, dict(element_size=0.01, width=0.2)),
     ("Scene.expected_cost", mtb.scenes.paraboloid_on_plane(points=8).expected_cost, dict(tolerance=0.5)),
@@ -436,6 +440,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(gap=BALL, spacing=1e-3, force=100.0, tolerance=1e-8, moments_about_axes=(0.01, 0.0)),
     ),
     ("solve_normal", lambda **a: mtb.solve_normal(BALL, 1e-3, **STEELS, **a).pressure, dict(approach=1e-5)),
+    (
+        "solve_normal",
+        lambda **a: mtb.solve_normal(BALL, 1e-3, **STEELS, force=1e3, **a).pressure,
+        dict(normal_layer=1e-11, hardness=5e8),
+    ),
     (
         "solve_tangential",
         lambda **a: mtb.solve_tangential(motion=mtb.Rolling((1e-3, 0.0, 0.0)), **ROLLING, **a).force,

@@ -84,6 +84,7 @@ MADE: dict[str, Callable[[], Any]] = {
     ),
     "Passages": lambda: mtb.Passages(30.0, 10, {"velocity": 5.0}),
     "PictureWarning": lambda: mtb.PictureWarning("a"),
+    "ThinLayer": lambda: mtb.ThinLayer(1e-3, 1e9, 0.3),
     "PlasticLayer": lambda: mtb.PlasticLayer(1e-3, 1e9, 1e6),
     "PoleShoe": lambda: mtb.PoleShoe(),
     "PreparedContact": lambda: mtb.scenes.paraboloid_on_plane(points=8).prepare(),

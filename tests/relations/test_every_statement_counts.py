@@ -85,6 +85,7 @@ CHANGES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "attraction": ({}, {"attraction": "both"}),
     "velocity": (TABLE | {"velocity": 2.0}, TABLE | {"velocity": 5.0}),
     "layer": ({}, {"layer": mtb.InterfaceLayer(thickness=20e-6, shear_modulus=50e6)}),
+    "normal_layer": ({}, {"normal_layer": 1e-15}),
     "supports": ({}, {"supports": "points"}),
     "element_size": ({}, {"element_size": 0.01}),
 }

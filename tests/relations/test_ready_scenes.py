@@ -39,6 +39,7 @@ OTHERS: dict[str, list[Any]] = {
     "length": [0.08],
     "lower": [mtb.Material(7e10, 0.33), mtb.Rigid()],
     "magnetic_pressure": [1e6, (2e6, 1e6), mtb.GaussianPressure(3e6, (0.0, 0.01), (0.02, 0.02))],
+    "normal_layer": [1e-12, (1e-12, 3e-12)],
     "outer_edge": [30e-3],
     "points": [12, None],
     "poles": [1],

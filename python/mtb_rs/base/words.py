@@ -36,6 +36,7 @@ Field = Literal[
     "heat_flux",
     "gap",
     "initial_gap",
+    "plastic_indentation",
     "status",
     "vertical_displacement",
     "longitudinal_displacement",

@@ -314,6 +314,7 @@ _BY_NAME: dict[str, Any] = {
     ),
     "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),
     "magnetic_pressure": read_by(_field, _field_look(_NUMBER)),
+    "normal_layer": read_by(_field, _field_look({**_NUMBER, "minimum": 0})),
     "sliding_direction": read_by(_pair, _PAIR),
     "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),
     "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],

@@ -80,6 +80,8 @@ class ContactProblem:
         The grids beyond which the bodies go on, so that no pressure may reach their edge.
     notes : tuple of str
         What there is to say of the bodies, in sentences.
+    layer : (n,) or None [m/Pa]
+        Flexibility of a layer between the bodies at each point; None for none.
     moments : (mx, my) [N m]
         That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
@@ -105,6 +107,7 @@ class ContactProblem:
     windows: tuple[Patch, ...] = ()
     moments: tuple[float, float] = (0.0, 0.0)
     notes: tuple[str, ...] = ()
+    layer: Array | None = None
 
     @property
     def n(self) -> int:
@@ -126,7 +129,10 @@ class ContactProblem:
         is_pulled = [*upper.is_pulled.tolist(), *lower.is_pulled.tolist()]
         # what it is made of is what it is found again by
         bodies = lower.compliance, upper.compliance
-        made_from = (*bodies, self.geometry, motions, of_upper, is_pulled, refined.PRODUCTS_FROM)
+        made_from = (
+            *(*bodies, self.geometry, motions, of_upper),
+            *(is_pulled, refined.PRODUCTS_FROM, self.layer),
+        )
         return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 
     @cached_property

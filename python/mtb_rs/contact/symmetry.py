@@ -51,8 +51,7 @@ def _image_of(problem: ContactProblem) -> Index | None:
     friction = problem.friction
     # both gaps: before the loads that move the faces, and after
     fields: list[Array] = [problem.area, problem.loading.gap, problem.direction[0], points.gap]
-    if friction.fixed is not None:
-        fields.append(friction.fixed)
+    fields += [field for field in (friction.fixed, problem.layer) if field is not None]
     if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
@@ -121,6 +120,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         friction=friction.of(kept),
         direction=np.ascontiguousarray(problem.direction[:, kept]),
         gap=problem.loading.gap[kept],
+        layer=None if problem.layer is None else problem.layer[kept],
         upper=halves[0],
         lower=halves[1],
         averages=None,

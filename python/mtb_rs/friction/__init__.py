@@ -9,6 +9,7 @@ from .laws import (
     RailFriction,
     StaticKinetic,
     TabulatedFriction,
+    ThinLayer,
 )
 
 __all__ = [
@@ -19,4 +20,5 @@ __all__ = [
     "RailFriction",
     "StaticKinetic",
     "TabulatedFriction",
+    "ThinLayer",
 ]

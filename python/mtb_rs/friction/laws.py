@@ -493,6 +493,52 @@ class InterfaceLayer(ShearLayer):
     """
 
 
+#: Poisson's ratio above which a thin layer gives way by flowing sideways rather than by compression.
+_MOST_COMPRESSIBLE = 0.45
+
+
+@dataclass(frozen=True)
+@plain
+class ThinLayer:
+    """A thin compressible layer between the bodies, as normal springs: `normal_layer` of contacts.
+
+    Each point gives way by its own pressure times ``h (1 + nu) (1 - 2 nu) / ((1 - nu) E)``, the compression
+    of a layer that cannot widen, which holds where the layer is thin against the contact.
+
+    Parameters
+    ----------
+    thickness : float [m]
+    young_modulus : float [Pa]
+    poisson_ratio : float [-]
+        At most 0.45. A layer nearer to incompressible gives way by flowing sideways, which depends on its
+        thickness over the size of the contact: model such a layer as an :class:`mtb_rs.ElasticBody`.
+    """
+
+    thickness: float
+    young_modulus: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        _number("thickness", self.thickness)
+        _number("young_modulus", self.young_modulus, strictly=True)
+        if not -1.0 < number("poisson_ratio", self.poisson_ratio) <= _MOST_COMPRESSIBLE:
+            raise ValueError(
+                f"poisson_ratio is {self.poisson_ratio:g}: above -1 and up to {_MOST_COMPRESSIBLE:g} a thin "
+                "layer is springs; one nearer to 0.5 flows sideways, which takes a body of finite thickness"
+            )
+
+    @property
+    def normal_flexibility(self) -> float:
+        """Compression per pressure [m/Pa]."""
+        nu = self.poisson_ratio
+        return self.thickness * (1.0 + nu) * (1.0 - 2.0 * nu) / ((1.0 - nu) * self.young_modulus)
+
+
+def normal_flexibility(normal_layer: Any) -> Any:
+    """A normal layer by its flexibility [m/Pa]; a number or a field is one already."""
+    return normal_layer.normal_flexibility if isinstance(normal_layer, ThinLayer) else normal_layer
+
+
 @dataclass(frozen=True)
 @plain
 class PlasticLayer(ShearLayer):

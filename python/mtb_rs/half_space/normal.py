@@ -24,9 +24,11 @@ from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
+from ..friction.laws import ThinLayer, normal_flexibility
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import slip_of_gap
 from ..results.derivatives import Differentiable, Functional, Margin
+from ..results.fields import Field, fields_of
 from ..results.plausible import of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
@@ -87,6 +89,13 @@ class NormalResult(Judged, Differentiable, Pictured):
         contact, where the error is largest, so that it can be several times smaller than that of a scene,
         which has the border.
     report : Report
+    normal_layer : float [m/Pa]
+        Flexibility of the layer between the bodies; 0 for none.
+    hardness : float or None [Pa]
+        As given.
+    plastic_indentation : (ny, nx) or None [m]
+        Depth to which the softer body has flowed, where the pressure is the hardness; None without a
+        hardness.
     """
 
     points: Array
@@ -105,6 +114,9 @@ class NormalResult(Judged, Differentiable, Pictured):
     periodic: bool
     error_estimate: float | None
     report: Report
+    normal_layer: float = 0.0
+    hardness: float | None = None
+    plastic_indentation: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "initial_gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("normal_force", "approach", "tilts")
 
@@ -123,6 +135,12 @@ class NormalResult(Judged, Differentiable, Pictured):
             rows.append(("tilts", ", ".join(in_words(1e3 * tilt, "mrad") for tilt in self.tilts)))
         return rows + self._told_of_solve()
 
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name, the indentation where there is a hardness."""
+        if self.plastic_indentation is None:
+            return super().fields()
+        return super().fields() | fields_of(plastic_indentation=self.plastic_indentation)
+
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
 
@@ -134,6 +152,9 @@ class NormalResult(Judged, Differentiable, Pictured):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
             )
+        if self.hardness is not None or self.normal_layer > 0.0:
+            name = "normal_layer" if self.hardness is None else "hardness"
+            raise ValueError(f"{name} was given, and derivatives do not know it: take differences of results")
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
         load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
@@ -176,6 +197,8 @@ def solve_normal(
     edge: Edge = "auto",
     method: Convolution = "auto",
     moments: Sequence[float | None] | None = None,
+    normal_layer: float | ThinLayer = 0.0,
+    hardness: float | None = None,
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
 
@@ -210,6 +233,13 @@ def solve_normal(
         "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions.
     moments : (float or None, float or None) [N m]
         Old spelling: first moments of the pressure along x and along y, which are (my, -mx).
+    normal_layer : float or ThinLayer [m/Pa]
+        A layer between the bodies in which each cell gives way by this flexibility times its pressure. The
+        approach contains its compression, of a periodic contact the mean too.
+    hardness : float or None [Pa]
+        Pressure at which the softer body flows, some three times its yield stress: the pressure stays below
+        it, and the contact grows instead. What the flow piles up around the contact, and its
+        hardening, are left out.
 
     Returns
     -------
@@ -277,7 +307,19 @@ def solve_normal(
         raise ValueError(f"tolerance is {tolerance:g}: a number from 1e-14 to below 1 is needed")
     if not isinstance(periodic, bool):
         raise ValueError(f"periodic is {periodic!r}: True or False is needed")
-    if periodic and approach is not None and approach >= heights.mean():
+    layer = number("normal_layer", normal_flexibility(normal_layer), "m/Pa")
+    if layer < 0.0:
+        raise ValueError(f"normal_layer is {layer:g} m/Pa: a flexibility of at least 0 is needed")
+    hardness = None if hardness is None else positive("hardness", hardness, "Pa")
+    largest = None if hardness is None else hardness * heights.size * sides[0] * sides[1]
+    if largest is not None and force is not None and force >= largest * (1.0 - 1e-9):
+        raise ValueError(
+            f"force is {force:g} N: at a hardness of {hardness:g} Pa the whole grid carries less than "
+            f"{largest:g} N"
+        )
+    if hardness is not None and method == "dense":
+        raise ValueError('method is "dense", which does not take a hardness: "auto" or "fft" is needed')
+    if periodic and approach is not None and approach >= heights.mean() and not layer:
         raise ValueError(
             f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
             "where all points touch; a smaller one, or a force, is needed"
@@ -288,7 +330,7 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
-    problem = _Problem(sides, elastic, force, approach, first, periodic, method)
+    problem = _Problem(sides, elastic, force, approach, first, periodic, method, layer, hardness)
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
     if edge == "auto":
@@ -321,11 +363,12 @@ def _deformation(result: NormalResult) -> dict[str, Array]:
 
 
 def _opened(result: NormalResult) -> Array:
-    """Displacement (ny, nx) [m] by which the bodies give way together."""
+    """Displacement (ny, nx) [m] by which the bodies give way together, elastically."""
     x, y, _ = result.points
     along, across = result.tilts
     opened: Array = result.gap - result.initial_gap + result.approach + along * x + across * y
-    return opened
+    opened = opened - result.normal_layer * result.pressure
+    return opened if result.plastic_indentation is None else opened - result.plastic_indentation
 
 
 @dataclass(frozen=True)
@@ -339,6 +382,8 @@ class _Problem:
     moments: tuple[float | None, float | None]
     periodic: bool
     method: str
+    layer: float
+    hardness: float | None
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
@@ -359,6 +404,8 @@ class _Problem:
             tolerance,
             self.periodic,
             self.method,
+            self.layer,
+            self.hardness,
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
@@ -374,6 +421,10 @@ class _Problem:
             self.periodic,
             (result.pressure, result.gap, result.approach - base, result.tilts),
         )
+
+
+#: What a hardness leaves out.
+_FLOW = "the bodies harden, and pile up around the contact, not at all"
 
 
 def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
@@ -597,19 +648,26 @@ def _result(
         preconditionings=solution.preconditionings,
         force_balance=balance,
         error_estimates={} if error is None else {"pressure": error},
-        omitted={
+        omitted=({} if problem.hardness is None else {"plastic flow": _FLOW})
+        | {
             "friction": "the pressure does not depend on it where the bodies are of like materials",
             "curvature": "both bodies are half-spaces: the contact must be small against their radii",
         },
         time_s={"solve": seconds},
         history=tuple(solution.history),
     )
+    gap_now: Array = solution.gap
+    indentation = None
+    if problem.hardness is not None:
+        # what flows is behind the gap
+        indentation = np.where(pressure >= problem.hardness, np.maximum(-gap_now, 0.0), 0.0)
+        gap_now = gap_now + indentation
     result = NormalResult(
         points=centres((gap.shape[0], gap.shape[1]), problem.spacing),
         area=np.full(gap.shape, cell),
         spacing=problem.spacing,
         pressure=pressure,
-        gap=solution.gap,
+        gap=gap_now,
         initial_gap=gap,
         status=loaded.astype(np.int8),
         approach=approach,
@@ -621,6 +679,9 @@ def _result(
         periodic=problem.periodic,
         error_estimate=error,
         report=report,
+        normal_layer=problem.layer,
+        hardness=problem.hardness,
+        plastic_indentation=indentation,
     )
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_problem", problem)

@@ -1019,6 +1019,8 @@ def _alternate(
             tolerance=min(tolerance, 1e-8),
             # contact at the edge of the grid was legitimate in the normal problem already
             edge="sharp",
+            normal_layer=normal.normal_layer,
+            hardness=normal.hardness,
         )
         pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)
         changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))

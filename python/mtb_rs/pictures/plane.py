@@ -67,7 +67,7 @@ def plot(result: Any, quantity: Any = "pressure", kind: Any = None, **options: A
         "longitudinal_traction", "lateral_traction", "slip" (its magnitude), "longitudinal_slip",
         "lateral_slip", "plastic_slip" (its magnitude), "longitudinal_plastic_slip", "lateral_plastic_slip",
         "accumulated_plastic_slip", "friction_coefficient", "dissipation", "plastic_dissipation", "gap",
-        "initial_gap", "status",
+        "initial_gap", "plastic_indentation", "status",
         "vertical_displacement", "longitudinal_displacement", "lateral_displacement"; or "von_mises", the
         equivalent stress on the deformed elastic bodies of a scene, which is a picture in space.
     kind : "map", "line" or "3d"

@@ -103,6 +103,7 @@ FIELDS = {
         Field("plastic_dissipation", "plastic dissipation", "Pa", _EMPTY, extent="around"),
         Field("gap", "gap", "m", _EMPTY, is_distance=True),
         Field("initial_gap", "initial gap", "m", _EMPTY, is_distance=True),
+        Field("plastic_indentation", "plastic indentation", "m", _EMPTY, extent="contact"),
         Field("status", "status", "", _EMPTY, extent="around"),
         Field("temperature_upper", "temperature", "K", _EMPTY, body="upper", extent="around"),
         Field("temperature_lower", "temperature", "K", _EMPTY, body="lower", extent="around"),

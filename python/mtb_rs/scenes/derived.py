@@ -140,6 +140,9 @@ class DerivedState:
     def _refused(self) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
         refused = {}
+        if self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
+            given = type(self.scene.normal_layer).__name__
+            refused["normal_layer"] = f"it was given as a {given}, whose numbers are not known"
         for name in ("friction", "magnetic_pressure"):
             spec = getattr(self.scene, name)
             if spec is not None and as_form(spec).leaves() is None:
@@ -177,6 +180,11 @@ class DerivedState:
                 yield name, (shape, partial(by, numbers))
         if scene.magnetic_pressure is not None:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
+        if scene.normal_layer is not None:
+            numbers = as_form(scene.normal_layer).leaves()
+            if numbers is not None:
+                shape = () if as_form(scene.normal_layer).is_one else (len(numbers),)
+                yield "normal_layer", (shape, partial(self._by_layer, numbers))
         if scene.velocity is not None:
             yield "velocity", ((), self._by_velocity)
         if scene.sliding_direction is not None:
@@ -213,6 +221,18 @@ class DerivedState:
             there = changed.friction_at(problem.points, problem.patches, problem.kept, changed.velocity)
             rows.append((there - self.friction) / by * problem.direction)
         return Change(drag=np.array(rows))
+
+    def _by_layer(self, leaves: list[Leaf]) -> Change:
+        """Each point gives way by its own pressure."""
+        rows = []
+        for leaf in leaves:
+            by = abs(leaf.value) or 1.0
+            changed = replace(self.scene, normal_layer=leaf.put(leaf.value + by))
+            there, here = self._posed(changed).layer, self.problem.layer
+            assert there is not None
+            assert here is not None
+            rows.append((there - here) / by * self.pressure)
+        return Change(gap=np.array(rows))
 
     def _by_pull_field(self) -> Change:
         """By a magnetic pressure at each point of the result, though only contact points count."""

@@ -40,7 +40,8 @@ from ..friction.fields import (
     friction_field,
     numbers_in,
 )
-from ..friction.laws import InterfaceLayer, of_friction
+from ..friction.fields import field as field_at
+from ..friction.laws import InterfaceLayer, normal_flexibility, of_friction
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
@@ -68,6 +69,7 @@ class PosedScene(Told):
     attraction: Attraction = "upper"
     velocity: float | None = None
     layer: InterfaceLayer | None = None
+    normal_layer: Any = None
     supports: Any = None
     element_size: float | None = None
     # none is given where it follows from the gap and the bodies
@@ -144,6 +146,10 @@ class PosedScene(Told):
             put(self, "supports", held_by(self.supports))
         if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
+        if self.normal_layer is not None:
+            put(self, "normal_layer", normal_flexibility(self.normal_layer))
+            nowhere = Asked("normal_layer", np.empty((3, 0)), (), None, 0.0)
+            nowhere.check_range(as_form(self.normal_layer).placed("normal_layer"))
         choice("attraction", self.attraction, Attraction)
         if self.sliding_direction is not None:
             put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
@@ -422,6 +428,7 @@ class PosedScene(Told):
             kept=kept,
             memory=contact.memory,
             windows=contact.windows,
+            layer=self._normal_layer(points, patches, kept),
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:
@@ -444,6 +451,16 @@ class PosedScene(Told):
         return as_form(self.friction).coefficients(
             lambda: self.friction_at(points, patches, kept, self.velocity)
         )
+
+    def _normal_layer(
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None
+    ) -> Array | None:
+        """Flexibilities (n,) [m/Pa] of the layer between the bodies at contact points."""
+        if self.normal_layer is None:
+            return None
+        numbers = None if kept is None else kept.numbers
+        spec = self._on(patches, self.normal_layer)
+        return field_at("normal_layer", spec, points.points, patches, None, 0.0, kept=numbers)
 
     def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
         """Friction coefficients (n,) of bodies that rest and start to slide under a pressure (n,) [Pa]."""
@@ -478,11 +495,12 @@ class PosedScene(Told):
     def on_cells(self, spacing: tuple[float, float]) -> Self:
         """The same scene on other cells, to which fields given on its own grid are carried."""
         changes: dict[str, Any] = {"spacing": spacing}
-        fields = {name: as_form(getattr(self, name)) for name in ("friction", "magnetic_pressure")}
+        given = ("friction", "magnetic_pressure", "normal_layer")
+        fields = {name: as_form(getattr(self, name)) for name in given}
         if any(form.has_arrays for form in fields.values()):
             own, other = self.geometry.grid(self.known_spacing), self.geometry.grid(spacing)
             choices = [(own.patches, other.patches), (own.node_patches, other.node_patches)]
-            changes |= {name: form.carried(choices) for name, form in fields.items()}
+            changes |= {name: form.carried(choices) for name, form in fields.items() if form.has_arrays}
         return self.with_(**changes)
 
     def _pressed(self, upper: Side, contact: Contact, load: Array, loads: dict[str, Any]) -> Side:

@@ -96,6 +96,11 @@ class Scene(PosedScene):
     layer : InterfaceLayer
         A third body that shears between the two. It changes nothing in gross sliding, and it softens the
         start of sliding; see :meth:`start_of_sliding`.
+    normal_layer : float, array, function, table or ThinLayer [m/Pa]
+        A third body that gives way under the pressure: each point by this flexibility times its own pressure.
+        It belongs to neither body, so displacements are without it, and the approach with it. Wheels in
+        steps, Hertz' closed form, convolutions (large grids are then solved by dense matrices or refused) and
+        the methods of the thesis do not take it.
     supports : str or sequence of Support
         Supports of the elastic bodies of block_on_plane and pole_shoe_on_rail. The half-space model has no
         top and ignores them.

@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         surface: Surface::FreeSpace(&closing),
         load: Load::Force(force),
         moments: [None, None],
+        hardness: None,
     };
     let options = Options {
         tolerance: Some(1e-8),

@@ -46,6 +46,7 @@ impl Case {
             },
             load: self.load,
             moments: self.moments,
+            hardness: None,
         })
     }
 

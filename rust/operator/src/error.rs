@@ -60,6 +60,19 @@ pub enum Error {
     /// Two bodies of which none gives way.
     #[error("both bodies are rigid: at least one that gives way is needed")]
     Rigid,
+    /// A layer that is not given by a number of at least 0 for each point.
+    #[error(
+        "the layer has {found} flexibilities, for {points} contact points, one of them is {}: one of at least 0 m/Pa for each is needed",
+        Short(*.value)
+    )]
+    Layer {
+        /// Flexibilities given.
+        found: usize,
+        /// Contact points of the bodies.
+        points: usize,
+        /// The first one that is none, or 0 [m/Pa].
+        value: f64,
+    },
     /// The monitor asked to stop.
     #[error("interrupted")]
     Interrupted,

@@ -7,12 +7,15 @@ use crate::{Compliance, Component, Error, Mirrored};
 /// body relative to the upper one, `u_lower - u_upper` along the tangents and the sum of both indentations
 /// along the normal.
 ///
-/// The sum of the lower compliance and the [`Mirrored`] upper one; either body may be rigid.
+/// The sum of the lower compliance and the [`Mirrored`] upper one; either body may be rigid. A layer between them adds
+/// to the normal indentation of each point by its own pressure.
 #[derive(Clone)]
 pub struct Relative {
     lower: Option<Arc<dyn Compliance>>,
     upper: Option<Arc<dyn Compliance>>,
     points: usize,
+    /// Flexibility of a layer at each point [m/Pa]; empty for none.
+    layer: Arc<[f64]>,
 }
 
 impl Relative {
@@ -36,6 +39,29 @@ impl Relative {
             lower,
             upper,
             points,
+            layer: Arc::new([]),
+        })
+    }
+
+    /// The same bodies with a layer between them that gives way by `flexibility` (n) [m/Pa] times the pressure.
+    ///
+    /// # Errors
+    /// [`Error::Layer`] unless there is a number of at least 0 for each point.
+    pub fn with_layer(self, flexibility: Vec<f64>) -> Result<Self, Error> {
+        let is_none = flexibility.is_empty();
+        let wrong = flexibility
+            .iter()
+            .position(|l| !(*l >= 0.0 && l.is_finite()));
+        if wrong.is_some() || !(is_none || flexibility.len() == self.points) {
+            return Err(Error::Layer {
+                found: flexibility.len(),
+                points: self.points,
+                value: wrong.map_or(0.0, |at| flexibility[at]),
+            });
+        }
+        Ok(Self {
+            layer: flexibility.into(),
+            ..self
         })
     }
 
@@ -69,6 +95,11 @@ impl Compliance for Relative {
         if let Some(upper) = &self.upper {
             Mirrored(&**upper).add_displacement(observed, loaded, scale, traction, displacement);
         }
+        if (observed, loaded) == (Component::Normal, Component::Normal) {
+            for ((u, p), layer) in displacement.iter_mut().zip(traction).zip(&*self.layer) {
+                *u += scale * layer * p;
+            }
+        }
     }
 
     fn prefers_products(&self) -> bool {
@@ -93,6 +124,12 @@ impl Compliance for Relative {
         }
         if let Some(upper) = &self.upper {
             Mirrored(&**upper).add_influence(observed, loaded, scale, matrix);
+        }
+        if (observed, loaded) == (Component::Normal, Component::Normal) {
+            let diagonal = matrix.iter_mut().step_by(self.points + 1);
+            for (own, layer) in diagonal.zip(&*self.layer) {
+                *own += scale * layer;
+            }
         }
     }
 }

@@ -72,7 +72,22 @@ fn matrices_and_maps_agree() {
         (Some(a.clone()), None),
         (None, Some(a)),
     ] {
-        consistent(&Relative::new(lower, upper).unwrap());
+        let bare = Relative::new(lower, upper).unwrap();
+        consistent(&bare);
+        let layered = bare.clone().with_layer(vec![0.3, 0.0, 2.0]).unwrap();
+        consistent(&layered);
+        let mut u = vec![0.0; 3];
+        layered.add_displacement(AXES[2], AXES[2], 2.0, &[1.0, -0.5, 0.25], &mut u);
+        bare.add_displacement(AXES[2], AXES[2], -2.0, &[1.0, -0.5, 0.25], &mut u);
+        for (found, own) in u.iter().zip([0.6, 0.0, 1.0]) {
+            assert!((found - own).abs() < 1e-14);
+        }
+        for wrong in [vec![1.0; 2], vec![1.0, -1.0, 0.0], vec![f64::NAN; 3]] {
+            assert!(matches!(
+                bare.clone().with_layer(wrong),
+                Err(Error::Layer { .. })
+            ));
+        }
     }
 }
 

@@ -40,8 +40,12 @@ pub(crate) struct PyNormalOutcome {
 ///
 /// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio of each elastic body; exactly one of
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
-/// `method`: "auto", "dense" or "fft".
+/// `method`: "auto", "dense" or "fft"; `layer`: flexibility of a layer between the bodies [m/Pa]; `hardness`: pressure
+/// at which a body flows [Pa].
 #[pyfunction]
+#[pyo3(signature = (
+    gap, spacing, bodies, force, approach, moments, tolerance, is_periodic, method, layer=0.0, hardness=None
+))]
 #[allow(clippy::too_many_arguments, reason = "one contact problem")]
 pub(crate) fn solve_normal<'py>(
     py: Python<'py>,
@@ -54,6 +58,8 @@ pub(crate) fn solve_normal<'py>(
     tolerance: Option<f64>,
     is_periodic: bool,
     method: &str,
+    layer: f64,
+    hardness: Option<f64>,
 ) -> PyResult<PyNormalOutcome> {
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
     let values = gap
@@ -66,6 +72,8 @@ pub(crate) fn solve_normal<'py>(
     let solution = enter(py, |monitor| {
         posed(
             &pair,
+            layer,
+            hardness,
             is_periodic,
             values,
             grid,
@@ -112,9 +120,12 @@ fn load_of(force: Option<f64>, approach: Option<f64>) -> PyResult<Load> {
     }
 }
 
-/// Runs `work` with the contact of half-spaces that are `pair` together.
+/// Runs `work` with the contact of half-spaces that are `pair` together, and of a layer between them.
+#[allow(clippy::too_many_arguments, reason = "one contact problem")]
 fn posed<T>(
     pair: &Material,
+    layer: f64,
+    hardness: Option<f64>,
     is_periodic: bool,
     gap: &[f64],
     grid: Grid,
@@ -123,9 +134,10 @@ fn posed<T>(
     work: impl FnOnce(&NormalContact<'_>) -> T,
 ) -> T {
     let rectangle = |offset: [f64; 2], cell: [f64; 2]| -> f64 {
-        influence(pair, Component::Normal, Component::Normal, offset, cell)
+        let own = if offset == [0.0; 2] { layer } else { 0.0 };
+        own + influence(pair, Component::Normal, Component::Normal, offset, cell)
     };
-    let wave = |k: f64| wave_compliance(pair, k);
+    let wave = |k: f64| layer + wave_compliance(pair, k);
     let surface = if is_periodic {
         Surface::Periodic(&wave)
     } else {
@@ -137,6 +149,7 @@ fn posed<T>(
         surface,
         load,
         moments,
+        hardness,
     })
 }
 
@@ -335,6 +348,8 @@ impl PyNormalTangent {
         enter(py, |monitor| {
             posed(
                 &self.pair,
+                0.0,
+                None,
                 self.is_periodic,
                 &initial_gap,
                 grid,

@@ -359,9 +359,11 @@ impl PyProblem {
     /// `lower`, `upper`: `None` for a rigid body; `motions` (m, 3, n): displacement of the contact points by a unit
     /// of each free motion, common frame; `of_upper`: whether each moves the upper body; `is_pulled`: whether a
     /// pull on that body works on it, by default so; `products_from`: points from which on bodies that allow it are
-    /// solved by products.
+    /// solved by products; `layer` (n,): flexibilities of a layer between the bodies [m/Pa].
     #[new]
-    #[pyo3(signature = (lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM))]
+    #[pyo3(signature = (
+        lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM, layer=None
+    ))]
     #[allow(
         clippy::too_many_arguments,
         reason = "one problem, by all it consists of"
@@ -374,9 +376,14 @@ impl PyProblem {
         of_upper: Vec<bool>,
         is_pulled: Option<Vec<bool>>,
         products_from: usize,
+        layer: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
         let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
-        let pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
+        let mut pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
+        if let Some(layer) = layer {
+            let flexibility = flat(&layer, "layer")?.to_vec();
+            pair = pair.with_layer(flexibility).map_err(|e| bad_input(&e))?;
+        }
         let geometry = geometry.get().0.clone();
         let (n, count) = (geometry.points(), of_upper.len());
         let is_pulled = is_pulled.unwrap_or_else(|| vec![true; count]);

@@ -511,7 +511,7 @@ pub(crate) struct PyTangentialOutcome {
     traction: Py<PyArray3<f64>>,
     slip: Py<PyArray3<f64>>,
     /// Of a layer that yields: share of the slip that is plastic, and the accumulated plastic slip [m].
-    plastic: Option<(Py<PyArray2<f64>>, Py<PyArray2<f64>>)>,
+    plastic: Option<[Py<PyArray2<f64>>; 2]>,
     /// 0 open, 1 stick, 2 slip, 3 plastic.
     status: Py<PyArray2<i8>>,
     coefficient: Py<PyArray2<f64>>,
@@ -542,7 +542,7 @@ impl PyTangentialOutcome {
             Ok(v.into_pyarray(py).reshape([ny, nx])?.unbind())
         };
         let plastic = match solution.plastic {
-            Some(plastic) => Some((field(plastic.share)?, field(plastic.accumulated)?)),
+            Some(plastic) => Some([field(plastic.share)?, field(plastic.accumulated)?]),
             None => None,
         };
         let coefficient = solution.coefficient.into_pyarray(py);

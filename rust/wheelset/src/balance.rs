@@ -73,6 +73,7 @@ pub(crate) fn trial(
                 surface: Surface::FreeSpace(&closing),
                 load: Load::Approach(approach),
                 moments: [None, None],
+                hardness: None,
             };
             let options = Options {
                 tolerance: Some(ready.accuracy.normal),

@@ -244,6 +244,7 @@ impl PatchLinear {
             surface: Surface::FreeSpace(&closing),
             load: Load::Approach(approach),
             moments: [None, None],
+            hardness: None,
         };
         let state = NormalState {
             pressure: &self.pressure,

@@ -12,11 +12,13 @@
 //! direction is known as well. And the image of the free motions under the preconditioner, needed to
 //! keep the balance, is renewed only once the set has changed by a fifth.
 
+mod capped;
 mod held;
 mod solver;
 mod state;
 mod sums;
 
+pub use capped::solve_capped;
 pub use held::{Held, HeldSolution};
 pub use solver::solve;
 

@@ -165,3 +165,49 @@ fn stops_when_asked() {
     let outcome = solve(&apply, &copy, &problem, vec![1.0; 4], options, &stop);
     assert!(matches!(outcome, Err(crate::Error::Interrupted)));
 }
+
+proptest! {
+    #[test]
+    fn pressures_under_a_cap_meet_their_conditions(
+        offsets in proptest::collection::vec(0.0..2.0, 4..30),
+        share in 0.05..0.95,
+        force in 0.1..0.98,
+        is_held in any::<bool>(),
+    ) {
+        let n = offsets.len();
+        let a = matrix(n);
+        let one = Mode { shape: vec![1.0; n], target: force * n as f64 };
+        let (offset, modes) = if is_held {
+            (offsets.iter().map(|b| b - 2.5 * force).collect::<Vec<f64>>(), vec![])
+        } else {
+            (offsets, vec![one])
+        };
+        let bare = run(&a, &offset, &modes, vec![1.0; n]).unwrap();
+        let largest = bare.pressure.iter().copied().fold(0.0, f64::max);
+        prop_assume!(bare.status == Status::Solved && largest > 0.0);
+        // above the mean, which is the least that can carry the force
+        let least = if is_held { 0.0 } else { force };
+        let cap = least + share * (largest - least);
+        let apply = |x: &[f64], y: &mut [f64]| multiply(&a, x, y);
+        let same = |_: &[bool], x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+        let options = Options { tolerance: 1e-10, max_iterations: 500 };
+        let problem = Problem { offset: &offset, modes: &modes };
+        let found =
+            solve_capped(&apply, &same, &problem, cap, bare.pressure, options, &unmonitored).unwrap();
+        prop_assert_eq!(found.status, Status::Solved);
+        let mut w = vec![0.0; n];
+        multiply(&a, &found.pressure, &mut w);
+        for i in 0..n {
+            w[i] += offset[i] - if is_held { 0.0 } else { found.motion[0] };
+            prop_assert!((w[i] - found.slack[i]).abs() < 1e-9);
+            let p = found.pressure[i];
+            prop_assert!(p >= 0.0 && p <= cap * (1.0 + 1e-9));
+            prop_assert!(w[i] > -1e-7 || p >= cap);
+            prop_assert!(w[i] < 1e-7 || p <= 0.0);
+        }
+        if !is_held {
+            let sum: f64 = found.pressure.iter().sum();
+            prop_assert!((sum - force * n as f64).abs() < 1e-9 * n as f64);
+        }
+    }
+}

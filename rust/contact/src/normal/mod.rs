@@ -17,7 +17,7 @@ mod tangent;
 use mtb_complementarity::bounded::Status;
 use mtb_operator::{Compliance, Grid, Monitor, check_factors};
 
-use crate::error::{Error, check, check_number};
+use crate::error::{Error, check, check_number, check_positive};
 
 pub use tangent::{Derived, NormalChange, NormalResponse, adjoint, forward};
 
@@ -57,6 +57,8 @@ pub struct NormalContact<'a> {
     pub load: Load,
     /// First moments of the pressure about the centre of the grid, along x and y [N m]; `None` locks the tilt.
     pub moments: [Option<f64>; 2],
+    /// Pressure [Pa] at which the softer body flows; `None` for bodies that stay elastic.
+    pub hardness: Option<f64>,
 }
 
 /// Which algorithm solves, and how well.
@@ -88,7 +90,7 @@ pub struct NormalSolution {
     pub method: Method,
     /// Pressure (ny * nx) [Pa].
     pub pressure: Vec<f64>,
-    /// Deformed gap (ny * nx) [m].
+    /// Deformed gap (ny * nx) [m]; where the pressure is the hardness, minus the depth to which a body has flowed.
     pub gap: Vec<f64>,
     /// Approach [m].
     pub approach: f64,
@@ -137,6 +139,9 @@ impl NormalSolution {
     }
 }
 
+/// Share of the force under which all of a grid flows that is left to rounding.
+const FLOWING: f64 = 1e-9;
+
 /// Cells up to which the dense method is the quicker one.
 const DENSE_UP_TO: usize = 300;
 
@@ -182,6 +187,25 @@ pub fn solve_normal(
             check_number("approach", approach, true, "a finite number is needed")?;
         }
     }
+    if let Some(hardness) = contact.hardness {
+        check_positive("hardness", hardness)?;
+        let most = hardness * points as f64 * contact.grid.cell_area();
+        if let Load::Force(force) = contact.load {
+            let is_possible = force < most * (1.0 - FLOWING);
+            check_number(
+                "force",
+                force,
+                is_possible,
+                "it must be below the hardness times the area of the grid",
+            )?;
+        }
+        check_number(
+            "hardness",
+            hardness,
+            options.method != Method::Dense,
+            "the dense method does not take it",
+        )?;
+    }
     if let Some(tolerance) = options.tolerance {
         let is_possible = (1e-14..1.0).contains(&tolerance);
         check_number(
@@ -216,7 +240,7 @@ pub fn solve_normal(
             check_factors(points, needed)?;
             dense::solve(contact, options.tolerance, monitor)
         }
-        Method::Auto if !is_periodic && points <= DENSE_UP_TO => {
+        Method::Auto if !is_periodic && points <= DENSE_UP_TO && contact.hardness.is_none() => {
             dense::solve(contact, options.tolerance, monitor)
         }
         _ => nested::solve(contact, options.tolerance, monitor),

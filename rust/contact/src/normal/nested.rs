@@ -145,7 +145,10 @@ fn outside(
         for (mode, c) in modes.iter().zip(&solution.motion) {
             gap[i] -= c * mode.shape[i];
         }
-        judged.take(pressure[i], gap[i], displacement[i]);
+        // what flows may go deeper
+        let flows = contact.hardness.is_some_and(|h| pressure[i] >= h);
+        let slack = if flows { gap[i].max(0.0) } else { gap[i] };
+        judged.take(pressure[i], slack, displacement[i]);
     }
     let residual = judged.residual();
     if residual <= tolerance || solution.status != Status::Solved {
@@ -260,20 +263,22 @@ fn on_region(
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
-    let solution = bounded::solve(
-        &|x, y| product.apply(x, y, monitor),
-        &|set, x, y| inverse.apply(set, x, y, monitor),
-        &bounded::Problem {
-            offset: &offset,
-            modes: &modes,
-        },
-        start,
-        bounded::Options {
-            tolerance,
-            max_iterations: MAX_ITERATIONS,
-        },
-        monitor,
-    )?;
+    let apply = |x: &[f64], y: &mut [f64]| product.apply(x, y, monitor);
+    let invert = |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
+    let problem = bounded::Problem {
+        offset: &offset,
+        modes: &modes,
+    };
+    let options = bounded::Options {
+        tolerance,
+        max_iterations: MAX_ITERATIONS,
+    };
+    let solution = match contact.hardness {
+        None => bounded::solve(&apply, &invert, &problem, start, options, monitor)?,
+        Some(cap) => {
+            bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)?
+        }
+    };
     report(monitor, solution.iterations, solution.residual)?;
     work.products += solution.products as f64 * product.size();
     work.preconditionings += solution.preconditionings as f64 * inverse.size();

@@ -163,6 +163,9 @@ impl<'a> Place<'a> {
         solution: &NormalState<'_>,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
+        if contact.hardness.is_some() {
+            return Err(Error::YieldWithoutDerivatives);
+        }
         let (grid, points) = (contact.grid, contact.grid.points());
         check("pressure", solution.pressure, points)?;
         check("gap of the solution", solution.gap, points)?;

@@ -57,6 +57,7 @@ fn run(
         surface,
         load,
         moments,
+        hardness: None,
     };
     solve_normal(
         &contact,
@@ -152,6 +153,7 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
                 surface,
                 load,
                 moments: [None, None],
+                hardness: None,
             };
             let found = solve_normal(&contact, options, &unmonitored)?;
             assert_eq!(found.status, Status::Solved);
@@ -190,6 +192,7 @@ fn whenever_it_is_asked_to_stop_it_stops() {
         surface: Surface::FreeSpace(&influence),
         load: Load::Force(1.0),
         moments: [None, None],
+        hardness: None,
     };
     let options = Options {
         tolerance: Some(1e-6),
@@ -235,6 +238,7 @@ fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
         surface: Surface::Periodic(&wave),
         load: Load::Force(0.5),
         moments: [None, None],
+        hardness: None,
     };
     let options = Options {
         tolerance: Some(1e-12),
@@ -289,6 +293,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
                     surface: Surface::Body(&springs),
                     load,
                     moments: [None, None],
+                    hardness: None,
                 };
                 let options = Options {
                     tolerance: Some(1e-11),
@@ -328,6 +333,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
         surface: Surface::Body(&few),
         load: Load::Force(1.0),
         moments: [None, None],
+        hardness: None,
     };
     let options = Options {
         tolerance: None,
@@ -361,6 +367,7 @@ fn two_bodies_as_a_compliance_follow_hertz() {
         surface: Surface::Body(&pair),
         load: Load::Force(force),
         moments: [None, None],
+        hardness: None,
     };
     let options = Options {
         tolerance: Some(1e-9),

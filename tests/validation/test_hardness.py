@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pressures that a hardness bounds, against balance, full flow and a projected solver that shares no code."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+STEEL: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel}
+
+
+def bowl(cells: int = 32) -> tuple[np.ndarray, float]:
+    side = 6e-3 / cells
+    x = (np.arange(cells) - 0.5 * (cells - 1)) * side
+    return (x[None, :] ** 2 + x[:, None] ** 2) / (2.0 * 0.05), side
+
+
+def influence(cells: int, side: float) -> np.ndarray:
+    """Love's matrix of both half-spaces, from his formula for the corners of a rectangle."""
+
+    def corner(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        r = np.hypot(x, y)
+        return np.asarray(x * np.log(y + r) + y * np.log(x + r))
+
+    i, j = np.meshgrid(np.arange(cells), np.arange(cells), indexing="ij")
+    x, y = i.ravel() * side, j.ravel() * side
+    dx, dy, h = x[:, None] - x, y[:, None] - y, side / 2
+    total = corner(dx + h, dy + h) + corner(dx - h, dy - h) - corner(dx + h, dy - h) - corner(dx - h, dy + h)
+    modulus = mtb.steel.young_modulus / (1.0 - mtb.steel.poisson_ratio**2) / 2.0
+    return np.asarray(total / (np.pi * modulus))
+
+
+def projected(matrix: np.ndarray, gap: np.ndarray, approach: float, most: float) -> np.ndarray:
+    """Pressures between zero and a bound, point by point [projected Gauss-Seidel]."""
+    p = np.zeros(gap.size)
+    w = gap - approach
+    for _ in range(3000):
+        worst = 0.0
+        for i in range(gap.size):
+            new = min(max(p[i] - w[i] / matrix[i, i], 0.0), most)
+            if new != p[i]:
+                w += matrix[:, i] * (new - p[i])
+                worst, p[i] = max(worst, abs(new - p[i])), new
+        if worst < 1e-10 * most:
+            break
+    return p
+
+
+@pytest.mark.parametrize("share", [0.55, 0.7, 0.9])
+def test_a_projected_solver_finds_the_same(share: float) -> None:
+    cells = 14
+    gap, side = bowl(cells)
+    approach = 1.6e-5
+    elastic = mtb.solve_normal(gap, side, **STEEL, approach=approach)
+    hardness = share * float(elastic.pressure.max())
+    found = mtb.solve_normal(gap, side, **STEEL, approach=approach, hardness=hardness, tolerance=1e-10)
+    exact = projected(influence(cells, side), gap.ravel(), approach, hardness).reshape(gap.shape)
+    assert np.abs(found.pressure - exact).max() < 1e-6 * hardness
+    assert (found.pressure >= hardness).sum() >= 4
+    # to the force of the approach the other way round
+    again = mtb.solve_normal(gap, side, **STEEL, force=found.normal_force, hardness=hardness, tolerance=1e-10)
+    assert again.approach == pytest.approx(approach, rel=1e-8)
+    assert again.pressure == pytest.approx(found.pressure, abs=1e-6 * hardness)
+
+
+@pytest.mark.parametrize("cells", [31, 64, 100])
+def test_force_is_carried_and_the_contact_grows(cells: int) -> None:
+    gap, side = bowl(cells)
+    elastic = mtb.solve_normal(gap, side, **STEEL, force=500.0)
+    hardness = 0.6 * float(elastic.pressure.max())
+    found = mtb.solve_normal(gap, side, **STEEL, force=500.0, hardness=hardness)
+    assert found.normal_force == pytest.approx(500.0, rel=1e-6)
+    assert found.pressure.max() <= hardness * (1.0 + 1e-9)
+    assert found.contact_area > elastic.contact_area
+    flowed = found.plastic_indentation
+    assert flowed is not None
+    assert np.all((flowed > 0.0) <= (found.pressure >= hardness))
+    # deepest in the middle, and where nothing flows the gap is closed or open
+    assert flowed.max() == flowed[cells // 2, cells // 2] or cells % 2 == 0
+    assert found.gap.min() > -1e-4 * found.approach
+    rolled = mtb.solve_tangential(found, mtb.Rolling((1.0, 0.0, 0.0)), mtb.Coulomb(0.3))
+    assert np.hypot(*rolled.traction[:2]).max() <= 0.3 * hardness * (1.0 + 1e-9)
+
+
+def test_all_that_touches_flows_under_a_small_hardness() -> None:
+    """F = H A: the whole contact at the hardness, but for a border of elastic cells."""
+    gap, side = bowl(64)
+    hardness = 2e7
+    found = mtb.solve_normal(gap, side, **STEEL, force=100.0, hardness=hardness)
+    assert found.contact_area == pytest.approx(100.0 / hardness, rel=0.02)
+
+
+@pytest.mark.parametrize("hardness", [4e8, 1e9])
+def test_area_of_rough_contact_saturates(hardness: float) -> None:
+    """Fully plastic contact has the area fraction F / (H A0)."""
+    cells, side = 64, 1e-6
+    heights = mtb.roughness(cells, side, rms_slope=0.3, seed=1)
+    nominal = (cells * side) ** 2
+    pressed: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.Rigid(), "periodic": True}
+    force = 0.3 * hardness * nominal
+    found = mtb.solve_normal(heights.max() - heights, side, **pressed, force=force, hardness=hardness)
+    assert found.normal_force == pytest.approx(force, rel=1e-6)
+    fraction = found.contact_area / nominal
+    assert 0.3 * (1.0 - 1e-9) <= fraction < 0.3 * (1.1 if hardness < 5e8 else 1.25)
+    soft = mtb.solve_normal(heights.max() - heights, side, **pressed, force=force)
+    assert soft.contact_area < found.contact_area
+
+
+def test_a_high_hardness_changes_nothing() -> None:
+    gap, side = bowl(40)
+    elastic = mtb.solve_normal(gap, side, **STEEL, force=500.0)
+    found = mtb.solve_normal(gap, side, **STEEL, force=500.0, hardness=1e12)
+    assert found.pressure == pytest.approx(elastic.pressure, abs=1e-6 * elastic.pressure.max())
+    assert found.plastic_indentation is not None
+    assert not found.plastic_indentation.any()
+
+
+def test_layer_and_hardness_together() -> None:
+    """On soft springs a ball flows in a disc where d - r^2 / 2R > L H."""
+    gap, side = bowl(60)
+    layer, approach = 1e-11, 4e-5
+    hardness = 0.5 * approach / layer
+    found = mtb.solve_normal(
+        gap, side, lower=mtb.steel, upper=mtb.Rigid(), approach=approach, normal_layer=1e4 * layer,
+        hardness=1e-4 * hardness,
+    )  # fmt: skip
+    exact = np.clip((approach - gap) / (1e4 * layer), 0.0, 1e-4 * hardness)
+    assert found.pressure == pytest.approx(exact, abs=2e-2 * exact.max())
+
+
+def test_what_cannot_be_is_refused() -> None:
+    gap, side = bowl(40)
+    with pytest.raises(ValueError, match="hardness"):
+        mtb.solve_normal(gap, side, **STEEL, force=1.0, hardness=-1.0)
+    with pytest.raises(ValueError, match=r"at a hardness of 1e\+06 Pa the whole grid carries less than 36 N"):
+        mtb.solve_normal(gap, side, **STEEL, force=36.0, hardness=1e6)
+    with pytest.raises(ValueError, match='method is "dense"'):
+        mtb.solve_normal(gap, side, **STEEL, force=1.0, hardness=1e9, method="dense")
+    found = mtb.solve_normal(gap, side, **STEEL, force=100.0, hardness=1e9)
+    with pytest.raises(ValueError, match="hardness was given, and derivatives do not know it"):
+        found.gradient("normal_force")
