@@ -113,6 +113,20 @@ pub enum Error {
     /// More than one body.
     #[error("the mesh has {0} separate pieces: one connected piece is needed")]
     Pieces(usize),
+    /// A film that no heat can pass as it says.
+    #[error(
+        "a film has the coefficient {} W/(m2 K) and the ambient temperature {} K: the coefficient must not be negative, and both must be finite",
+        Short(*.coefficient), Short(*.ambient)
+    )]
+    Film {
+        /// Heat transfer coefficient [W/(m2 K)].
+        coefficient: f64,
+        /// Temperature outside [K].
+        ambient: f64,
+    },
+    /// A step of no duration.
+    #[error("the duration of a step is {} s: it must be positive and finite", Short(*.0))]
+    Duration(f64),
     /// A displacement component claimed twice.
     #[error(
         "supports \"{first}\" and \"{second}\" both hold {component} of node {node}: one of them may"

@@ -11,10 +11,28 @@ use super::support::{Source, Unknowns};
 use crate::{Error, Material};
 
 /// Lower triangle of a symmetric matrix by columns, rows sorted.
+#[derive(Clone)]
 pub(super) struct Lower {
     pub(super) start: Vec<usize>,
     pub(super) row: Vec<usize>,
     pub(super) value: Vec<f64>,
+}
+
+impl Lower {
+    /// The product of the whole matrix with a vector.
+    pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        for column in 0..x.len() {
+            for k in self.start[column]..self.start[column + 1] {
+                let (row, value) = (self.row[k], self.value[k]);
+                y[row] += value * x[column];
+                if row != column {
+                    y[column] += value * x[row];
+                }
+            }
+        }
+        y
+    }
 }
 
 /// Stiffness [N/m] of the unknowns, and the loads [N] on them by a unit displacement of each

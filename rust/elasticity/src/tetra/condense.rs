@@ -30,7 +30,12 @@ pub(super) struct Trace {
 }
 
 impl Trace {
-    fn new(mesh: &TetraMesh, sampling: &Sampling) -> Result<Self, Error> {
+    /// Area of a contact point [m2].
+    pub(super) fn weight(&self, point: usize) -> f64 {
+        self.weights[point]
+    }
+
+    pub(super) fn new(mesh: &TetraMesh, sampling: &Sampling) -> Result<Self, Error> {
         let count: usize = (0..sampling.quadrature().len())
             .map(|q| sampling.basis(q).len() * mesh.order().nodes_per_face())
             .sum();
@@ -91,7 +96,7 @@ impl Trace {
     }
 
     /// Loads on the unknowns by a unit traction of point `i` in direction `c`.
-    fn column(&self, i: usize, c: usize, source: &[[Source; 3]]) -> SparseColumn {
+    pub(super) fn column(&self, i: usize, c: usize, source: &[[Source; 3]]) -> SparseColumn {
         let entries = self.points[i].iter().flat_map(|(node, part)| {
             (0..3).filter_map(move |k| match source[*node][k] {
                 Source::Unknown(unknown) => Some((unknown, part[c][k])),

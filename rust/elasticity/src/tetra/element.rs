@@ -71,6 +71,20 @@ fn natural_gradients<const N: usize>(l: [f64; 4]) -> SMatrix<f64, N, 3> {
     })
 }
 
+/// Shape functions at barycentric coordinates `l`.
+fn shape<const N: usize>(l: [f64; 4]) -> [f64; N] {
+    std::array::from_fn(|a| {
+        if N == LINEAR {
+            l[a]
+        } else if a < 4 {
+            l[a] * (2.0 * l[a] - 1.0)
+        } else {
+            let [i, j] = EDGES[a - 4];
+            4.0 * l[i] * l[j]
+        }
+    })
+}
+
 fn jacobian<const N: usize>(
     natural: &SMatrix<f64, N, 3>,
     cell: &[usize],
@@ -197,6 +211,66 @@ fn stiffness_of<const N: usize>(
         }
     }
     k
+}
+
+/// Calls `visit(shape functions, gradients [1/m], weight [m3])` at the points of a rule that is exact for products
+/// of two shape functions of straight cells.
+fn integrate_products<const N: usize>(
+    cell: &[usize],
+    nodes: &[[f64; 3]],
+    mut visit: impl FnMut(&[f64; N], &SMatrix<f64, N, 3>, f64),
+) {
+    for (l, weight) in rule_5() {
+        let (g, j) = gradients::<N>(l, cell, nodes);
+        visit(&shape::<N>(l), &g, weight * j / 6.0);
+    }
+}
+
+/// Integrals of products of shape functions [m3] and of their gradients [m] over one cell, row-major `(n, n)`.
+pub(super) fn conduction(cell: &[usize], nodes: &[[f64; 3]]) -> (Vec<f64>, Vec<f64>) {
+    if cell.len() == LINEAR {
+        conduction_of::<LINEAR>(cell, nodes)
+    } else {
+        conduction_of::<QUADRATIC>(cell, nodes)
+    }
+}
+
+fn conduction_of<const N: usize>(cell: &[usize], nodes: &[[f64; 3]]) -> (Vec<f64>, Vec<f64>) {
+    let (mut capacity, mut conductivity) = (vec![0.0; N * N], vec![0.0; N * N]);
+    integrate_products::<N>(cell, nodes, |n, g, weight| {
+        for a in 0..N {
+            for b in 0..N {
+                capacity[a * N + b] += weight * n[a] * n[b];
+                let dot: f64 = (0..3).map(|c| g[(a, c)] * g[(b, c)]).sum();
+                conductivity[a * N + b] += weight * dot;
+            }
+        }
+    });
+    (capacity, conductivity)
+}
+
+/// Integrals of shape functions (rows) times derivatives of shape functions (columns, three for each node) [m2] over
+/// one cell, row-major `(n, 3 n)`.
+pub(super) fn divergence(cell: &[usize], nodes: &[[f64; 3]]) -> Vec<f64> {
+    if cell.len() == LINEAR {
+        divergence_of::<LINEAR>(cell, nodes)
+    } else {
+        divergence_of::<QUADRATIC>(cell, nodes)
+    }
+}
+
+fn divergence_of<const N: usize>(cell: &[usize], nodes: &[[f64; 3]]) -> Vec<f64> {
+    let mut found = vec![0.0; 3 * N * N];
+    integrate_products::<N>(cell, nodes, |n, g, weight| {
+        for a in 0..N {
+            for b in 0..N {
+                for c in 0..3 {
+                    found[a * 3 * N + 3 * b + c] += weight * n[a] * g[(b, c)];
+                }
+            }
+        }
+    });
+    found
 }
 
 /// Stress (xx, yy, zz, yz, xz, xy) [Pa] at barycentric coordinates `l`, from nodal displacements [m].
