@@ -13,7 +13,7 @@ ALLOWED = {
     "geometry": {"words"},
     "operator": {"words"},
     "complementarity": {"words", "operator"},
-    "elasticity": {"words", "operator"},
+    "elasticity": {"words", "operator", "heat"},
     "heat": {"words"},
     "contact": {"words", "operator", "complementarity"},
     "wheelset": {"words", "geometry", "operator", "complementarity", "elasticity", "contact"},

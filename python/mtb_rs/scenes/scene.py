@@ -15,7 +15,9 @@ from ..base.errors import ToleranceWarning
 from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.words import Method, Model, Pressing, Quantity, Wheels
+from ..bodies.conductor import Conductor, conducting_steel
 from ..contact.problem import ContactProblem, Kept
+from ..contact.sliding_heat import SlidingHeat
 from ..contact.sliding_start import (
     StartOfSliding,
 )
@@ -214,6 +216,74 @@ class Scene(PosedScene):
         """
         self.ask_of_places()
         return methods.slide_from_rest(self, displacements, model, tolerance, pressure)
+
+    def sliding_heat(
+        self,
+        duration: float,
+        steps: int = 60,
+        velocity: float | Callable[[float], float] | None = None,
+        *,
+        lower: Conductor = conducting_steel,
+        upper: Conductor = conducting_steel,
+        bulk: tuple[float, float] = (0.0, 0.0),
+        film: tuple[float, float] = (0.0, 0.0),
+        resistance: float = 0.0,
+        share: float = 0.5,
+        model: Model = "auto",
+        progress: Callable[[float], Any] | Literal[True] | None = None,
+    ) -> SlidingHeat:
+        """Heats the bodies by friction while they slide.
+
+        The upper body conducts heat on its own finite elements. The lower one is a half-space that passes below
+        it and comes back cold, as a rail does. Where both touch they have one temperature, which divides the
+        heat of friction between them. Steps are implicit, stable for any length, and of first order in the time.
+        Thermal expansion is left out: pressures are those of cold bodies.
+
+        Parameters
+        ----------
+        duration : float [s]
+        steps : int
+            Steps of equal length over it. The temperature just after the beginning needs short ones.
+        velocity : float or function [m/s]
+            Speed of sliding, or a function of the time [s] that gives it; None for that of the scene.
+        lower, upper : Conductor
+        bulk : (float, float) [K]
+            Temperatures at the beginning, over any common level: of the lower body wherever it comes from, and of the
+            upper one.
+        film : (float, float) [W/(m^2 K)], [K]
+            Heat transfer coefficient of the surface of the upper body outside its contact face, and the temperature
+            around it.
+        resistance : float [K m^2/W]
+            Of the contact to heat.
+        share : float [-]
+            Share of the heat that arises on the upper side of the resistance.
+        model : "auto", "elastic-upper" or "elastic-both"
+            "auto" is "elastic-upper".
+        progress : function, True or None
+            Called with the share that is done; True shows a bar.
+
+        Raises
+        ------
+        ValueError
+            For bad input, and without an elastic upper body.
+        ConvergenceError
+            If a step has no solution.
+        """
+        self.ask_of_places()
+        return methods.heat(
+            self,
+            duration,
+            steps,
+            velocity,
+            lower=lower,
+            upper=upper,
+            bulk=bulk,
+            film=film,
+            resistance=resistance,
+            share=share,
+            model=model,
+            progress=progress,
+        )
 
     def prepare(
         self,

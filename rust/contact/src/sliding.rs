@@ -282,8 +282,25 @@ impl SlidingMatrix {
         start: Option<Vec<bool>>,
         monitor: Monitor<'_>,
     ) -> Result<SlidingSolution, Error> {
+        self.solve_fed_back(contact, None, start, monitor)
+    }
+
+    /// The same where pressures open the gaps besides by a `feedback` (n, n) [m/Pa], row-major.
+    ///
+    /// # Errors
+    /// As [`SlidingMatrix::solve`].
+    pub(crate) fn solve_fed_back(
+        &self,
+        contact: &SlidingContact<'_>,
+        feedback: Option<&[f64]>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
         let n = self.points;
         contact.check(n)?;
+        if let Some(feedback) = feedback {
+            check("feedback", feedback, n * n)?;
+        }
         let (normal, coupling) = match &self.form {
             Form::Dense { normal, coupling } => (normal, coupling),
             Form::Products {
@@ -303,6 +320,11 @@ impl SlidingMatrix {
                     {
                         *gap += d * p;
                     }
+                    if let Some(feedback) = feedback {
+                        for (gap, row) in gap.iter_mut().zip(feedback.chunks_exact(n)) {
+                            *gap += row.iter().zip(pressure).map(|(f, p)| f * p).sum::<f64>();
+                        }
+                    }
                 };
                 return contact.solve_by_products(&multiply, *diagonal, start.as_deref(), monitor);
             }
@@ -319,6 +341,10 @@ impl SlidingMatrix {
         }
         if let Some(diagonal) = contact.diagonal {
             add_diagonal(&mut matrix, diagonal)?;
+        }
+        if let Some(feedback) = feedback {
+            symmetric = false;
+            matrix.iter_mut().zip(feedback).for_each(|(a, f)| *a += f);
         }
         contact.solve_with(matrix, symmetric, start, monitor)
     }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A half-space that moves under a source of heat at rest.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
+
+use rayon::prelude::*;
 
 use crate::Conductor;
 use crate::error::{Error, check, positive};
@@ -68,6 +71,105 @@ impl HalfSpace {
             .map(|k| self.side(corners[k], corners[(k + 1) % 4]))
             .sum();
         Ok(total / (2.0 * PI * self.conductor.conductivity()))
+    }
+
+    /// Temperatures (n, n) [K m2/W] at `points` (n) by a unit flux into the rectangle of `sizes` (n) around each of
+    /// them, row-major: rows of the points that warm.
+    ///
+    /// # Errors
+    /// As [`HalfSpace::influence`].
+    pub fn influences(&self, points: &[[f64; 2]], sizes: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
+        let pairs = self.pairs(points, sizes)?;
+        // on regular grids most distances come again and again
+        let mut places: HashMap<[u64; 4], usize> = HashMap::new();
+        let mut unlike: Vec<([f64; 2], [f64; 2])> = Vec::new();
+        let numbers: Vec<usize> = pairs
+            .map(|(offset, size)| {
+                let key = [offset[0], offset[1], size[0], size[1]]
+                    .map(|v| (v as f32 + 0.0).to_bits().into());
+                *places.entry(key).or_insert_with(|| {
+                    unlike.push((offset, size));
+                    unlike.len() - 1
+                })
+            })
+            .collect();
+        let values: Result<Vec<f64>, Error> = unlike
+            .par_iter()
+            .map(|&(offset, size)| self.influence(offset, size))
+            .collect();
+        let values = values?;
+        Ok(numbers.into_iter().map(|k| values[k]).collect())
+    }
+
+    /// How far `points` (n) rise by a unit flux into the rectangle of `sizes` (n) around each of them (n, n) [m3/W],
+    /// row-major, for a coefficient of linear `expansion` [1/K] and Poisson's ratio `poisson_ratio`.
+    ///
+    /// The heat stays in a thin skin. The expansion of a skin that is hindered along the surface is
+    /// `(1 + nu) / (1 - nu)` of the free one, and the forces in the skin raise what is below by `1 - 2 nu` of this:
+    /// by `2 (1 + nu) alpha` times heat over capacity together. A point has the heat of all rectangles that it
+    /// has passed, so a moving half-space is needed, and heat across the direction of motion is left out.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotFinite`], [`Error::NotPositive`] for a speed of zero.
+    pub fn swelling(
+        &self,
+        points: &[[f64; 2]],
+        sizes: &[[f64; 2]],
+        expansion: f64,
+        poisson_ratio: f64,
+    ) -> Result<Vec<f64>, Error> {
+        positive("speed", self.speed)?;
+        check(
+            "expansion and Poisson's ratio",
+            &[expansion, poisson_ratio],
+            2,
+        )?;
+        let each =
+            2.0 * (1.0 + poisson_ratio) * expansion / (self.conductor.capacity() * self.speed);
+        let [c, s] = self.direction;
+        Ok(self
+            .pairs(points, sizes)?
+            .map(|(offset, size)| {
+                let (along, across) =
+                    (c * offset[0] + s * offset[1], c * offset[1] - s * offset[0]);
+                let length = size[0] * c.abs() + size[1] * s.abs();
+                let width = size[0] * s.abs() + size[1] * c.abs();
+                let passed = (along + 0.5 * length).clamp(0.0, length);
+                if across.abs() < 0.5 * width {
+                    each * passed
+                } else {
+                    0.0
+                }
+            })
+            .collect())
+    }
+
+    /// Offset of each point from each other one, and the size there.
+    fn pairs<'a>(
+        &self,
+        points: &'a [[f64; 2]],
+        sizes: &'a [[f64; 2]],
+    ) -> Result<impl Iterator<Item = ([f64; 2], [f64; 2])> + 'a, Error> {
+        if sizes.len() != points.len() {
+            return Err(Error::Shape {
+                name: "sizes",
+                found: sizes.len(),
+                expected: points.len(),
+            });
+        }
+        for point in points {
+            check("point", point, 2)?;
+        }
+        for size in sizes {
+            positive("size[0]", size[0])?;
+            positive("size[1]", size[1])?;
+        }
+        Ok(points.iter().flat_map(move |p| {
+            points
+                .iter()
+                .zip(sizes)
+                .map(move |(q, size)| ([p[0] - q[0], p[1] - q[1]], *size))
+        }))
     }
 
     /// The integral over the triangle between the point and a side, positive if the side is passed to the left.

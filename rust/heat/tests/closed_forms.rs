@@ -57,8 +57,8 @@ fn a_half_ellipse_of_heat_is_hottest_behind_its_middle() {
         let end = (1.0 + at).sqrt();
         (0..n)
             .map(|k| {
-                let u = (k as f64 + 0.5) * end / n as f64;
-                2.0 * (1.0 - (at - u * u).powi(2)).max(0.0).sqrt() * end / n as f64
+                let u = (f64::from(k) + 0.5) * end / f64::from(n);
+                2.0 * (1.0 - (at - u * u).powi(2)).max(0.0).sqrt() * end / f64::from(n)
             })
             .sum()
     };
@@ -223,6 +223,35 @@ fn fast_half_spaces_are_heated_into_the_depth_alone() {
     let found = moving.influence([0.0, -20e-3], [60e-3, 40e-3]).unwrap();
     let exact = 2.0 * (40e-3f64 / 30.0 / PI).sqrt() / steel().effusivity();
     assert!((found / exact - 1.0).abs() < 2e-3, "{}", found / exact);
+}
+
+#[test]
+fn matrices_are_made_of_the_influences_and_swelling_adds_up() {
+    let moving = HalfSpace::new(steel(), [2.0, 0.0]).unwrap();
+    let points: Vec<[f64; 2]> = (0..12)
+        .map(|k| [1e-3 * f64::from(k % 4), 2e-3 * f64::from(k / 4)])
+        .collect();
+    let sizes = [[1e-3, 2e-3]; 12];
+    let found = moving.influences(&points, &sizes).unwrap();
+    for (i, p) in points.iter().enumerate() {
+        for (j, q) in points.iter().enumerate() {
+            let one = moving
+                .influence([p[0] - q[0], p[1] - q[1]], sizes[j])
+                .unwrap();
+            assert!((found[12 * i + j] / one - 1.0).abs() < 1e-6);
+        }
+    }
+    // a uniform flux: the middle of the last of four cells has passed three and a half of them
+    let rise = moving.swelling(&points, &sizes, 12e-6, 0.3).unwrap();
+    let heat = 3.5e-3 / 2.0;
+    for row in 0..3 {
+        let i = 4 * row + 3;
+        let total: f64 = rise[12 * i..12 * (i + 1)].iter().sum();
+        assert!((total / (2.0 * 1.3 * 12e-6 * heat / steel().capacity()) - 1.0).abs() < 1e-12);
+    }
+    let still = HalfSpace::new(steel(), [0.0; 2]).unwrap();
+    assert!(still.swelling(&points, &sizes, 12e-6, 0.3).is_err());
+    assert!(moving.influences(&points, &sizes[1..]).is_err());
 }
 
 #[test]

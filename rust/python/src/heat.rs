@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Temperatures of bodies that rub on each other.
 
-use mtb_heat::{Conductor, Error, Passage, rolling};
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use std::sync::Arc;
+
+use mtb_elasticity::tetra::{ConductingBody, ConductionStep, Film};
+use mtb_heat::{Conductor, Error, HalfSpace, Passage, rolling};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
+use crate::tetra::{PySampling, PyTetraMesh, pairs};
 
 /// Conductivity [W/(m K)], density [kg/m3], specific heat [J/(kg K)].
 type Constants = (f64, f64, f64);
@@ -55,4 +62,120 @@ pub(crate) fn rolling_temperatures<'py>(
             .reshape([2, ny, nx])
     };
     Ok((both(found.surface)?, both(found.flux)?))
+}
+
+/// A mesh of tetrahedra that conducts heat.
+#[pyclass(frozen, name = "ConductingBody", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyConductingBody(Arc<ConductingBody>);
+
+#[pymethods]
+impl PyConductingBody {
+    /// `films`: boundary triangles, heat transfer coefficient [W/(m2 K)] and temperature outside [K] of each.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mesh: &Bound<'_, PyTetraMesh>,
+        conductor: Constants,
+        films: Vec<(Vec<usize>, f64, f64)>,
+    ) -> PyResult<Self> {
+        let mesh = Arc::new(mesh.get().0.clone());
+        let films: Vec<Film> = films
+            .into_iter()
+            .map(|(faces, coefficient, ambient)| Film {
+                faces,
+                coefficient,
+                ambient,
+            })
+            .collect();
+        let conductor = self::conductor(conductor)?;
+        enter(py, |monitor| {
+            ConductingBody::new(mesh, conductor, &films, monitor)
+        })
+        .map(|body| Self(Arc::new(body)))
+    }
+
+    /// Heat [J] at temperatures of the nodes (N,) [K], above that at zero.
+    fn heat(&self, temperature: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+        self.0
+            .heat(&temperature.to_vec()?)
+            .map_err(|error| bad_input(&error))
+    }
+
+    /// Heat flow [W] that leaves through films at temperatures of the nodes (N,) [K].
+    fn loss(&self, temperature: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+        self.0
+            .loss(&temperature.to_vec()?)
+            .map_err(|error| bad_input(&error))
+    }
+
+    /// An implicit step over `duration` [s] with heat through contact points.
+    fn step(
+        &self,
+        py: Python<'_>,
+        duration: f64,
+        sampling: &Bound<'_, PySampling>,
+    ) -> PyResult<PyConductionStep> {
+        let sampling = &sampling.get().0;
+        enter(py, |monitor| self.0.step(duration, sampling, monitor)).map(PyConductionStep)
+    }
+}
+
+/// An implicit step of a conducting body, condensed onto contact points.
+#[pyclass(frozen, name = "ConductionStep", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyConductionStep(ConductionStep);
+
+#[pymethods]
+impl PyConductionStep {
+    /// Temperatures (n, n) [K m2/W] of the contact points by a unit flux into each.
+    #[getter]
+    fn response<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.0.weights().len();
+        self.0.response().to_vec().into_pyarray(py).reshape([n, n])
+    }
+
+    /// Areas (n,) [m2] of the contact points.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.weights().to_vec().into_pyarray(py)
+    }
+
+    /// Temperatures of the contact points (n,) [K] under those of the nodes (N,).
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        temperature: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = self.0.observe(&temperature.to_vec()?);
+        Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
+    }
+
+    /// Temperatures of the nodes (N,) [K] at the end of a step from those before it, with a flux (n,) [W/m2].
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        temperature: PyReadonlyArray1<'_, f64>,
+        flux: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (temperature, flux) = (temperature.to_vec()?, flux.to_vec()?);
+        let found = enter(py, |_| self.0.advance(&temperature, &flux))?;
+        Ok(found.into_pyarray(py))
+    }
+}
+
+/// Temperatures (n, n) [K m2/W] of a half-space that moves with a velocity [m/s] at points (n, 2) [m] by a unit flux
+/// into rectangles of sizes (n, 2) [m] around them.
+#[pyfunction]
+pub(crate) fn moving_half_space<'py>(
+    py: Python<'py>,
+    conductor: Constants,
+    velocity: [f64; 2],
+    points: PyReadonlyArray2<'_, f64>,
+    sizes: PyReadonlyArray2<'_, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let moving = HalfSpace::new(self::conductor(conductor)?, velocity);
+    let moving = moving.map_err(|error| bad_input(&error))?;
+    let (points, sizes) = (pairs(&points, "points")?, pairs(&sizes, "sizes")?);
+    let n = points.len();
+    let warm = enter(py, |_| moving.influences(&points, &sizes))?;
+    warm.into_pyarray(py).reshape([n, n])
 }

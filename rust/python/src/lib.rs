@@ -45,7 +45,9 @@ mod _mtb_rs {
         read_columns, surface_gap, wheel_on_rail_gap,
     };
     #[pymodule_export]
-    use super::heat::rolling_temperatures;
+    use super::heat::{
+        PyConductingBody, PyConductionStep, moving_half_space, rolling_temperatures,
+    };
     #[pymodule_export]
     use super::normal::{
         PyNormalOutcome, PyNormalTangent, available_address_space, available_memory, normal_memory,

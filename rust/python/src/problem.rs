@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mtb_contact::Error;
 use mtb_contact::coupled::{Held, PointState};
 use mtb_contact::problem::{
-    Attracted, Body, FreeMotion, Friction, Geometry, Load, Loading, Means, Outcome, Problem, Window,
+    Attracted, Body, FreeMotion, Friction, Geometry, Heating, Load, Loading, Means, Outcome,
+    Problem, Window,
 };
 use mtb_contact::sliding::PRODUCTS_FROM;
 use mtb_operator::Relative;
@@ -438,6 +439,72 @@ impl PyProblem {
             .collect();
         let shape = [motions.len(), 3, self.0.points()];
         all.into_pyarray(py).reshape(shape)
+    }
+
+    /// Sliding with the heat of friction over one implicit step of the time, lower body first: temperatures by fluxes
+    /// (2, n, n), temperatures without fluxes (2, n), and speed, resistance and share.
+    /// Returns the state, fluxes (2, n), temperatures (2, n) and sets of points.
+    #[allow(
+        clippy::too_many_arguments,
+        clippy::type_complexity,
+        reason = "the fields of one struct"
+    )]
+    #[pyo3(signature = (loading, direction, friction, response, before, numbers, start=None))]
+    fn slide_heated<'py>(
+        &self,
+        py: Python<'py>,
+        loading: &Bound<'_, PyLoading>,
+        direction: PyReadonlyArray2<'_, f64>,
+        friction: PyReadonlyArray1<'_, f64>,
+        response: PyReadonlyArray3<'_, f64>,
+        before: PyReadonlyArray2<'_, f64>,
+        numbers: (f64, f64, f64),
+        start: Option<Vec<bool>>,
+    ) -> PyResult<(
+        PyOutcome,
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray2<f64>>,
+        usize,
+    )> {
+        let n = self.0.points();
+        let halves = |values: &'_ [f64], name: &str, size: usize| {
+            if values.len() == 2 * size {
+                return Ok(());
+            }
+            Err(PyValueError::new_err(format!(
+                "{name} has {} entries, expected {}",
+                values.len(),
+                2 * size
+            )))
+        };
+        let response = response.as_slice().map_err(|e| bad_input(&e))?;
+        halves(response, "response", n * n)?;
+        let before = rows2(&before, "before")?;
+        halves(before, "before", n)?;
+        let (speed, resistance, share) = numbers;
+        let heating = Heating {
+            response: response.split_at(n * n).into(),
+            opening: None,
+            before: before.split_at(n).into(),
+            speed,
+            resistance,
+            share,
+        };
+        let (loading, direction) = (&loading.get().0, rows2(&direction, "direction")?);
+        let friction = flat(&friction, "friction")?;
+        let found = enter(py, |monitor| {
+            self.0
+                .slide_heated(loading, direction, friction, &heating, start, monitor)
+        })?;
+        let both = |[lower, upper]: [Vec<f64>; 2]| {
+            [lower, upper].concat().into_pyarray(py).reshape([2, n])
+        };
+        Ok((
+            PyOutcome::of(py, found.outcome)?,
+            both(found.flux)?,
+            both(found.temperature)?,
+            found.rounds,
+        ))
     }
 
     /// A loading: undeformed gap (n,) [m], and work (m,) [J] on the free motions.

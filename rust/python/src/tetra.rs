@@ -38,7 +38,7 @@ type Means<'py> = (
 
 /// A checked mesh of tetrahedra.
 #[pyclass(frozen, name = "TetraMesh", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyTetraMesh(TetraMesh);
+pub(crate) struct PyTetraMesh(pub(crate) TetraMesh);
 
 #[pymethods]
 impl PyTetraMesh {
@@ -519,6 +519,18 @@ pub(crate) fn triples(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 3]>> 
     }
     let rows = flat(array.as_slice())?.chunks_exact(3);
     Ok(rows.map(|r| [r[0], r[1], r[2]]).collect())
+}
+
+/// Rows of two numbers.
+pub(crate) fn pairs(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 2]>> {
+    if array.shape()[1] != 2 {
+        return Err(PyValueError::new_err(format!(
+            "{name} have shape {:?}, expected (n, 2)",
+            array.shape()
+        )));
+    }
+    let rows = flat(array.as_slice())?.chunks_exact(2);
+    Ok(rows.map(|r| [r[0], r[1]]).collect())
 }
 
 fn bases(array: &PyReadonlyArray3<'_, f64>) -> PyResult<Vec<[[f64; 3]; 3]>> {

@@ -9,6 +9,7 @@
 //! A simulation asks the same of [`prepared`](crate::prepared).
 
 mod geometry;
+mod heating;
 mod loading;
 mod outcome;
 #[cfg(test)]
@@ -24,6 +25,7 @@ use crate::error::{Error, check};
 use crate::sliding::{PRODUCTS_FROM, SlidingContact, SlidingMatrix};
 use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
+pub use heating::{Heated, Heating};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
 pub use outcome::Outcome;
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_heat::Conductor;
-use mtb_operator::Monitor;
+use mtb_operator::{Monitor, check_memory};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
@@ -111,15 +111,30 @@ impl ConductingBody {
                 .map(|&tet| element::conduction(mesh.cell(tet), mesh.nodes()))
                 .collect();
             for (&tet, (c, k)) in batch.iter().zip(&matrices) {
-                add(&mut capacity, mesh.cell(tet), &rank, c, conductor.capacity());
-                add(&mut conduction, mesh.cell(tet), &rank, k, conductor.conductivity());
+                add(
+                    &mut capacity,
+                    mesh.cell(tet),
+                    &rank,
+                    c,
+                    conductor.capacity(),
+                );
+                add(
+                    &mut conduction,
+                    mesh.cell(tet),
+                    &rank,
+                    k,
+                    conductor.conductivity(),
+                );
             }
             poll(monitor, 1)?;
         }
         let mut inflow = vec![0.0; n];
         let mut through = empty;
         for film in films {
-            if !(film.coefficient >= 0.0 && film.coefficient.is_finite() && film.ambient.is_finite()) {
+            if !(film.coefficient >= 0.0
+                && film.coefficient.is_finite()
+                && film.ambient.is_finite())
+            {
                 return Err(Error::Film {
                     coefficient: film.coefficient,
                     ambient: film.ambient,
@@ -233,7 +248,9 @@ impl ConductingBody {
         let symbolic = Symbolic::new(&matrix, monitor).map_err(describe)?;
         let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
         values.resize(symbolic.entries(), 0.0);
-        let factor = symbolic.numeric(&matrix, values, monitor).map_err(describe)?;
+        let factor = symbolic
+            .numeric(&matrix, values, monitor)
+            .map_err(describe)?;
         poll(monitor, 2)?;
         let trace = self.trace(sampling)?;
         let weights = sampling.weights();
@@ -316,6 +333,39 @@ impl ConductionStep {
     /// The duration [s].
     pub fn duration(&self) -> f64 {
         self.duration
+    }
+
+    /// Temperatures (n, nodes) [K m2/W] of the nodes at the end of the step by a unit flux into each contact point,
+    /// row-major.
+    ///
+    /// # Errors
+    /// [`Error::Operator`] and [`Error::OutOfMemory`] for more than the memory holds; [`Error::Interrupted`].
+    pub fn nodes(&self, monitor: Monitor<'_>) -> Result<Vec<f64>, Error> {
+        let (n, width) = (self.trace.len(), self.body.rank.len());
+        check_memory(n, (8 * n * width) as f64, f64::INFINITY)?;
+        let mut found = vec![0.0; n * width];
+        let mut rows: Vec<(&SparseColumn, &mut [f64])> = self
+            .trace
+            .iter()
+            .zip(found.chunks_mut(width.max(1)))
+            .collect();
+        for batch in rows.chunks_mut(GROUP) {
+            batch.par_iter_mut().try_for_each(|(column, row)| {
+                let mut x = vec![0.0; width];
+                for (k, b) in column.iter() {
+                    x[*k] = *b;
+                }
+                self.factor
+                    .solve(&mut x)
+                    .map_err(|_| Error::OutOfMemory { unknowns: width })?;
+                for (value, k) in row.iter_mut().zip(&self.body.rank) {
+                    *value = x[*k];
+                }
+                Ok::<(), Error>(())
+            })?;
+            poll(monitor, 4)?;
+        }
+        Ok(found)
     }
 
     /// Temperatures of the contact points (n) [K] under those of the nodes.

@@ -53,16 +53,20 @@ impl TetraBody {
             .collect();
         poll(monitor, 4)?;
         let mut found = vec![0.0; n * nodes];
-        let mut points: Vec<(usize, &mut [f64])> = found.chunks_mut(nodes.max(1)).enumerate().collect();
+        let mut points: Vec<(usize, &mut [f64])> =
+            found.chunks_mut(nodes.max(1)).enumerate().collect();
         for round in points.chunks_mut(ROUND) {
             round.par_iter_mut().try_for_each(|(i, row)| {
                 let mut x = vec![0.0; unknowns.n];
                 for (unknown, load) in trace.column(*i, 2, &unknowns.source) {
                     x[unknown] += load;
                 }
-                factored.factor.solve(&mut x).map_err(|_| Error::OutOfMemory {
-                    unknowns: unknowns.n,
-                })?;
+                factored
+                    .factor
+                    .solve(&mut x)
+                    .map_err(|_| Error::OutOfMemory {
+                        unknowns: unknowns.n,
+                    })?;
                 let at = |node: usize, c: usize| match unknowns.source[node][c] {
                     Source::Unknown(k) => x[k],
                     _ => 0.0,

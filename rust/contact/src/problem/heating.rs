@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Sliding with the heat of friction: one implicit step of the time.
+
+use std::sync::Arc;
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+use mtb_complementarity::linear::Status;
+use mtb_operator::{Monitor, check_factors};
+
+use super::{Kept, Loading, Outcome, Problem};
+use crate::error::{Error, check, check_number};
+use crate::sliding::SlidingContact;
+
+/// Sets of points in contact after which points that have opened go on exchanging heat, so that the sets only grow.
+const ROUNDS: usize = 5;
+
+/// What heat does to both bodies over one step of the time; the lower body first. Matrices are (n, n), row-major.
+#[derive(Clone, Copy, Debug)]
+pub struct Heating<'a> {
+    /// Temperature [K m2/W] of the points at the end of the step by a unit flux into each.
+    pub response: [&'a [f64]; 2],
+    /// Opening of the gap [m3/W] by a unit flux into each point, thermal expansion; `None`: heat opens no gap. What
+    /// earlier heat opens is part of the loading.
+    pub opening: Option<[&'a [f64]; 2]>,
+    /// Temperature (n) [K] at the end of the step without any flux.
+    pub before: [&'a [f64]; 2],
+    /// Speed of sliding [m/s].
+    pub speed: f64,
+    /// Thermal resistance [K m2/W] between the surfaces in contact.
+    pub resistance: f64,
+    /// Share of the heat of friction that arises on the upper side of that resistance.
+    pub share: f64,
+}
+
+/// A heated sliding state; the lower body first.
+#[derive(Clone, Debug)]
+pub struct Heated {
+    /// The state.
+    pub outcome: Outcome,
+    /// Heat that enters the bodies (n) [W/m2]; the sum of both is that of friction.
+    pub flux: [Vec<f64>; 2],
+    /// Temperatures of the points (n) [K] at the end of the step.
+    pub temperature: [Vec<f64>; 2],
+    /// Sets of points that were tried.
+    pub rounds: usize,
+}
+
+/// How the heat of friction of the points in contact divides between the bodies: `q_upper = given + matrix w`.
+struct Division {
+    active: Vec<usize>,
+    given: Vec<f64>,
+    matrix: Mat<f64>,
+}
+
+fn square(values: &[f64], n: usize) -> MatRef<'_, f64> {
+    MatRef::from_row_major_slice(values, n, n)
+}
+
+impl Heating<'_> {
+    fn check(&self, n: usize) -> Result<(), Error> {
+        for (k, name) in ["response of the lower body", "response of the upper body"]
+            .into_iter()
+            .enumerate()
+        {
+            check(name, self.response[k], n * n)?;
+        }
+        for opening in self.opening.iter().flatten() {
+            check("opening by heat", opening, n * n)?;
+        }
+        for before in self.before {
+            check("temperature before", before, n)?;
+        }
+        check_number(
+            "speed",
+            self.speed,
+            self.speed >= 0.0,
+            "a number of at least 0 is needed",
+        )?;
+        let resistance = self.resistance;
+        check_number(
+            "resistance",
+            resistance,
+            resistance >= 0.0,
+            "a number of at least 0 is needed",
+        )?;
+        let is_share = (0.0..=1.0).contains(&self.share);
+        check_number(
+            "share",
+            self.share,
+            is_share,
+            "a number from 0 to 1 is needed",
+        )
+    }
+
+    /// Equal temperatures at the points of `active`, but for the resistance: with `q_lower = w - q_upper`,
+    /// `T_upper - T_lower = r (share w - q_upper)`.
+    fn divide(&self, active: Vec<usize>, n: usize) -> Division {
+        let [lower, upper] = self.response.map(|r| square(r, n));
+        let m = active.len();
+        let resistance = |a: usize, b: usize| if a == b { self.resistance } else { 0.0 };
+        let both = Mat::from_fn(m, m, |a, b| {
+            let (i, j) = (active[a], active[b]);
+            lower[(i, j)] + upper[(i, j)] + resistance(a, b)
+        });
+        let right = Mat::from_fn(m, m + 1, |a, b| {
+            let i = active[a];
+            if b == m {
+                self.before[0][i] - self.before[1][i]
+            } else {
+                lower[(i, active[b])] + self.share * resistance(a, b)
+            }
+        });
+        let solved = both.partial_piv_lu().solve(&right);
+        Division {
+            given: (0..m).map(|a| solved[(a, m)]).collect(),
+            matrix: Mat::from_fn(m, m, |a, b| solved[(a, b)]),
+            active,
+        }
+    }
+
+    /// What pressures open by their heat (n, n) [m/Pa], and what the heat that they exchange without friction does
+    /// (n) [m]; `power` is the heat of friction by a unit pressure (n).
+    fn feedback(
+        &self,
+        division: &Division,
+        power: &[f64],
+        n: usize,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
+        let [lower, upper] = self.opening?.map(|o| square(o, n));
+        let active = &division.active;
+        let m = active.len();
+        // q_lower = w - q_upper
+        let both = Mat::from_fn(n, m, |i, a| upper[(i, active[a])] - lower[(i, active[a])]);
+        let product = &both * &division.matrix;
+        let mut feedback = vec![0.0; n * n];
+        for i in 0..n {
+            for (a, &j) in active.iter().enumerate() {
+                feedback[i * n + j] = (product[(i, a)] + lower[(i, j)]) * power[j];
+            }
+        }
+        let given = (0..n)
+            .map(|i| (0..m).map(|a| both[(i, a)] * division.given[a]).sum())
+            .collect();
+        Some((feedback, given))
+    }
+}
+
+impl Problem {
+    /// Lets the upper body slide at a speed in `direction` (2n) with friction `friction` (n), and heats both bodies
+    /// by it over one implicit step of the time: the heat divides between them such that both have one temperature
+    /// where they touch, and opens and closes the gap in the same step.
+    ///
+    /// Where no heat opens a gap, pressures are those of [`Problem::slide`]. Where a point would open by the heat that
+    /// it exchanges, and close without it, there is no state with perfect contact [Barber1978]: such points then
+    /// exchange heat though they are just open.
+    ///
+    /// # Errors
+    /// As [`Problem::slide`], and numbers of the heating that are none.
+    pub fn slide_heated(
+        &self,
+        loading: &Loading,
+        direction: &[f64],
+        friction: &[f64],
+        heating: &Heating<'_>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<Heated, Error> {
+        let n = self.points();
+        self.check(loading)?;
+        check("direction", direction, 2 * n)?;
+        check("friction", friction, n)?;
+        heating.check(n)?;
+        check_factors(n, 4.0 * (8 * n * n) as f64)?;
+        let is_frictional =
+            direction.iter().any(|d| *d != 0.0) && friction.iter().any(|mu| *mu != 0.0);
+        let kept: Arc<Kept> = self.matrix(direction, is_frictional, monitor)?;
+        let motions = self.loaded(&loading.work);
+        let power: Vec<f64> = (0..n)
+            .map(|i| friction[i] * direction[i].hypot(direction[n + i]) * heating.speed)
+            .collect();
+        let mut active: Vec<bool> = match start {
+            Some(start) if start.len() == n => start,
+            _ => vec![true; n],
+        };
+        let mut iterations = 0;
+        for round in 1.. {
+            let points: Vec<usize> = (0..n).filter(|i| active[*i]).collect();
+            let division = heating.divide(points, n);
+            let fed = heating.feedback(&division, &power, n);
+            let gap: Vec<f64> = match &fed {
+                Some((_, given)) => loading.gap.iter().zip(given).map(|(g, o)| g + o).collect(),
+                None => loading.gap.clone(),
+            };
+            let contact = SlidingContact {
+                gap: &gap,
+                area: &self.geometry.area,
+                friction,
+                direction,
+                motions: &motions,
+                diagonal: loading.diagonal.as_deref(),
+            };
+            let feedback = fed.as_ref().map(|(feedback, _)| feedback.as_slice());
+            let mut solution =
+                kept.matrix
+                    .solve_fed_back(&contact, feedback, Some(active.clone()), monitor)?;
+            iterations += solution.iterations;
+            let found: Vec<bool> = solution.pressure.iter().map(|p| *p > 0.0).collect();
+            let is_solved = solution.status == Status::Solved;
+            if is_solved && round < ROUNDS && found != active {
+                active = found;
+                continue;
+            }
+            // a point that is warm in contact and cold when it is open may have no state between the two [Barber1978]
+            let is_within = found
+                .iter()
+                .zip(&active)
+                .all(|(found, active)| *active || !*found);
+            if is_solved && !is_within {
+                active
+                    .iter_mut()
+                    .zip(found)
+                    .for_each(|(active, found)| *active |= found);
+                continue;
+            }
+            solution.iterations = iterations;
+            let (flux, temperature) = heating.shared(&division, &power, &solution.pressure);
+            let outcome = Outcome::sliding(
+                &self.geometry,
+                [0.0; 3],
+                solution,
+                friction.to_vec(),
+                direction,
+            );
+            return Ok(Heated {
+                outcome,
+                flux,
+                temperature,
+                rounds: round,
+            });
+        }
+        unreachable!("the rounds end")
+    }
+}
+
+impl Heating<'_> {
+    /// Fluxes and temperatures of lower and upper body.
+    fn shared(
+        &self,
+        division: &Division,
+        power: &[f64],
+        pressure: &[f64],
+    ) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
+        let n = pressure.len();
+        let (mut lower, mut upper) = (vec![0.0; n], vec![0.0; n]);
+        for (a, &i) in division.active.iter().enumerate() {
+            let by_friction: f64 = division
+                .active
+                .iter()
+                .enumerate()
+                .map(|(b, &j)| division.matrix[(a, b)] * power[j] * pressure[j])
+                .sum();
+            upper[i] = division.given[a] + by_friction;
+            lower[i] = power[i] * pressure[i] - upper[i];
+        }
+        let flux = [lower, upper];
+        let temperature = std::array::from_fn(|k| {
+            let rows = self.response[k].chunks_exact(n.max(1));
+            rows.zip(self.before[k])
+                .map(|(row, before)| {
+                    before + row.iter().zip(&flux[k]).map(|(r, q)| r * q).sum::<f64>()
+                })
+                .collect()
+        });
+        (flux, temperature)
+    }
+}
