@@ -24,6 +24,7 @@ from .bodies.mesh import TetraMesh
 from .bodies.simple import HalfSpace, Rigid
 from .bodies.supports import Guide, Support
 from .bodies.surfaces import BodySurface, surface_gap
+from .contact.sliding_heat import SlidingHeat
 from .contact.sliding_start import StartOfSliding, start_of_sliding
 from .friction.field_table import FieldTable
 from .friction.fields import GaussianPressure, PressureDependentFriction, VelocityTable
@@ -95,6 +96,7 @@ if TYPE_CHECKING:
         | TangentialResult
         | FoundationResult
         | RollingTemperature
+        | SlidingHeat
         | Hertz
         | StepResult
         | StartOfSliding
@@ -185,6 +187,7 @@ __all__ = [
     "Rubbing",
     "Scene",
     "Shift",
+    "SlidingHeat",
     "Solid",
     "StartOfSliding",
     "StaticKinetic",

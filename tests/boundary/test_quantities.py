@@ -42,6 +42,8 @@ OTHERS = {
     "1/m": "1/mm",
     "m/Pa": "mm/MPa",
     "K": "mK",
+    "K m^2/W": "K mm^2/W",
+    "W/(m^2 K)": "kW/(m^2 K)",
     "W/(m K)": "kW/(m K)",
     "kg/m^3": "g/cm^3",
     "J/(kg K)": "kJ/(kg K)",
@@ -316,6 +318,13 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(rail_position=np.linspace(0.0, 0.02, 5), coefficient=np.full((2, 5), 0.3), x=[0.0, 1.0]),
     ),
     ("Rolling", mtb.Rolling, dict(creepage=(1e-3, 0.0, 0.1), angle=0.2, velocity=20.0, step=1e-3)),
+    (
+        "Scene.sliding_heat",
+        lambda **a: (
+            mtb.scenes.block_on_plane(spacing=0.025, friction=0.1).sliding_heat(steps=2, **a).temperatures
+        ),
+        dict(duration=2.0, velocity=3.0, bulk=(10.0, 20.0), film=(10.0, 5.0), resistance=1e-4, share=0.4),
+    ),
     (
         "TangentialResult.temperature",
         lambda **a: (

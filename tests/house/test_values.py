@@ -102,6 +102,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Rubbing": lambda: mtb.Rubbing(np.ones(2), np.ones(2), np.ones(2), 1.0, np.zeros((3, 2))),
     "Scene": lambda: mtb.scenes.block_on_plane(),
     "Shift": lambda: mtb.Shift((1e-6, 0.0)),
+    "SlidingHeat": lambda: mtb.scenes.block_on_plane(spacing=0.025, friction=0.1).sliding_heat(1.0, 1, 1.0),
     "Solid": lambda: mtb.scenes.block_on_plane(spacing=2e-2).solve("elastic-upper").solids()[0],
     "StartOfSliding": lambda: mtb.scenes.paraboloid_on_plane(points=8).start_of_sliding([(1e-6, 0.0)]),
     "StaticKinetic": lambda: mtb.StaticKinetic(0.3, 0.2),

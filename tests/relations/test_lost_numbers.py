@@ -43,6 +43,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "NormalResult": pressed,
     "Report": lambda: pressed().report,
     "TangentialResult": rolled,
+    "SlidingHeat": lambda: block().sliding_heat(1.0, 1, 1.0),
     "RollingTemperature": lambda: rolled().temperature(),
     "FoundationResult": lambda: mtb.fastsim(pressed(), creepage=(1e-3, 0.0, 0.0), friction=mtb.Coulomb(0.3)),
     "Hertz": lambda: mtb.hertz(50.0, 1.0),

@@ -9,6 +9,7 @@ from typing import Any, get_args, get_type_hints
 from pydantic import TypeAdapter
 
 from ..base.words import Model, Side
+from ..contact.sliding_heat import SlidingHeat
 from ..contact.sliding_start import StartOfSliding
 from ..half_space.creep_force import FoundationResult
 from ..half_space.hertzian import Hertz
@@ -70,6 +71,8 @@ FACTS: dict[str, dict[str, Any]] = {
     "error_estimate": {**NUMBER, "description": "estimated relative error of the pressure [-]"},
     "motion": {"type": "object", "description": "the arguments of Rolling or Shift"},
     "iterations": {"type": "array", "items": {"type": "integer"}, "description": "Newton steps"},
+    "time": {"$ref": "#/$defs/array", "description": "end of each step [s]"},
+    "peaks": {"$ref": "#/$defs/array", "description": "highest temperature of each step [K]"},
     "path_error": {
         "$ref": "#/$defs/array",
         "description": "estimated relative error by the finite steps of the way [-]",
@@ -106,6 +109,7 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     NormalResult: (_PRESSED, Report),
     TangentialResult: (("motion", "creepage", *_RUBBED), Report),
     FoundationResult: (_RUBBED, None),
+    SlidingHeat: (("inputs", "time", "peaks", "force", "friction_power", "heat_lower", "heat_upper"), None),
     RollingTemperature: (("heat_lower", "heat_upper", "friction_power"), None),
     Hertz: (("semi_axes", "peak_pressure", "curvatures", "lower", "upper", *_PRESSED), Report),
     StepResult: ((*_LOADED, "friction_power"), StepReport),

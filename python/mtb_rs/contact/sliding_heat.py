@@ -195,16 +195,16 @@ class _Body:
 
 def _sizes(problem: ContactProblem) -> Array:
     """Lengths and widths (n, 2) [m] of the rectangles that the contact points stand for."""
-    sizes = np.empty((problem.n, 2))
-    sizes[:, 0] = problem.patches[0].spacing[0]
-    for patch in problem.patches if problem.kept is None else ():
+    lengths = np.empty(sum(patch.nx * patch.ny for patch in problem.patches))
+    for patch in problem.patches:
         length = np.full((patch.ny, patch.nx), patch.spacing[0])
         if problem.averages is not None and patch.nx > 1:
             # hats at both ends reach inwards only
             length[:, [0, -1]] *= 0.5
-        sizes[patch.cut, 0] = length.ravel()
-    sizes[:, 1] = problem.area / sizes[:, 0]
-    return sizes
+        lengths[patch.cut] = length.ravel()
+    if problem.kept is not None:
+        lengths = lengths[problem.kept.numbers]
+    return np.stack([lengths, problem.area / lengths], axis=1)
 
 
 class _Passing:

@@ -115,8 +115,8 @@ def load(saved: str | Path) -> Any:
 
     Returns
     -------
-    Result, NormalResult, TangentialResult, RollingTemperature, FoundationResult, Hertz, StepResult, \
-StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve or WearResult
+    Result, NormalResult, TangentialResult, RollingTemperature, SlidingHeat, FoundationResult, Hertz, \
+StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve or WearResult
         Of the kind that was saved.
 
     Raises

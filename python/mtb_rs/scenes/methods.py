@@ -158,7 +158,7 @@ def heat(
     scene.check_model(model)
     if model == "auto":
         model = "elastic-upper"
-    if scene.own_model is None and not model.startswith("elastic-") or model == "elastic-lower":
+    if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
         raise ValueError(
             f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
         )

@@ -234,9 +234,10 @@ class Scene(PosedScene):
     ) -> SlidingHeat:
         """Heats the bodies by friction while they slide.
 
-        The upper body conducts heat on its own finite elements. The lower one is a half-space that passes below
-        it and comes back cold, as a rail does. Where both touch they have one temperature, which divides the
-        heat of friction between them. Steps are implicit, stable for any length, and of first order in the time.
+        The upper body conducts heat on its own finite elements. The lower one is a half-space that passes
+        below it and comes back cold, as a rail does. Where both touch they have one temperature, which
+        divides the heat of friction between them. Steps are implicit, stable for any length, and of first
+        order in the time.
         Thermal expansion is left out: pressures are those of cold bodies.
 
         Parameters
@@ -248,11 +249,11 @@ class Scene(PosedScene):
             Speed of sliding, or a function of the time [s] that gives it; None for that of the scene.
         lower, upper : Conductor
         bulk : (float, float) [K]
-            Temperatures at the beginning, over any common level: of the lower body wherever it comes from, and of the
-            upper one.
+            Temperatures at the beginning, over any common level: of the lower body wherever it comes from,
+            and of the upper one.
         film : (float, float) [W/(m^2 K)], [K]
-            Heat transfer coefficient of the surface of the upper body outside its contact face, and the temperature
-            around it.
+            Heat transfer coefficient of the surface of the upper body outside its contact face, and the
+            temperature around it.
         resistance : float [K m^2/W]
             Of the contact to heat.
         share : float [-]

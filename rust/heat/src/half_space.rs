@@ -79,7 +79,7 @@ impl HalfSpace {
     /// # Errors
     /// As [`HalfSpace::influence`].
     pub fn influences(&self, points: &[[f64; 2]], sizes: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
-        let pairs = self.pairs(points, sizes)?;
+        let pairs = pairs(points, sizes)?;
         // on regular grids most distances come again and again
         let mut places: HashMap<[u64; 4], usize> = HashMap::new();
         let mut unlike: Vec<([f64; 2], [f64; 2])> = Vec::new();
@@ -127,8 +127,7 @@ impl HalfSpace {
         let each =
             2.0 * (1.0 + poisson_ratio) * expansion / (self.conductor.capacity() * self.speed);
         let [c, s] = self.direction;
-        Ok(self
-            .pairs(points, sizes)?
+        Ok(pairs(points, sizes)?
             .map(|(offset, size)| {
                 let (along, across) =
                     (c * offset[0] + s * offset[1], c * offset[1] - s * offset[0]);
@@ -142,34 +141,6 @@ impl HalfSpace {
                 }
             })
             .collect())
-    }
-
-    /// Offset of each point from each other one, and the size there.
-    fn pairs<'a>(
-        &self,
-        points: &'a [[f64; 2]],
-        sizes: &'a [[f64; 2]],
-    ) -> Result<impl Iterator<Item = ([f64; 2], [f64; 2])> + 'a, Error> {
-        if sizes.len() != points.len() {
-            return Err(Error::Shape {
-                name: "sizes",
-                found: sizes.len(),
-                expected: points.len(),
-            });
-        }
-        for point in points {
-            check("point", point, 2)?;
-        }
-        for size in sizes {
-            positive("size[0]", size[0])?;
-            positive("size[1]", size[1])?;
-        }
-        Ok(points.iter().flat_map(move |p| {
-            points
-                .iter()
-                .zip(sizes)
-                .map(move |(q, size)| ([p[0] - q[0], p[1] - q[1]], *size))
-        }))
     }
 
     /// The integral over the triangle between the point and a side, positive if the side is passed to the left.
@@ -220,6 +191,33 @@ impl HalfSpace {
             .map(|w| towards_ends(&integrand, w[0], w[1], FINEST * length))
             .sum()
     }
+}
+
+/// Offset of each point from each other one, and the size there.
+fn pairs<'a>(
+    points: &'a [[f64; 2]],
+    sizes: &'a [[f64; 2]],
+) -> Result<impl Iterator<Item = ([f64; 2], [f64; 2])> + 'a, Error> {
+    if sizes.len() != points.len() {
+        return Err(Error::Shape {
+            name: "sizes",
+            found: sizes.len(),
+            expected: points.len(),
+        });
+    }
+    for point in points {
+        check("point", point, 2)?;
+    }
+    for size in sizes {
+        positive("size[0]", size[0])?;
+        positive("size[1]", size[1])?;
+    }
+    Ok(points.iter().flat_map(move |p| {
+        points
+            .iter()
+            .zip(sizes)
+            .map(move |(q, size)| ([p[0] - q[0], p[1] - q[1]], *size))
+    }))
 }
 
 /// The integral of a function that changes fastest near the ends, by Gauss' rule on parts that grow away from both.

@@ -389,3 +389,112 @@ fn parts_must_belong_together() {
     let wall = geometry(0.5 * PI).sliding_direction([1.0, 0.0]);
     assert_eq!(wall.err(), Some(Error::Normal { index: 0 }));
 }
+
+/// Responses and openings that a body with a smooth memory of heat may have, row-major.
+fn spread(scale: f64, width: f64) -> Vec<f64> {
+    (0..N * N)
+        .map(|k| {
+            let ([x, y], [u, v]) = (place(k / N), place(k % N));
+            scale * (-(x - u).hypot(y - v) / (width * CELL)).exp()
+        })
+        .collect()
+}
+
+#[test]
+fn a_heated_state_slides_on_the_gap_that_its_own_heat_opens() {
+    let problem = problem(0.0, Some(half_space(0.2)));
+    let loading = pressed_by(&problem, Load::Force(600.0));
+    let direction = problem.geometry().sliding_direction([1.0, 0.0]).unwrap();
+    let friction = vec![0.2; N];
+    let (lower, upper) = (spread(1e-6, 1.0), spread(4e-6, 2.0));
+    let (falls, rises) = (spread(-2e-15, 2.0), spread(-1.2e-14, 3.0));
+    let (cold, warm) = (vec![20.0; N], vec![35.0; N]);
+    let heating = Heating {
+        response: [&lower, &upper],
+        opening: Some([&falls, &rises]),
+        before: [&cold, &warm],
+        speed: 2.0,
+        resistance: 3e-7,
+        share: 0.4,
+    };
+    let slide = |heating: &Heating<'_>| {
+        problem
+            .slide_heated(&loading, &direction, &friction, heating, None, &unmonitored)
+            .unwrap()
+    };
+    let found = slide(&heating);
+    assert_eq!(found.outcome.unsolved(), None);
+    let pressure = &found.outcome.solution.pressure;
+    // the same heat, known beforehand
+    let mut opened = loading.clone();
+    for (k, opening) in [&falls, &rises].into_iter().enumerate() {
+        for (gap, row) in opened.gap.iter_mut().zip(opening.chunks_exact(N)) {
+            *gap += row
+                .iter()
+                .zip(&found.flux[k])
+                .map(|(o, q)| o * q)
+                .sum::<f64>();
+        }
+    }
+    let again = problem
+        .slide(
+            &opened,
+            &direction,
+            Friction::Field(&friction),
+            None,
+            &unmonitored,
+        )
+        .unwrap();
+    let peak = pressure.iter().copied().fold(0.0, f64::max);
+    for (a, b) in pressure.iter().zip(&again.solution.pressure) {
+        assert!((a - b).abs() < 1e-8 * peak, "{a} {b}");
+    }
+    // heat is that of friction, and passes the resistance by the difference of temperatures
+    for i in 0..N {
+        let [below, above] = [found.flux[0][i], found.flux[1][i]];
+        let power = 0.2 * pressure[i] * 2.0;
+        assert!((below + above - power).abs() < 1e-9 * peak);
+        if pressure[i] > 0.0 {
+            let jump = found.temperature[1][i] - found.temperature[0][i];
+            assert!((jump - 3e-7 * (0.4 * power - above)).abs() < 1e-8 * (1.0 + jump.abs()));
+        }
+    }
+    // it matters, and without openings pressures are those of cold bodies
+    let unheated = problem
+        .slide(
+            &loading,
+            &direction,
+            Friction::Field(&friction),
+            None,
+            &unmonitored,
+        )
+        .unwrap();
+    let differs = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+            / peak
+    };
+    assert!(differs(pressure, &unheated.solution.pressure) > 1e-2);
+    let apart = slide(&Heating {
+        opening: None,
+        ..heating
+    });
+    assert!(
+        differs(
+            &apart.outcome.solution.pressure,
+            &unheated.solution.pressure
+        ) < 1e-10
+    );
+    // bad input
+    let bad = Heating {
+        share: 2.0,
+        ..heating
+    };
+    assert!(
+        problem
+            .slide_heated(&loading, &direction, &friction, &bad, None, &unmonitored)
+            .is_err()
+    );
+}

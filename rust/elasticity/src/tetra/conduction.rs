@@ -352,7 +352,7 @@ impl ConductionStep {
         for batch in rows.chunks_mut(GROUP) {
             batch.par_iter_mut().try_for_each(|(column, row)| {
                 let mut x = vec![0.0; width];
-                for (k, b) in column.iter() {
+                for (k, b) in *column {
                     x[*k] = *b;
                 }
                 self.factor

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Heat of friction in bodies that slide, against closed forms, balances and an own solution."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+STEEL = mtb.conducting_steel
+#: Takes no heat; stays cold whatever enters it.
+WOOL, COLD = mtb.Conductor(1e-6, 1.0, 1e-3), mtb.Conductor(1e9, 1e6, 1e6)
+
+
+def shoe(**given: object) -> mtb.Scene:
+    stated = {"friction": 0.1, "magnetic_pressure": 1e6, "spacing": 8e-3, **given}
+    return mtb.scenes.pole_shoe_on_rail(**stated)  # type: ignore[arg-type]
+
+
+def test_pressures_are_those_of_cold_bodies_and_heat_is_conserved() -> None:
+    cold = shoe().solve(model="elastic-upper")
+    found = shoe().sliding_heat(10.0, 8, 20.0, film=(40.0, -5.0))
+    assert found.pressure == pytest.approx(cold.pressure, rel=1e-9, abs=1e-6 * cold.pressure.max())
+    assert found.force == pytest.approx(cold.force, rel=1e-9, abs=1e-9 * np.abs(cold.force).max())
+    # friction times speed is the heat; it goes into both bodies
+    assert found.friction_powers == pytest.approx(abs(cold.force[0]) * 20.0, rel=2e-3)
+    assert found.heats_upper + found.heats_lower == pytest.approx(found.friction_powers, rel=1e-12)
+    dt = np.diff(found.time, prepend=0.0)
+    kept = np.cumsum((found.heats_upper - found.losses) * dt)
+    assert found.stored == pytest.approx(kept, rel=1e-10)
+    # in contact both have one temperature
+    touching = found.status > 0
+    assert found.temperature_upper[touching] == pytest.approx(found.temperature_lower[touching], rel=1e-9)
+    assert np.all(np.diff(found.means) > 0.0)
+    assert found.peaks[-1] == found.temperature_upper.max()
+
+
+def test_all_heat_into_the_shoe_is_the_root_of_the_time() -> None:
+    # a block whose face takes all the heat, before its depth counts
+    scene = mtb.scenes.block_on_plane(spacing=5e-3, friction=0.1)
+    duration, speed = 2.0, 3.0
+    runs = [
+        scene.sliding_heat(duration, steps, speed, lower=WOOL, model="elastic-upper") for steps in (20, 40)
+    ]
+    mean = 0.1 * (runs[0].pressure @ runs[0].area) / runs[0].area.sum() * speed
+    exact = 2.0 * mean * math.sqrt(duration / math.pi) / STEEL.effusivity
+    errors = [abs(run.means[-1] / exact - 1.0) for run in runs]
+    assert errors[1] < 6e-3
+    assert errors[1] < errors[0]
+    assert runs[1].heats_lower == pytest.approx(0.0, abs=1e-3 * runs[1].friction_power)
+
+
+def test_a_cold_rail_takes_all_and_a_resistance_keeps_the_shares() -> None:
+    cold = shoe().sliding_heat(5.0, 4, 20.0, lower=COLD)
+    assert np.abs(cold.peaks).max() < 1e-3
+    assert cold.heats_upper == pytest.approx(0.0, abs=1e-3 * cold.friction_power)
+    # nothing passes a resistance that is large beside those of the bodies
+    apart = shoe().sliding_heat(5.0, 4, 20.0, resistance=1e4, share=0.3)
+    assert apart.heats_upper == pytest.approx(0.3 * apart.friction_powers, rel=1e-4)
+
+
+def by_lines(power: Array, rail: Array, dt: float, steps: int, depth: float, cells: int) -> Array:
+    """Temperatures of points that each heat a column of their own above a rail, by finite volumes."""
+    dz = depth / cells
+    n = power.size
+    conduction = np.zeros((cells, cells))
+    for k in range(cells - 1):
+        conduction[k : k + 2, k : k + 2] += STEEL.conductivity / dz * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    stored = STEEL.density * STEEL.specific_heat * dz / dt * np.eye(cells)
+    inverse = np.linalg.inv(stored + conduction)
+    # the surface is half a cell before the first centre
+    own = inverse[0, 0] + 0.5 * dz / STEEL.conductivity
+    temperature = np.zeros((n, cells))
+    for _ in range(steps):
+        before = (inverse @ (stored @ temperature.T)).T
+        upper = np.linalg.solve(own * np.eye(n) + rail, rail @ power - before[:, 0])
+        temperature = before + np.outer(upper, inverse[:, 0])
+    return np.asarray(before[:, 0] + own * upper)
+
+
+def test_a_long_shoe_agrees_with_columns_over_a_rail() -> None:
+    # lateral conduction is weak over a long block in a short time; the rail by the heat of points upstream
+    scene = mtb.scenes.block_on_plane(spacing=0.02, friction=0.1)
+    duration, steps, speed = 4.0, 40, 8.0
+    found = scene.sliding_heat(duration, steps, speed, model="elastic-upper")
+    ny = found.patches[0].ny
+    nx = found.patches[0].nx
+    row = slice((ny // 2) * nx, (ny // 2 + 1) * nx)
+    x, area = found.points[0][row], found.area[row]
+    length = np.where((x == x.min()) | (x == x.max()), 0.5, 1.0) * found.patches[0].spacing[0]
+    # sliding along +x: the rail comes from the front
+    order = np.argsort(-x)
+    ends = np.concatenate([[0.0], np.cumsum(length[order])])
+    middle = np.abs(x[order] - x.max())
+    rail = np.zeros((nx, nx))
+    for i in range(nx):
+        for j in range(i + 1):
+            near = max(middle[i] - ends[j + 1], 0.0)
+            rail[i, j] = 2.0 * (math.sqrt(max(middle[i] - ends[j], 0.0)) - math.sqrt(near))
+    rail *= 1.0 / (STEEL.effusivity * math.sqrt(math.pi * speed))
+    power = 0.1 * found.pressure[row][order] * speed
+    assert area.min() > 0.0
+    own = by_lines(power, rail, duration / steps, steps, 0.1, 400)
+    inner = slice(2, nx - 2)
+    assert found.temperature_upper[row][order][inner] == pytest.approx(own[inner], rel=0.05)
+
+
+def test_steps_are_of_first_order_and_stable() -> None:
+    runs = [shoe().sliding_heat(8.0, steps, 20.0).means[-1] for steps in (5, 10, 20, 40)]
+    changes = np.abs(np.diff(runs))
+    assert changes[0] / changes[1] == pytest.approx(2.0, abs=0.5)
+    assert changes[1] / changes[2] == pytest.approx(2.0, abs=0.5)
+    # an hour in one step
+    assert 0.0 < shoe().sliding_heat(3600.0, 1, 20.0).means[-1] < 100.0
+
+
+def test_speed_and_tables_change_with_the_time() -> None:
+    table = mtb.VelocityTable([0.0, 10.0, 30.0], [0.2, 0.15, 0.1])
+    found = shoe(friction=table, velocity=20.0).sliding_heat(4.0, 8, lambda t: 30.0 - 7.0 * t)
+    assert found.velocity == pytest.approx(30.0 - 7.0 * found.time)
+    mu = np.abs(found.forces[:, 0]) / np.abs(found.forces[:, 2])
+    assert mu == pytest.approx(np.interp(found.velocity, table.velocity, table.value), rel=0.02)
+    still = shoe().sliding_heat(4.0, 4, 0.0, bulk=(0.0, 50.0))
+    assert still.friction_power == 0.0
+    assert still.heat_upper == pytest.approx(-still.heat_lower)
+    assert still.heat_upper < 0.0
+    assert 0.0 < still.means[-1] < 50.0
+
+
+def test_temperatures_count_from_any_level() -> None:
+    warm = shoe().sliding_heat(2.0, 4, 20.0, bulk=(30.0, 30.0))
+    level = shoe().sliding_heat(2.0, 4, 20.0)
+    assert warm.temperature_upper == pytest.approx(level.temperature_upper + 30.0, rel=1e-9)
+    assert warm.stored == pytest.approx(level.stored, rel=1e-6)
+
+
+def test_rails_of_elements_and_bodies_of_their_own_are_heated() -> None:
+    both = shoe(spacing=0.012).sliding_heat(4.0, 4, 20.0, model="elastic-both")
+    assert both.heats_upper + both.heats_lower == pytest.approx(both.friction_powers, rel=1e-12)
+    ready = mtb.scenes.block_on_plane(spacing=0.0125, friction=0.1)
+    upper = ready.solve(model="elastic-upper").parts[0].body
+    own = mtb.Scene(
+        upper,
+        ready.lower,
+        spacing=0.0125,
+        friction=0.1,
+        magnetic_pressure=ready.magnetic_pressure,
+        sliding_direction=(1.0, 0.0),
+    )
+    seen = own.sliding_heat(2.0, 4, 5.0)
+    known = ready.sliding_heat(2.0, 4, 5.0)
+    assert seen.heats_upper == pytest.approx(known.heats_upper, rel=0.02)
+    assert seen.peaks == pytest.approx(known.peaks, rel=0.02)
+
+
+def test_it_is_saved_and_drawn(tmp_path: object) -> None:
+    found = shoe().sliding_heat(2.0, 2, 20.0)
+    found.save(f"{tmp_path}/heat")
+    loaded = mtb.load(f"{tmp_path}/heat")
+    assert isinstance(loaded, mtb.SlidingHeat)
+    assert np.array_equal(loaded.temperatures, found.temperatures)
+    assert loaded.totals()["heat_upper"].values == found.heat_upper
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"duration": -1.0}, "duration is -1"),
+        ({"steps": 0}, "steps is 0"),
+        ({"velocity": -2.0}, "velocity is -2 m/s at"),
+        ({"velocity": lambda t: math.nan}, "velocity is nan"),
+        ({"film": (-1.0, 0.0)}, r"film\[0\] is -1"),
+        ({"resistance": -1.0}, "resistance is -1"),
+        ({"share": 1.5}, "share is 1.5"),
+        ({"upper": 3}, "upper is 3: a Conductor"),
+        ({"model": "half-space"}, "heat needs an elastic upper body"),
+    ],
+)
+def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:
+    stated = {"duration": 1.0, "steps": 1, "velocity": 20.0, **given}
+    with pytest.raises(ValueError, match=message):
+        shoe().sliding_heat(**stated)  # type: ignore[arg-type]
+
+
+def test_without_a_speed_or_a_direction_nothing_is_heated() -> None:
+    with pytest.raises(ValueError, match="velocity is missing"):
+        shoe().sliding_heat(1.0, 1)
+    with pytest.raises(ValueError, match="nothing slides"):
+        shoe(sliding_direction=None).sliding_heat(1.0, 1, 20.0)
