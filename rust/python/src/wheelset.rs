@@ -332,6 +332,7 @@ impl PyWheelTangent {
 
 impl PyWheelTangent {
     fn column<'py>(&self, py: Python<'py>, change: &WheelChange) -> PyResult<Bound<'py, PyDict>> {
+        type Of = fn(&PatchChange) -> &[f64];
         let column = PyDict::new(py);
         let put = |name: &str, values: Vec<f64>| column.set_item(name, values.into_pyarray(py));
         put("force", change.force.to_vec())?;
@@ -340,7 +341,6 @@ impl PyWheelTangent {
         put("vertical_force", self.sides.iter().map(of_side).collect())?;
         put("pose", change.pose.to_vec())?;
         put("friction_power", vec![change.friction_power])?;
-        type Of = fn(&PatchChange) -> &[f64];
         let of_patches: [(&str, Of); 10] = [
             ("position", |p| &p.position),
             ("contact_angle", |p| std::slice::from_ref(&p.contact_angle)),
