@@ -108,6 +108,17 @@ def test_area_of_rough_contact_saturates(hardness: float) -> None:
     assert soft.contact_area < found.contact_area
 
 
+def test_area_over_the_load_is_straight_where_tips_flow() -> None:
+    heights = mtb.roughness(48, 1e-6, rms_slope=0.5, seed=2)
+    nominal, hardness = (48e-6) ** 2, 3e8
+    forces = np.array([0.05, 0.1, 0.2, 0.4]) * hardness * nominal
+    curve = mtb.area_load_curve(
+        heights.max() - heights, 1e-6, forces, lower=mtb.steel, upper=mtb.Rigid(), hardness=hardness
+    )
+    assert curve.contact_area == pytest.approx(forces / hardness, rel=0.08)
+    assert np.all(curve.contact_area >= forces / hardness * (1.0 - 1e-9))
+
+
 def test_a_high_hardness_changes_nothing() -> None:
     gap, side = bowl(40)
     elastic = mtb.solve_normal(gap, side, **STEEL, force=500.0)

@@ -265,11 +265,13 @@ def area_load_curve(
     upper: Material | Simple,
     periodic: bool = True,
     tolerance: float | None = None,
+    hardness: float | None = None,
 ) -> AreaLoadCurve:
     """Contact area, approach and mean gap of a rough contact over the normal force.
 
     Parameters are those of :func:`mtb_rs.solve_normal`; `forces` [N] are solved one by one. A cell counts as
-    in contact as a whole, so the area is too large by about half a cell along its border.
+    in contact as a whole, so the area is too large by about half a cell along its border. With a `hardness`
+    [Pa] tips flow, and the area comes to the force over the hardness.
     """
     loads = [positive(f"forces[{k}]", force, "N") for k, force in enumerate(forces)]
     # contacts of a few cells are expected between rough surfaces, as are pressures at which their tips flow
@@ -284,6 +286,7 @@ def area_load_curve(
                 periodic=periodic,
                 tolerance=tolerance,
                 edge="auto" if periodic else "sharp",
+                hardness=hardness,
             )
             for force in loads
         ]
