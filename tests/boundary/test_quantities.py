@@ -45,6 +45,7 @@ OTHERS = {
     "K m^2/W": "K mm^2/W",
     "W/(m^2 K)": "kW/(m^2 K)",
     "W/(m K)": "kW/(m K)",
+    "1/Pa": "1/MPa",
     "kg/m^3": "g/cm^3",
     "J/(kg K)": "kJ/(kg K)",
 }
@@ -55,6 +56,7 @@ MADE_HERE = {
     "ChartPoint": "by Scene.chart",
     "CreepForceTable": "by CreepForceTable.build",
     "Field": "by the results",
+    "Rubbing": "by wear",
     "SweepTable": "by sweep",
     "WheelState": "by steps of wheels",
 }
@@ -197,6 +199,24 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("BodySurface.rail", lambda **a: points(mtb.BodySurface.rail(**a)), dict(length=0.2)),
     ("BodySurface.top", mtb.BodySurface.paraboloid(0.1).top, dict(x=[0.01, 0.02], y=[0.0, 0.01])),
     ("BodySurface.bottom", mtb.BodySurface.paraboloid(0.1).bottom, dict(x=0.01, y=0.02)),
+    ("Archard", mtb.Archard, dict(wear_coefficient=1e-13)),
+    (
+        "WearMap",
+        mtb.WearMap,
+        dict(hardness=3e9, k=[[5e-4, 35e-4], [350e-4, 350e-4]], pressure=[2.4e9], speed=[0.2]),
+    ),
+    ("EnergyWear", mtb.EnergyWear, dict(energy=[0.0, 1e7], rate=[0.0, 0.05], density=7850.0)),
+    ("Passages", mtb.Passages, dict(distance=30.0)),
+    (
+        "wear",
+        lambda **given: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), **given),
+        dict(distance=1e-3, law=1e-13, tolerance=0.1, uniformity=0.9, limit=1e-7),
+    ),
+    (
+        "WearResult.life",
+        lambda limit: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), 1e-3, 1e-13).life(limit),
+        dict(limit=1e-9),
+    ),
     ("Conductor", mtb.Conductor, dict(conductivity=50.0, density=7850.0, specific_heat=450.0)),
     ("Coulomb", mtb.Coulomb, dict(coefficient=0.3)),
     ("Coulomb", mtb.Coulomb, dict(coefficient=np.full((12, 12), 0.3))),
@@ -305,6 +325,16 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     *(
         (f"Profile.{name}", getattr(RAIL, name), dict(y=[0.01, 0.02]))
         for name in ("height", "slope", "curvature", "normal", "arc_length")
+    ),
+    (
+        "Profile.to_file",
+        lambda y: (RAIL.to_file("rail.prr", y), Path("rail.prr").read_text()[-200:])[1],
+        dict(y=[0.01, 0.02, 0.03]),
+    ),
+    (
+        "TangentialResult.wear_depth",
+        lambda wheel_radius: rolled().wear_depth(1e-13, wheel_radius),
+        dict(wheel_radius=0.46),
     ),
     (
         "Profile.from_points",
@@ -575,6 +605,10 @@ def quantity(value: Any, unit: Any) -> Any:
     unit = "1" if unit == "1 or Pa" else unit
     there = UNITS.Quantity(np.asarray(value, dtype=float), "" if unit == "1" else unit)
     return there.to(OTHERS[unit]) if there.ndim else UNITS.Quantity(float(value), unit).to(OTHERS[unit])
+
+
+def rolled() -> mtb.TangentialResult:
+    return mtb.solve_tangential(field(), mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))
 
 
 def close(a: Any, b: Any) -> bool:

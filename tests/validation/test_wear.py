@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.commands import main
 
 Array = NDArray[np.float64]
 
@@ -319,3 +320,87 @@ def test_a_contact_that_does_not_slide_says_so() -> None:
     wedged = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.3).with_(friction=40.0)
     with pytest.raises(mtb.ConvergenceError, match="after 0 m of sliding there is no contact"):
         mtb.wear(wedged, 1.0, WEAR, model="elastic-upper")
+
+
+def hill(cells: int) -> mtb.PressureField:
+    """An ellipsoid of pressure on half axes of 5 and 4 mm."""
+    x = (np.arange(cells) + 0.5) / cells * 2.4 - 1.2
+    inside = np.sqrt(np.maximum(0.0, 1.0 - x[None] ** 2 - x[:, None] ** 2))
+    return mtb.PressureField(8e8 * inside, (12e-3 / cells, 9.6e-3 / cells), mtb.steel, mtb.steel)
+
+
+def rolling(**given: Any) -> mtb.TangentialResult:
+    return mtb.solve_tangential(hill(24), mtb.Rolling(**{"velocity": 20.0} | given), mtb.Coulomb(0.3))
+
+
+def test_a_pass_of_rolling_wears_the_work_of_friction() -> None:
+    """Without spin the heat is force times creepage, so that Archard wears kappa / mu times that volume."""
+    for creepage in ((1e-3, 0.0, 0.0), (5e-3, 2e-3, 0.0)):
+        found = rolling(creepage=creepage)
+        width = float(found.points[1, 1, 0] - found.points[1, 0, 0])
+        worn = found.wear_depth(WEAR).sum() * width
+        work = abs(found.force[:2] @ np.array(creepage[:2]))
+        assert worn == pytest.approx(WEAR / 0.3 * work, rel=1e-8)
+        wheel = found.wear_depth(mtb.Archard(WEAR), wheel_radius=0.46)
+        np.testing.assert_allclose(wheel * 2.0 * np.pi * 0.46, found.wear_depth(WEAR))
+    # the energy law wears as fast where its table is a line
+    line = mtb.EnergyWear([0.0, 1e9], [0.0, 1e9 * WEAR / 0.3 * 7850.0], 7850.0)
+    np.testing.assert_allclose(found.wear_depth(line), found.wear_depth(WEAR), rtol=1e-9)
+    assert found.wear_depth(mtb.WearMap.of_wheel_steel(3e9)).max() > 0.0
+    shifted = mtb.solve_tangential(hill(16), mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
+    with pytest.raises(ValueError, match="a shift passes over nothing"):
+        shifted.wear_depth(WEAR)
+
+
+def test_a_wheel_wears_by_its_heat() -> None:
+    step = mtb.scenes.wheel_on_rail(spacing=0.5e-3, friction=0.3).prepare().step(velocity=20.0)
+    assert isinstance(step, mtb.WheelStep)
+    for patch in step.patches:
+        width = float(patch.y[1] - patch.y[0])
+        worn = patch.wear_depth(WEAR).sum() * width
+        heat = float(patch.dissipation.sum()) * patch.area / abs(patch.rolling_speed)
+        assert worn == pytest.approx(WEAR / 0.3 * heat, rel=1e-6)
+
+
+def test_a_case_wears(tmp_path: Path) -> None:
+    words = (
+        'scene = "pole_shoe_on_rail"\nspacing = 8e-3\nfriction = 0.2\nvelocity = 5.0\n'
+        '[solve]\nmodel = "half-space"\n[wear]\nlower_law = {k = 1e-4, hardness = 3e9}\nlaw = 1e-13\n'
+    )
+    file = tmp_path / "case.toml"
+    file.write_text(words + "passages = [{distance = 20.0, count = 3}, {distance = 5.0, velocity = 2.0}]\n")
+    case = mtb.load_case(file)
+    found = case.solve()
+    assert isinstance(found, mtb.WearResult)
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.2, velocity=5.0)
+    duty = [mtb.Passages(20.0, 3), mtb.Passages(5.0, 1, {"velocity": 2.0})]
+    own = mtb.wear(shoe, duty, WEAR, mtb.Archard.of_hardness(1e-4, 3e9), model="half-space")
+    np.testing.assert_array_equal(found.depths, own.depths)
+    for more, words_of in (
+        ("", "one of distance"),
+        ("distance = -1.0", "distance is -1"),
+        ("distance = 1.0\nlimits = 1.0", "did you mean 'limit'"),
+        ("distance = 1.0\n[rolling]\ncreepage = [1e-3, 0.0, 0.0]", "wear and a rolling or shift"),
+        ("passages = [{count = 1}]", "a table with distance"),
+    ):
+        file.write_text(words + more)
+        with pytest.raises(mtb.CaseError, match=words_of):
+            mtb.load_case(file)
+
+
+@pytest.mark.filterwarnings("ignore::mtb_rs.PictureWarning")
+def test_the_command_wears_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "case.toml", tmp_path / "out"
+    scene = 'scene = "pole_shoe_on_rail"\nspacing = 8e-3\n[solve]\nmodel = "half-space"\n'
+    file.write_text(scene + "[wear]\ndistance = 50.0\nlaw = 1e-13\n")
+    assert main(["wear", str(file), "-o", str(out)]) == 0
+    assert "worn off the upper body" in capsys.readouterr().out
+    steps = (out / "wear.jsonl").read_bytes()
+    rows = (out / "wear.csv").read_text().splitlines()
+    assert len(rows) == len(mtb.load(out).distance) + 1  # type: ignore[union-attr]
+    assert mtb.Profile.from_file(out / "rail.prr").height(0.0) == pytest.approx(0.0, abs=1e-9)
+    assert main(["wear", str(file), "-o", str(out)]) == 0
+    assert (out / "wear.jsonl").read_bytes() == steps
+    file.write_text(scene)
+    assert main(["wear", str(file), "-o", str(out)]) == 2
+    assert "has no table [wear]" in capsys.readouterr().err

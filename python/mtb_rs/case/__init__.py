@@ -30,17 +30,20 @@ from ..base.words import Method
 from ..friction.fields import check_friction
 from ..half_space.tangential import Rolling, Shift, TangentialResult
 from ..results.result import Result
+from ..results.wear_result import WearResult
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
 from ..scenes.methods import OPTIONS, check_options, method_options, solve_defaults
 from ..scenes.moving import Moving
 from ..scenes.scene import Scene
-from .values import MOTIONS, MaterialWords, motion_words, words_of
+from ..studies.wear import wear
+from .values import MOTIONS, MaterialWords, motion_words, read_by, words_of
+from .wear_words import LOOK, wear_of
 
 T = TypeVar("T")
 
 #: Fields of a case that are no arguments of its scene.
-_BESIDES = ("scene_name", "solve_options", *(f"{name}_words" for name in MOTIONS))
+_BESIDES = ("scene_name", "solve_options", "wear_words", *(f"{name}_words" for name in MOTIONS))
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
@@ -150,11 +153,38 @@ class Case(BaseModel):
         given = (getattr(self, f"{name}_words") for name in MOTIONS)
         return next((motion for motion in given if motion is not None), None)
 
-    def solve(self) -> Result | TangentialResult:
-        """Solves the scene with the options of ``[solve]``, then its rolling or shift.
+    @property
+    def wear(self) -> dict[str, Any] | None:
+        """The arguments of :func:`mtb_rs.wear` in ``[wear]``; None without this table."""
+        found: dict[str, Any] | None = getattr(self, "wear_words")  # noqa: B009 (a field made below)
+        return found
 
-        Errors as :meth:`mtb_rs.Scene.solve` and :func:`mtb_rs.solve_tangential`.
+    def worn(self, **options: Any) -> WearResult:
+        """Wears the scene as ``[wear]`` says; `checkpoint` and `progress` as :func:`mtb_rs.wear`.
+
+        Errors as :func:`mtb_rs.wear`.
         """
+        scene, asked = self.scene(), self.wear
+        if asked is None:
+            raise CaseError(f"{self._source}: has no table [wear]")
+        given = self._words.get("solve", {})
+        if set(given) - {"model"}:
+            more = ", ".join(sorted(set(given) - {"model"}))
+            raise CaseError(f"{self._source}: solve.{more}: beside [wear] only solve.model has a meaning")
+        try:
+            return wear(scene, **asked, model=self.solving["model"], **options)
+        except ValueError as error:
+            if isinstance(error, RuntimeError):
+                raise
+            raise CaseError(f"{self._source}: {error}") from error
+
+    def solve(self) -> Result | TangentialResult | WearResult:
+        """Solves the scene with the options of ``[solve]``, then its rolling or shift, or wears it.
+
+        Errors as :meth:`mtb_rs.Scene.solve`, :func:`mtb_rs.solve_tangential` and :func:`mtb_rs.wear`.
+        """
+        if self.wear is not None:
+            return self.worn()
         scene, motion = self.scene(), self.motion
         try:
             if motion is None:
@@ -177,6 +207,11 @@ class Case(BaseModel):
             If the case cannot be solved as it is stated; the message names all that is wrong.
         """
         scene, motion, options = self.scene(), self.motion, self.solving
+        if self.wear is not None:
+            raise CaseError(
+                f"{self._source}: [wear] is given, whose steps depend on what is found: take the table out "
+                "to see what one of them takes"
+            )
         try:
             if motion is None:
                 return scene.expected_cost(**options)
@@ -257,6 +292,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
             wrong[line()] = None
         elif key not in told:
             untold += 1
+    if "wear" in words and set(MOTIONS) & set(words):
+        wrong["wear and a rolling or shift are given: give one of the two"] = None
     if set(MOTIONS) <= set(words):
         wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
     if wrong:
@@ -274,7 +311,7 @@ def _wrong_besides(
     words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
 ) -> list[str]:
     """Values that no scene takes, beside keys and values of which that is known."""
-    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", *MOTIONS}
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", "wear", *MOTIONS}
     rest = {key: value for key, value in words.items() if key not in keys}
     if len(rest) == len(words):  # keys that hold signs of their own
         return []
@@ -330,6 +367,7 @@ def case_model(scene: str) -> type[Case]:
     )
     fields = words_of(getattr(scenes, scene))
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
+    fields["wear_words"] = (read_by(wear_of, LOOK), Field(default=None, alias="wear"))
     for name, motion in MOTIONS.items():
         fields[f"{name}_words"] = (motion_words(motion), Field(default=None, alias=name))
     return create_model(f"{scene}_case", __base__=Case, **fields)

@@ -51,6 +51,10 @@ def _chart(options: argparse.Namespace) -> int:
     console = console_on(sys.stdout)
     directory = Chart.check_saveable(directory_of(options))
     case = load_case(options.case)
+    if case.wear is not None:
+        raise ValueError(
+            f"{options.case}: [wear] is given, and a chart compares single solves: take the table out"
+        )
     if case.motion is not None:
         raise ValueError(
             f"{options.case}: [{case.motion.word}] is given, and a chart compares ways to press down, "

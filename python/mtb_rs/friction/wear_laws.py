@@ -106,8 +106,8 @@ class WearMap(WearLaw):
         Of the body that wears.
     k : (pressures + 1, speeds + 1) [-]
         Archard's number in each field of the map.
-    pressure : (pressures,) [-]
-        Borders between the fields: pressures in parts of the hardness, rising.
+    pressure : (pressures,) [Pa]
+        Borders between the fields: pressures, rising.
     speed : (speeds,) [m/s]
         Borders between the fields: slip velocities, rising.
     """
@@ -120,7 +120,7 @@ class WearMap(WearLaw):
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "hardness", positive("hardness", self.hardness, "Pa"))
-        for name, unit in (("pressure", "1"), ("speed", "m/s")):
+        for name, unit in (("pressure", "Pa"), ("speed", "m/s")):
             put(self, name, _rising(name, getattr(self, name), unit))
         k = reals("k", self.k)
         wanted = (self.pressure.size + 1, self.speed.size + 1)
@@ -135,13 +135,14 @@ class WearMap(WearLaw):
         1 to 10 10⁻⁴ below 0.2 m/s and above 0.7 m/s, 30 to 40 10⁻⁴ between them, 300 to 400 10⁻⁴ at pressures
         above 0.8 times the hardness.
         """
-        return cls(hardness, [[5e-4, 35e-4, 5e-4], [350e-4, 350e-4, 350e-4]], [0.8], [0.2, 0.7])
+        hardness = positive("hardness", hardness, "Pa")
+        return cls(hardness, [[5e-4, 35e-4, 5e-4], [350e-4, 350e-4, 350e-4]], [0.8 * hardness], [0.2, 0.7])
 
     def coefficient(self, rubbing: Rubbing) -> Array:
         """Depth worn off over distance slid and pressure (n,) [1/Pa]."""
         if rubbing.speed is None:
             raise ValueError("a WearMap needs the slip velocity: give the velocity of the scene [m/s]")
-        row = np.searchsorted(self.pressure, rubbing.pressure / self.hardness, side="right")
+        row = np.searchsorted(self.pressure, rubbing.pressure, side="right")
         column = np.searchsorted(self.speed, np.abs(rubbing.speed), side="right")
         return np.asarray(self.k[row, np.broadcast_to(column, row.shape)] / self.hardness)
 
@@ -219,6 +220,40 @@ class _OfFunction(WearLaw):
                 f"the law of wear returned shape {found.shape}: a number or ({n},) [1/Pa] is needed"
             )
         return np.array(np.broadcast_to(found, (n,)))
+
+
+def depth_of_pass(
+    law: Any,
+    dissipation: Array,
+    pressure: Array,
+    friction: Array,
+    slip: Array,
+    speed: float | None,
+    points: Array,
+    step: float,
+) -> Array:
+    """Depth (ny,) [m] that one pass of a rolling contact wears off each line along x.
+
+    Parameters
+    ----------
+    law : as for :func:`mtb_rs.wear`
+    dissipation : (ny, nx) [Pa]
+        Heat of friction per area and distance rolled: friction times pressure times slip.
+    pressure, friction, slip : (ny, nx)
+        Slip relative to the distance rolled.
+    speed : float or None [m/s]
+        Of rolling.
+    points : (k, ny, nx) [m]
+    step : float [m]
+        Length of a cell along x.
+    """
+    p, mu, relative = (np.ascontiguousarray(part.reshape(-1)) for part in (pressure, friction, slip))
+    velocity = None if speed is None else abs(speed) * relative
+    rubbing = Rubbing(p, mu, relative, velocity, points.reshape(len(points), -1))
+    coefficient = as_wear_law("law", law).coefficient(rubbing).reshape(pressure.shape)
+    # what slips under a pressure and a friction dissipates their product
+    rate = np.where(friction > 0.0, coefficient * dissipation / np.where(friction > 0.0, friction, 1.0), 0.0)
+    return np.asarray(rate.sum(axis=1) * step)
 
 
 def as_wear_law(name: str, given: Any) -> WearLaw:

@@ -30,6 +30,7 @@ from ..base.words import Coupling
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
+from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..geometry.contact_points import window
 from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.fields import Field, fields_of
@@ -572,6 +573,46 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the motion asked for, the report."""
         return {"motion": self.motion, "report": self.report.as_dict()}
+
+    def wear_depth(
+        self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None
+    ) -> Array:
+        """Depth (ny,) [m] that one pass of steady or transient rolling wears off each line along x.
+
+        With Archard's law it is the wear coefficient over the friction coefficient times the `dissipation`
+        along the line, so that it sums up to the work of friction exactly.
+
+        Parameters
+        ----------
+        law : as for :func:`mtb_rs.wear`
+            Of the body that wears.
+        wheel_radius : float or None [m]
+            For the depth that a wheel loses in each metre rolled, [m/m]: it passes once a turn.
+
+        Raises
+        ------
+        ValueError
+            For a shift, which passes over nothing.
+        """
+        if self.motion.dissipation_unit != "Pa":
+            raise ValueError("a shift passes over nothing: wear_depth is of rolling, and mtb.wear of sliding")
+        if abs(np.sin(self.motion.direction)) > 1e-9:
+            raise ValueError("rolling is at an angle to the rows of cells: wear_depth needs it along x")
+        slip = np.hypot(*self.slip)
+        step = float(self.points[0, 0, 1] - self.points[0, 0, 0])
+        depth = depth_of_pass(
+            law,
+            self.dissipation,
+            self.pressure,
+            self.friction_coefficient,
+            slip,
+            self.motion.slip_speed,
+            self.points,
+            step,
+        )
+        if wheel_radius is None:
+            return depth
+        return depth / (2.0 * np.pi * positive("wheel_radius", wheel_radius, "m"))
 
     def follows(self, before: TangentialResult) -> bool:
         """Whether it started from the state that another one left, as far as it knows."""

@@ -11,12 +11,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.check import positive
 from ..base.owning import owning, solved
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, along, in_words
 from ..base.words import Side
 from ..bodies.conductor import Conductor, conducting_steel
+from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
 from .derivatives import Differentiable, Functional, Tangent
@@ -180,6 +182,34 @@ class WheelPatch(Drawn):
             creepage=self.creepage,
             friction_power=self.friction_power,
         )
+
+    def wear_depth(
+        self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None
+    ) -> Array:
+        """Depth (ny,) [m] that one pass wears off each line along x, as :meth:`TangentialResult.wear_depth`.
+
+        The friction coefficient is traction over pressure where the wheel slips.
+        """
+        slips = self.status == 2
+        if not slips.any() or self.rolling_speed == 0.0:
+            return np.zeros(self.y.size)
+        bound = np.hypot(*self.traction)
+        own = np.where(slips, bound / np.where(slips, self.pressure, 1.0), 0.0)
+        friction = np.where(slips, own, own[slips].mean())
+        speed = abs(self.rolling_speed)
+        depth = depth_of_pass(
+            law,
+            self.dissipation / speed,
+            self.pressure,
+            friction,
+            np.hypot(*self.slip_velocity) / speed,
+            speed,
+            self.points,
+            float(self.x[1] - self.x[0]),
+        )
+        if wheel_radius is None:
+            return depth
+        return depth / (2.0 * np.pi * positive("wheel_radius", wheel_radius, "m"))
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: where the patch is, and how it moves."""
