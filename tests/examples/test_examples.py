@@ -60,6 +60,13 @@ def cattaneo_mindlin(names: dict[str, Any]) -> None:
     assert max(names["shift_error"]) < 1e-3
 
 
+def worn_soles(names: dict[str, Any]) -> None:
+    peaks = names["peaks"]
+    # worn in on its own rail a sole presses about as evenly as the assumed one
+    assert peaks["worn in on the new rail"] < 1.1 * peaks["assumed"]
+    assert peaks["worn in on the worn rail"] > 1.3 * peaks["worn in on the new rail"]
+
+
 def cattaneo_to_carter(names: dict[str, Any]) -> None:
     creepage = names["creepage"]
     assert creepage[-1] == pytest.approx(names["steady"].creepage[0], rel=1e-3)

@@ -404,3 +404,19 @@ def test_the_command_wears_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFix
     file.write_text(scene)
     assert main(["wear", str(file), "-o", str(out)]) == 2
     assert "has no table [wear]" in capsys.readouterr().err
+
+
+@pytest.mark.coarse
+def test_a_gap_is_what_was_worn_before() -> None:
+    """A contact that goes on wearing from its worn gap wears as one that was not stopped."""
+    scene = shoe(friction=0.2)
+    whole = mtb.wear(scene, 50.0, WEAR, model="half-space", tolerance=0.02)
+    first = mtb.wear(scene, 20.0, WEAR, model="half-space", tolerance=0.02)
+    rest = mtb.wear(scene, 30.0, WEAR, gap=first.depths[0, -1], model="half-space", tolerance=0.02)
+    again = first.depths[0, -1] + rest.depths[0, -1]
+    np.testing.assert_allclose(again, whole.depths[0, -1], atol=0.02 * again.max())
+    np.testing.assert_allclose(rest.pressures[0], first.pressures[-1], atol=1e-7 * rest.pressures.max())
+    with pytest.raises(ValueError, match="gap has 3 entries"):
+        mtb.wear(scene, 1.0, WEAR, gap=np.zeros(3))
+    with pytest.raises(ValueError, match="a prepared contact has the gap of its scene"):
+        mtb.wear(scene.prepare("half-space"), 1.0, WEAR, gap=np.zeros(first.area.size))

@@ -50,7 +50,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "resistance": "K m^2/W",
     "film": ("W/(m^2 K)", "K"),
     "share": "1",
-    **dict.fromkeys(("energy", "hardness"), "Pa"),
+    "energy": "Pa",
     **dict.fromkeys(("law", "lower_law", "wear_coefficient"), "1/Pa"),
     **dict.fromkeys(("distance", "limit"), "m"),
     **dict.fromkeys(("k", "slip", "uniformity"), "1"),

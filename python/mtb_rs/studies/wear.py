@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from .._mtb_rs import __version__
-from ..base.check import choice, positive
+from ..base.check import choice, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.fingerprint import fingerprint
 from ..base.owning import owning
@@ -84,6 +84,7 @@ def wear(
     law: WearLaw | float | Callable[[Rubbing], Any],
     lower_law: WearLaw | float | Callable[[Rubbing], Any] | None = None,
     *,
+    gap: ArrayLike | None = None,
     model: Model = "auto",
     tolerance: float = 0.05,
     uniformity: float | None = None,
@@ -110,6 +111,8 @@ def wear(
         :class:`EnergyWear`, or a function of :class:`Rubbing` that returns coefficients (n,) [1/Pa].
     lower_law : the same, or None
         Of the lower body; None: it does not wear.
+    gap : (n,) or as the contact grid [m]
+        Added to the gap of a scene: a sole of another shape, or what was worn off before on another rail.
     model : str
         Of a scene, as for :meth:`Scene.solve`.
     tolerance : float [-]
@@ -155,12 +158,17 @@ def wear(
     duty = _duty(distance)
     laws = as_wear_law("law", law), Archard(0.0) if lower_law is None else as_wear_law("lower_law", lower_law)
     stops = _Stops(uniformity, limit)
-    key = "" if checkpoint is None else _key(contact, duty, laws, model, tolerance)
+    opened = None if gap is None else reals("gap", gap, "m").reshape(-1)
+    if opened is not None and isinstance(contact, PreparedContact):
+        raise ValueError(
+            "gap is given: a prepared contact has the gap of its scene, so give the scene itself"
+        )
+    key = "" if checkpoint is None else _key(contact, duty, laws, opened, model, tolerance)
     with (
         shares_shown(progress, "wearing") as told,
         _WearCheckpoint(checkpoint, key, MOST_STEPS) as kept,
     ):
-        return _Worn(contact, duty, laws, model, tolerance, stops, kept, told).run()
+        return _Worn(contact, duty, laws, opened, model, tolerance, stops, kept, told).run()
 
 
 #: Steps that a checkpoint may hold.
@@ -224,7 +232,13 @@ class _Place:
 class _Stage:
     """A scene in one of its models, or a prepared contact, as the core wears it."""
 
-    def __init__(self, contact: Scene | PreparedContact, model: Model, changes: Mapping[str, Any]) -> None:
+    def __init__(
+        self,
+        contact: Scene | PreparedContact,
+        model: Model,
+        changes: Mapping[str, Any],
+        gap: Array | None,
+    ) -> None:
         self.problem: ContactProblem | None
         self.symmetry: MirrorSymmetry | None = None
         self.scene: Scene | None = None
@@ -233,7 +247,7 @@ class _Stage:
             self.scene = at_some_speed(contact.with_(**changes) if changes else contact)  # type: ignore[assignment]
             assert self.scene is not None
             self.scene.ask_of_places()
-            self.problem = self.scene.problem(model)
+            self.problem = _opened(self.scene.problem(model), gap)
             self.speed = None if self.scene.velocity is None else abs(float(self.scene.velocity))
         else:
             self.prepared = contact.copy()
@@ -317,6 +331,20 @@ def _stations(rail: Profile, places: Array) -> Array:
     return np.stack([y, rail.height(y), *rail.normal(y)])
 
 
+def _opened(problem: ContactProblem, gap: Array | None) -> ContactProblem:
+    """The problem with what is added to its gap, which is given at all points of its grids."""
+    if gap is None:
+        return problem
+    own = problem.on_grid(problem.area)
+    if gap.shape != own.shape:
+        raise ValueError(
+            f"gap has {gap.size} entries: one for each of the {own.size} contact points is needed"
+        )
+    at_points = gap if problem.kept is None else gap[problem.kept.numbers]
+    points = replace(problem.points, gap=problem.points.gap + at_points)
+    return replace(problem, gap=problem.gap + at_points, points=points)
+
+
 @dataclass
 class _Worn:
     """One wear on its way: what it was asked, and what it has found."""
@@ -324,6 +352,7 @@ class _Worn:
     contact: Scene | PreparedContact
     duty: list[float | Passages]
     laws: tuple[WearLaw, WearLaw]
+    gap: Array | None
     model: Model
     tolerance: float
     stops: _Stops
@@ -348,7 +377,7 @@ class _Worn:
             is_over = done >= (begun + length) * (1.0 - 1e-12) or self._is_at_stop()
             if stage is None or not is_over:
                 changes = part.changes if isinstance(part, Passages) else {}
-                before, stage = stage, _Stage(self.contact, model, changes)
+                before, stage = stage, _Stage(self.contact, model, changes, self.gap)
                 if before is not None and not np.array_equal(before.points(), stage.points()):
                     raise ValueError(
                         f"part {k + 1} of the duty has other contact points than the first one: what is worn "
