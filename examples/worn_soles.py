@@ -12,8 +12,9 @@ then put on the new rail, to see what it means that a sole conforms to one rail 
 
 What to see: above, how far each sole lies above the new rail. The assumed one (dashed) and the one worn in
 on the new rail lie on it up to 21.6 mm; beyond, the worn one rises more, because nothing has worn there.
-Below, the pressure, the mean along x: each worn-in sole bears evenly on its own rail. Put on the new rail,
-the sole from the worn one (dotted) bears on a part of its width only, at a higher pressure.
+Below, the pressure, the mean along x: each worn-in sole bears evenly on its own rail, without the edges that
+the assumed one has. Put on the new rail, the sole from the worn one (dotted) bears on one row of cells, at
+forty times the pressure at least: until it has worn in again.
 
 Usage: worn_soles.py [-o DIRECTORY].
 """
@@ -94,7 +95,7 @@ figure, axes = plt.subplots(2, 1, figsize=(7.4, 6.2), sharex=True, layout="const
 for (name, sole), style in zip(soles.items(), ("--", "-", "-"), strict=True):
     rise = sole - rail
     axes[0].plot(1e3 * place, 1e3 * (rise - rise.min()), style, label=name)
-axes[0].set(ylabel="sole above the new rail [mm]", ylim=(-0.1, 2.0))
+axes[0].set(ylabel="sole above the new rail [mm]", ylim=(-0.05, 1.2))
 axes[0].legend(frameon=False, fontsize=9)
 for name, style in (
     ("assumed, on the new rail", "--"),
@@ -103,7 +104,7 @@ for name, style in (
     ("worn in on the worn rail, on the new rail", ":"),
 ):
     axes[1].plot(1e3 * place, pressures[name] / 1e6, style, label=name)
-axes[1].set(xlabel="y [mm]", ylabel="pressure, mean along x [MPa]")
+axes[1].set(xlabel="y [mm]", ylabel="pressure, mean along x [MPa]", yscale="log", ylim=(0.5, 300.0))
 axes[1].legend(frameon=False, fontsize=9)
 for ax in axes:
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
