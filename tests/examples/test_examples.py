@@ -213,7 +213,7 @@ CHECKS = {
         carter_rolling,
         cattaneo_mindlin,
         cattaneo_to_carter,
-    worn_soles,
+        worn_soles,
         creep_forces_with_spin,
         elastomer_pad_on_steel,
         europrinter_traction_curve,
