@@ -37,6 +37,14 @@ def brake_force_over_velocity(names: dict[str, Any]) -> None:
         assert 1.003 < names["brake_force"][velocity] / product < 1.008
 
 
+def heat_of_a_stop(names: dict[str, Any]) -> None:
+    heat = names["heat"]
+    assert names["balance"] == pytest.approx(1.0, abs=1e-10)
+    # the hottest point has more than the mean pressure
+    assert 1.05 < heat.peaks[0] / names["closed_form"] < 1.4
+    assert heat.heats_upper[20] < 0.02 * heat.friction_powers[20]
+
+
 def braking_manoeuvre(names: dict[str, Any]) -> None:
     *rides, table = names["comparison"]
     # where the kinetic energy went: friction, other brakes, dampers, springs
@@ -219,6 +227,7 @@ CHECKS = {
         europrinter_traction_curve,
         falling_friction_instability,
         friction_and_pull_from_forces,
+        heat_of_a_stop,
         hertz,
         pictures_of_a_result,
         pole_shoe_design,
