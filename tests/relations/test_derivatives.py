@@ -260,6 +260,27 @@ def test_weights_and_functions_of_fields() -> None:
     assert traction[0].sum() * 1e-6 == pytest.approx(result.derivative("force", "friction")[0])
 
 
+def test_numbers_in_a_row_have_the_derivatives_of_each() -> None:
+    scene = on_block(force=2e4, velocity=4.0, friction=TABLE)
+    results: list[Any] = [scene.solve(model="elastic-upper")]
+    contact = scene.prepare("elastic-upper")
+    # the second by factors of another friction
+    results += [contact.step(velocity=v) for v in (4.0, 12.0)]
+    pressed = mtb.solve_normal(BALL, 1e-3, lower=SOFT, upper=HARD, force=2e3)
+    results.append(mtb.solve_tangential(pressed, mtb.Rolling((1e-3, 5e-4, 0.1)), mtb.Coulomb(0.3)))
+    for result in results:
+        weights = {"traction": np.random.default_rng(1).random(result._tangent().fields["traction"])}
+        of = ["force", "friction_power", weights, "peak_pressure"]
+        alone = [result.gradient(part) for part in of]
+        together = result.gradient(of)
+        assert list(together) == list(alone[0])
+        for by, shape in together.inputs.items():
+            wanted = np.concatenate([np.reshape(g[by], (-1, *shape)) for g in alone])
+            assert wanted.shape == together[by].shape == (6, *shape)
+            np.testing.assert_allclose(together[by], wanted, rtol=1e-9, atol=1e-9 * abs(wanted).max())
+            np.testing.assert_array_equal(result.derivative(of, by), together[by])
+
+
 def test_hertz() -> None:
     """dF/d(approach) = 2 a E* [Johnson1985, chapter 4], to the grid's error, which falls with the cells."""
     errors = []
@@ -479,6 +500,10 @@ def test_what_has_no_derivatives_says_so() -> None:
         replace(result, pressure=result.pressure[::-1]).derivative("force", "gap")
     with pytest.raises(ValueError, match="a name, weights of fields, or a function"):
         result.derivative(3.0, "gap")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="of is empty: a name, weights of fields, or a function"):
+        result.gradient([])
+    with pytest.raises(ValueError, match="of is 'forces': did you mean force"):
+        result.gradient(["moment", "forces"])
     with pytest.raises(ValueError, match="loaded, copied or is not converged"):
         pickle.loads(pickle.dumps(result)).derivative("force", "friction")
     increments = mtb.scenes.block_on_plane(spacing=2e-2).solve(model="half-space", method="incremental")

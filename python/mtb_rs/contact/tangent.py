@@ -37,14 +37,20 @@ class Change:
     work: Array | None = None
     drag: Array | None = None
 
-    def weighted(self, by: Given) -> Array:
+    def weighted(self, by: Gradients) -> Array:
         """What they change (k, l) in k numbers whose gradients are given."""
-        parts = [
-            of @ np.reshape(own, (len(own), -1)).T
-            for own, of in ((self.gap, by.gap), (self.work, by.work), (self.drag, by.drag))
-            if own is not None
-        ]
-        return np.asarray(sum(parts))
+        size = next(len(part) for part in (self.gap, self.work, self.drag) if part is not None)
+        sums = np.zeros((len(by.gap), size))
+        if self.gap is not None:
+            sums += by.gap @ self.gap.T
+        if self.work is not None:
+            sums += by.work @ self.work.T
+        if self.drag is not None:
+            for axis in (0, 1):
+                along = self.drag[:, axis]
+                if along.any():
+                    sums += by.drag(axis) @ along.T
+        return sums
 
     def of(self, values: Array, points: int, motions: int) -> Given:
         """What k changes (k, l) of the numbers do."""
@@ -58,11 +64,47 @@ class Change:
 
 @dataclass(frozen=True)
 class Given:
-    """Changes of what the core is given, or gradients by it: gap (k, n), work (k, m), drag (k, 2n)."""
+    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n)."""
 
     gap: Array
     work: Array
     drag: Array
+
+
+class Gradients:
+    """Gradients of k numbers by what the core is given.
+
+    Those by friction cost products with the influence matrices: they are made when they are asked for.
+
+    Parameters
+    ----------
+    core : Tangent
+    unknowns : (k, 3, n)
+        Weights of tractions and pressures.
+    gap, motion : (k, n), (k, m)
+        Weights of these.
+    """
+
+    def __init__(self, core: _mtb_rs.Tangent, unknowns: Array, gap: Array, motion: Array) -> None:
+        k, _, n = unknowns.shape
+        self._core = core
+        self._traction = np.ascontiguousarray(unknowns[:, :2].reshape(k, 2 * n))
+        self._drag: dict[int, Array] = {}
+        #: By the gap (k, n) and the work (k, m).
+        self.gap, self.work = core.adjoint(
+            np.ascontiguousarray(unknowns[:, 2]),
+            self._traction,
+            np.ascontiguousarray(gap),
+            np.ascontiguousarray(motion),
+        )
+
+    def drag(self, axis: int) -> Array:
+        """By friction coefficient times direction along a tangent (k, n)."""
+        if axis not in self._drag:
+            along = [axis == 0, axis == 1]
+            both = self._core.by_drag(self.gap, self.work, self._traction, along)
+            self._drag[axis] = both.reshape(len(both), 2, -1)[:, axis]
+        return self._drag[axis]
 
 
 @dataclass(frozen=True)
@@ -231,24 +273,20 @@ class SlidingTangent:
             unknowns[:, :2] += own.reshape(k, 2, n)
         gap = points.on_points(weights["gap"]) if "gap" in weights else np.zeros((k, n))
         motion = weights.get("motion", np.zeros((k, self._motions)))
-        given = Given(
-            *self._core.adjoint(
-                np.ascontiguousarray(unknowns[:, 2]),
-                np.ascontiguousarray(unknowns[:, :2].reshape(k, 2 * n)),
-                np.ascontiguousarray(gap),
-                np.ascontiguousarray(motion),
-            )
-        )
+        given = Gradients(self._core, unknowns, gap, motion)
         return Gradient(self.inputs, lambda name: self.by(name, given))
 
-    def by(self, name: str, given: Given) -> Array:
+    def by(self, name: str, given: Gradients) -> Array:
         """The gradient (k, ...) by an input."""
         points, k = self._points, len(given.gap)
         if name == "gap":
             return points.on_grid(given.gap)
         if name == "friction_field":
-            n = points.pressure.size
-            return points.on_grid(np.einsum("an,kan->kn", self._direction, given.drag.reshape(k, 2, n)))
+            sums = np.zeros(given.gap.shape)
+            for axis, along in enumerate(self._direction):
+                if along.any():
+                    sums += given.drag(axis) * along
+            return points.on_grid(sums)
         return self.change(name).weighted(given).reshape(k, *self.inputs[name])
 
 

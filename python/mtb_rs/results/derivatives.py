@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -119,6 +119,24 @@ class Functional:
         return cls((), {name: np.asarray(w)[None] for name, w in weights.items()})
 
     @classmethod
+    def in_a_row(cls, parts: Sequence[Functional]) -> Functional:
+        """The numbers of several functionals, one after the other."""
+        size = sum(part.size for part in parts)
+
+        def stacked(of: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+            rows: dict[str, Array] = {}
+            first = 0
+            for part, own in zip(parts, of, strict=True):
+                for name, values in own.items():
+                    if name not in rows:
+                        rows[name] = np.zeros((size, *values.shape[1:]))
+                    rows[name][first : first + part.size] = values
+                first += part.size
+            return rows
+
+        return cls((size,), stacked([p.weights for p in parts]), stacked([p.explicit for p in parts]))
+
+    @classmethod
     def of_pressure(
         cls, pressure: Array, area: Array, closed: NDArray[np.bool_]
     ) -> dict[str, Callable[[], Functional]]:
@@ -132,11 +150,14 @@ class Functional:
             weight.flat[pressure.argmax()] = 1.0
             return cls.of_one(pressure=weight)
 
-        whole = max(float(area[closed].sum()), np.finfo(float).tiny)
+        def mean() -> Functional:
+            whole = max(float(area[closed].sum()), np.finfo(float).tiny)
+            return cls.of_one(pressure=area / whole)
+
         return {
             "normal_force": lambda: cls.of_one(pressure=area),
             "peak_pressure": peak,
-            "mean_pressure": lambda: cls.of_one(pressure=area / whole),
+            "mean_pressure": mean,
         }
 
 
@@ -201,7 +222,7 @@ class Differentiable(ABC):
 
         Parameters
         ----------
-        of : str, Mapping or callable
+        of : str, Mapping, callable or list of these
             What is derived:
 
             - the name of a number, such as "force", "moment", "approach", "peak_pressure" or "mean_pressure",
@@ -209,7 +230,8 @@ class Differentiable(ABC):
             - weights of fields, ``{"pressure": w}`` with `w` of the shape of the field: the derivative is
               that of the sum of `w` times the field. The load on a region is ``{"pressure": area * region}``;
             - a function of the result that returns a number and its own gradient by fields, ``(value,
-              {"pressure": gradient})``.
+              {"pressure": gradient})``;
+            - a list of these: their numbers in a row, from one solve for all of them.
         by : str
             What was given, such as "gap", "friction", "force", "magnetic_pressure"; an error lists all.
 
@@ -230,14 +252,12 @@ class Differentiable(ABC):
         _known("by", by, inputs)
         if isinstance(of, str) and of in tangent.fields:
             found, given = tangent.fields[of], inputs[by]
-            _refuse_large(of, by, math.prod(found) * math.prod(given))
             if math.prod(given) < math.prod(found):
+                _refuse_large(of, by, math.prod(found) * math.prod(given))
                 changes = _units(given)
                 rows = np.asarray(tangent.forward({by: changes})[of])
                 return _number(np.moveaxis(rows, 0, -1).reshape((*found, *given)))
-            functional = Functional(found, {of: _units(found)})
-        else:
-            functional = self._functional(of, tangent)
+        functional = self._functional(of, tangent, by, math.prod(inputs[by]))
         return entry_of(functional, tangent.adjoint(functional.weights), by, inputs[by])
 
     def gradient(self, of: Any) -> Gradient:
@@ -245,7 +265,7 @@ class Differentiable(ABC):
 
         Parameters
         ----------
-        of : str, Mapping or callable
+        of : str, Mapping, callable or list of these
             As of :meth:`derivative`.
 
         Returns
@@ -259,15 +279,9 @@ class Differentiable(ABC):
             If the result has no such number or field, or no derivatives.
         """
         tangent = self._tangent()
-        if isinstance(of, str) and of in tangent.fields:
-            shape = tangent.fields[of]
-            largest = max(map(math.prod, tangent.inputs.values()))
-            _refuse_large(of, "all that was given", math.prod(shape) * largest)
-            functional = Functional(shape, {of: _units(shape)})
-        else:
-            functional = self._functional(of, tangent)
-        found = tangent.adjoint(functional.weights)
         inputs = tangent.inputs
+        functional = self._functional(of, tangent, "all that was given", max(map(math.prod, inputs.values())))
+        found = tangent.adjoint(functional.weights)
         return Gradient(inputs, lambda by: entry_of(functional, found, by, inputs[by]))
 
     def margin(self) -> Margin:
@@ -280,7 +294,16 @@ class Differentiable(ABC):
         """
         return self._tangent().margin
 
-    def _functional(self, of: Any, tangent: Tangent) -> Functional:
+    def _functional(self, of: Any, tangent: Tangent, by: str = "", size: int = 1) -> Functional:
+        """Numbers `of`, to be derived by `size` numbers that are called `by`."""
+        if isinstance(of, str) and of in tangent.fields:
+            shape = tangent.fields[of]
+            _refuse_large(of, by, math.prod(shape) * size)
+            return Functional(shape, {of: _units(shape)})
+        if isinstance(of, (list, tuple)):
+            if not of:
+                raise ValueError("of is empty: a name, weights of fields, or a function is needed at least")
+            return Functional.in_a_row([self._functional(part, tangent, by, size) for part in of])
         if isinstance(of, str):
             known = self._functionals()
             _known("of", of, {**known, **tangent.fields})
@@ -289,7 +312,8 @@ class Differentiable(ABC):
         if not isinstance(of, Mapping):
             if not callable(of):
                 raise ValueError(
-                    f"of is {of!r}: a name, weights of fields, or a function of the result is needed"
+                    f"of is {of!r}: a name, weights of fields, or a function of the result is needed, "
+                    "or a list of these"
                 )
             told = of(self)
             if not (isinstance(told, tuple) and len(told) == 2 and isinstance(told[1], Mapping)):

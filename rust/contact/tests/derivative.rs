@@ -234,7 +234,7 @@ proptest! {
         let influence = contact.prepared().influence.clone();
         let mut own = Linearised::new(influence, step.state().clone(), &unmonitored).unwrap();
         let of = contact.prepared().outputs(&step);
-        let by_own = own.tangent(&unmonitored).unwrap().adjoint(&of, &unmonitored).unwrap();
+        let by_own = own.tangent().unwrap().adjoint(&of, &unmonitored).unwrap();
         let by_step = contact.gradients(&step, &of, &unmonitored).unwrap();
         for (own, step) in by_own.iter().zip(&by_step) {
             // what balance determines does not depend on the gap
@@ -280,7 +280,7 @@ proptest! {
         // twice the friction is twice as near to wedging
         let limit = |state: SlidingState| {
             let mut own = Linearised::new(prepared.influence.clone(), state, &unmonitored).unwrap();
-            own.tangent(&unmonitored).unwrap().wedging_factor(&unmonitored).unwrap()
+            own.tangent().unwrap().wedging_factor(&unmonitored).unwrap()
         };
         let once = limit(step.state().clone());
         let twice = step.state().friction.iter().map(|mu| 2.0 * mu).collect();
@@ -290,7 +290,7 @@ proptest! {
         let slope = step.state().friction.iter().map(|mu| 0.7 * mu).collect();
         let state = SlidingState { slope, ..step.state().clone() };
         let mut own = Linearised::new(prepared.influence.clone(), state, &unmonitored).unwrap();
-        let mut tangent = own.tangent(&unmonitored).unwrap();
+        let mut tangent = own.tangent().unwrap();
         let mut vector = |length: usize| -> Vec<f64> {
             (0..length).map(|_| 2.0 * random.random::<f64>() - 1.0).collect()
         };

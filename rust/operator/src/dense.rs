@@ -25,6 +25,9 @@ pub const WORK_UNWATCHED: f64 = 1e9;
 /// Columns of a panel: from here on products run at their full speed.
 const PANEL: usize = 256;
 
+/// Columns of factors that a transposed solve takes at once.
+const NARROW: usize = 16;
+
 /// Counts operations, and asks the monitor whenever there were enough of them.
 ///
 /// Code whose pieces are each below [`WORK_UNWATCHED`] is never unwatched for more than twice that.
@@ -227,13 +230,40 @@ impl Lu {
 
     /// The solution with the transposed matrix, for few columns.
     pub fn solve_few_transposed(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
+        let (n, factors) = (self.factors.nrows(), self.factors());
         let mut x = rhs.to_owned();
-        solve_lower_triangular_in_place(self.factors().transpose(), x.as_mut(), par);
-        solve_unit_upper_triangular_in_place(self.factors().transpose(), x.as_mut(), par);
+        // few columns at a time, as factors of the right-hand side: larger products would pack the transposed factors
+        for first in (0..n).step_by(NARROW) {
+            let width = NARROW.min(n - first);
+            let (above, here) = x.as_mut().split_at_row_mut(first);
+            let mut here = here.subrows_mut(0, width);
+            if first > 0 {
+                let (to, block) = (
+                    here.rb_mut().transpose_mut(),
+                    factors.submatrix(0, first, first, width),
+                );
+                matmul(to, Accum::Add, above.transpose(), block, -1.0, par);
+            }
+            let own = factors.submatrix(first, first, width, width);
+            solve_lower_triangular_in_place(own.transpose(), here, par);
+        }
+        for first in (0..n).step_by(NARROW).rev() {
+            let end = n.min(first + NARROW);
+            let (here, below) = x.as_mut().split_at_row_mut(end);
+            let mut here = here.subrows_mut(first, end - first);
+            if end < n {
+                let block = factors.submatrix(end, first, n - end, end - first);
+                let to = here.rb_mut().transpose_mut();
+                matmul(to, Accum::Add, below.transpose(), block, -1.0, par);
+            }
+            let own = factors.submatrix(first, first, end - first, end - first);
+            solve_unit_upper_triangular_in_place(own.transpose(), here, par);
+        }
         let mut put_back = Mat::zeros(x.nrows(), x.ncols());
         for j in 0..x.ncols() {
-            for (i, &row) in self.order.iter().enumerate() {
-                put_back[(row, j)] = x[(i, j)];
+            let to = put_back.col_as_slice_mut(j);
+            for (&row, x) in self.order.iter().zip(x.col_as_slice(j)) {
+                to[row] = *x;
             }
         }
         put_back

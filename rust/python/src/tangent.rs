@@ -60,7 +60,7 @@ impl PyTangent {
         match &self.source {
             Source::Own(linearised) => enter(py, |monitor| -> Result<T, Failure> {
                 let mut held = linearised.lock().unwrap_or_else(PoisonError::into_inner);
-                Ok(ask(&mut held.tangent(monitor)?, monitor)?)
+                Ok(ask(&mut held.tangent()?, monitor)?)
             }),
             Source::Step(contact, taken) => {
                 let contact = contact.get();
@@ -161,8 +161,8 @@ impl PyTangent {
         ])
     }
 
-    /// Gradients by gap (k, n), work (k, m) and friction times direction (k, 2n) of the sums with these weights of
-    /// pressure (k, n), traction (k, 2n), gap (k, n) and motion (k, m).
+    /// Gradients by gap (k, n) and work (k, m) of the sums with these weights of pressure (k, n), traction (k, 2n), gap
+    /// (k, n) and motion (k, m).
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
@@ -170,7 +170,7 @@ impl PyTangent {
         traction: PyReadonlyArray2<'py, f64>,
         gap: PyReadonlyArray2<'py, f64>,
         motion: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Changes<'py>> {
+    ) -> PyResult<[Rows<'py>; 2]> {
         let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
         let pressure = rows("pressure", &pressure, k, n)?;
         let traction = rows("traction", &traction, k, 2 * n)?;
@@ -183,8 +183,40 @@ impl PyTangent {
                 motion,
             })
             .collect();
-        let given = self.with(py, |tangent, monitor| tangent.adjoint(&weights, monitor))?;
-        changes(py, n, m, &given)
+        let given = self.with(py, |tangent, monitor| {
+            tangent.adjoint_of_loads(&weights, monitor)
+        })?;
+        Ok([
+            stacked(py, n, given.iter().map(|g| &g.gap))?,
+            stacked(py, m, given.iter().map(|g| &g.work))?,
+        ])
+    }
+
+    /// Gradients by friction times direction (k, 2n) along the tangents `along`, and zeros across them, of the sums
+    /// whose gradients by gap (k, n) and work (k, m) and whose weights of traction (k, 2n) these are.
+    fn by_drag<'py>(
+        &self,
+        py: Python<'py>,
+        gap: PyReadonlyArray2<'py, f64>,
+        work: PyReadonlyArray2<'py, f64>,
+        traction: PyReadonlyArray2<'py, f64>,
+        along: [bool; 2],
+    ) -> PyResult<Rows<'py>> {
+        let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
+        let traction = rows("traction", &traction, k, 2 * n)?;
+        let (gap, work) = (rows("gap", &gap, k, n)?, rows("work", &work, k, m)?);
+        let mut given: Vec<Given> = (gap.into_iter().zip(work))
+            .map(|(gap, work)| Given {
+                gap,
+                work,
+                drag: vec![0.0; 2 * n],
+            })
+            .collect();
+        let weights: Vec<&[f64]> = traction.iter().map(Vec::as_slice).collect();
+        self.with(py, |tangent, _| {
+            tangent.put_drag(&weights, &mut given, along)
+        })?;
+        stacked(py, 2 * n, given.iter().map(|g| &g.drag))
     }
 }
 
@@ -226,6 +258,9 @@ pub(crate) fn stacked<'py, 'a>(
     rows: impl ExactSizeIterator<Item = &'a Vec<f64>>,
 ) -> PyResult<Rows<'py>> {
     let count = rows.len();
-    let flat: Vec<f64> = rows.flatten().copied().collect();
+    let mut flat = Vec::with_capacity(count * length);
+    for row in rows {
+        flat.extend_from_slice(row);
+    }
     flat.into_pyarray(py).reshape([count, length])
 }

@@ -270,16 +270,19 @@ impl Bordered {
         let inside = |point: usize| Some(self.place[point]).filter(|place| *place != ABSENT);
         let mut y = Mat::zeros(size, cases);
         let mut t = Mat::zeros(border, cases);
-        for (i, &point) in points.iter().enumerate() {
-            if let Some(place) = inside(point) {
-                y.row_mut(place).copy_from(rhs.row(i));
+        for j in 0..cases {
+            let (gaps, balances) = rhs.col_as_slice(j).split_at(k);
+            let y = y.col_as_slice_mut(j);
+            for (&point, gap) in points.iter().zip(gaps) {
+                if let Some(place) = inside(point) {
+                    y[place] = *gap;
+                }
             }
-        }
-        for j in 0..m {
-            t.row_mut(j).copy_from(rhs.row(k + j));
-        }
-        for (j, &(at, _)) in self.now.entered.iter().enumerate() {
-            t.row_mut(m + j).copy_from(rhs.row(at));
+            let t = t.col_as_slice_mut(j);
+            t[..m].copy_from_slice(balances);
+            for (t, &(at, _)) in t[m..].iter_mut().zip(&self.now.entered) {
+                *t = gaps[at];
+            }
         }
         if border == 0 {
             y = self.solve_inside(&y, transposed);
@@ -289,26 +292,28 @@ impl Bordered {
                 // the columns are solved already: what is left is the rows
                 t -= columns.transpose() * &y;
                 t = self.solve_border(t, true);
-                y -= self.border_rows().transpose() * &t;
+                y -= self.border_rows() * &t;
                 y = self.solve_inside(&y, true);
             } else {
                 y = self.solve_inside(&y, false);
-                t -= self.border_rows() * &y;
+                t -= self.border_rows().transpose() * &y;
                 t = self.solve_border(t, false);
                 y -= columns * &t;
             }
         }
         let mut x = Mat::zeros(k + m, cases);
-        for (i, &point) in points.iter().enumerate() {
-            if let Some(place) = inside(point) {
-                x.row_mut(i).copy_from(y.row(place));
+        for j in 0..cases {
+            let (y, t) = (y.col_as_slice(j), t.col_as_slice(j));
+            let (pressures, motions) = x.col_as_slice_mut(j).split_at_mut(k);
+            for (&point, pressure) in points.iter().zip(pressures.iter_mut()) {
+                if let Some(place) = inside(point) {
+                    *pressure = y[place];
+                }
             }
-        }
-        for j in 0..m {
-            x.row_mut(k + j).copy_from(t.row(j));
-        }
-        for (j, &(at, _)) in self.now.entered.iter().enumerate() {
-            x.row_mut(at).copy_from(t.row(m + j));
+            motions.copy_from_slice(&t[..m]);
+            for (&(at, _), t) in self.now.entered.iter().zip(&t[m..]) {
+                pressures[at] = *t;
+            }
         }
         x
     }
@@ -335,21 +340,19 @@ impl Bordered {
         stacked(solved, self.factorised.len())
     }
 
-    /// The rows of the border.
+    /// The rows of the border, a column each.
     fn border_rows(&self) -> Mat<f64> {
         let balance = self.now.balance.iter().map(Vec::as_slice);
         let entered = self.now.entered.iter();
         let entered = entered.filter_map(|&(_, point)| self.entered[point].as_ref());
         let given = balance.chain(entered.map(|e| e.row.as_slice()));
         let count = self.motions.len() + self.now.entered.len();
-        let mut rows = Mat::zeros(count + self.now.left.len(), self.factorised.len());
+        let mut rows = Mat::zeros(self.factorised.len(), count + self.now.left.len());
         for (i, row) in given.enumerate() {
-            for (j, v) in row.iter().enumerate() {
-                rows[(i, j)] = *v;
-            }
+            rows.col_as_slice_mut(i).copy_from_slice(row);
         }
         for (i, &place) in self.now.left.iter().enumerate() {
-            rows[(count + i, place)] = 1.0;
+            rows[(place, count + i)] = 1.0;
         }
         rows
     }
@@ -469,9 +472,13 @@ fn block(influence: &Influence, terms: &Terms, set: &[usize]) -> Mat<f64> {
 }
 
 /// Vectors of a length as the columns of a matrix.
-fn stacked<'a>(vectors: impl Iterator<Item = &'a [f64]>, length: usize) -> Mat<f64> {
+pub(super) fn stacked<'a>(vectors: impl Iterator<Item = &'a [f64]>, length: usize) -> Mat<f64> {
     let vectors: Vec<&[f64]> = vectors.collect();
-    Mat::from_fn(length, vectors.len(), |i, j| vectors[j][i])
+    let mut matrix = Mat::zeros(length, vectors.len());
+    for (j, vector) in vectors.into_iter().enumerate() {
+        matrix.col_as_slice_mut(j).copy_from_slice(vector);
+    }
+    matrix
 }
 
 /// The solved border columns of the set of `now`: motions, points that entered, points that left.

@@ -181,16 +181,17 @@ impl Influence {
         self.transposed(&self.normal, gap)
     }
 
-    /// `C_nx^T gap` and `C_ny^T gap` for a column each; `None` where these do nothing.
-    pub(super) fn transposed_along(&self, gap: &Mat<f64>) -> [Option<Mat<f64>>; 2] {
-        [0, 1].map(|axis| Some(self.transposed(self.along[axis].as_ref()?, gap)))
+    /// `C_nx^T gap` or `C_ny^T gap` for a column each; `None` where it does nothing.
+    pub(super) fn transposed_along(&self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
+        Some(self.transposed(self.along[axis].as_ref()?, gap))
     }
 
     fn transposed(&self, block: &[f64], gap: &Mat<f64>) -> Mat<f64> {
-        let mut out = Mat::zeros(self.points, gap.ncols());
-        let block = self.matrix(block).transpose();
-        matmul(out.as_mut(), Accum::Replace, block, gap, 1.0, Par::Seq);
-        out
+        // `gap^T block`: the product with the transposed block would pack the whole of it
+        let mut out = Mat::zeros(gap.ncols(), self.points);
+        let (gap, block) = (gap.transpose(), self.matrix(block));
+        matmul(out.as_mut(), Accum::Replace, gap, block, 1.0, Par::Seq);
+        out.transpose().to_owned()
     }
 
     fn matrix<'a>(&self, block: &'a [f64]) -> MatRef<'a, f64> {

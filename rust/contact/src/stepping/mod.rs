@@ -174,7 +174,7 @@ impl SlidingStepper {
             None => tangent::factors_of(&self.influence, state, monitor)?,
         };
         let factors = self.memory.factors.insert(factors);
-        Tangent::new(&self.influence, state, factors, monitor)
+        Tangent::new(&self.influence, state, factors)
     }
 
     /// Turns to the memory of friction in the direction of `drag`.

@@ -8,7 +8,7 @@ use mtb_complementarity::linear::definiteness_limit;
 use mtb_operator::Monitor;
 use mtb_operator::krylov::dot;
 
-use super::bordered::Bordered;
+use super::bordered::{Bordered, stacked};
 use super::influence::{Influence, Terms};
 use crate::error::{Error, check};
 use crate::sliding::{RigidMotion, SlidingContact};
@@ -144,6 +144,8 @@ pub struct Tangent<'a> {
     factors: &'a mut Bordered,
     points: Vec<usize>,
     terms: Terms,
+    /// Whether the factors are those of the state's points: not everything that is asked for needs them.
+    is_turned: bool,
 }
 
 impl<'a> Tangent<'a> {
@@ -152,36 +154,29 @@ impl<'a> Tangent<'a> {
         influence: &'a Influence,
         state: &'a SlidingState,
         factors: &'a mut Bordered,
-        monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
         state.check(influence.points())?;
-        let terms = state.terms();
-        let points: Vec<usize> = in_contact(&state.pressure);
-        let contact = state.contact(&state.pressure, &state.slope);
-        let mut tangent = Self {
+        Ok(Self {
             influence,
             state,
             factors,
-            points,
-            terms,
-        };
-        let active: Vec<bool> = state.pressure.iter().map(|p| *p > 0.0).collect();
-        if tangent.factors.is_far_from(&active) {
-            tangent.refactorise(monitor)?;
-        } else {
-            tangent
-                .factors
-                .turn_to(influence, &contact, &tangent.points, monitor)?;
-        }
-        Ok(tangent)
+            points: in_contact(&state.pressure),
+            terms: state.terms(),
+            is_turned: false,
+        })
+    }
+
+    fn turn(&mut self, monitor: Monitor<'_>) -> Result<(), Error> {
+        let contact = self.state.contact(&self.state.pressure, &self.state.slope);
+        self.factors
+            .turn_to(self.influence, &contact, &self.points, monitor)?;
+        self.is_turned = true;
+        Ok(())
     }
 
     fn refactorise(&mut self, monitor: Monitor<'_>) -> Result<(), Error> {
         *self.factors = Bordered::new(self.influence, &self.terms, &self.points, monitor)?;
-        let contact = self.state.contact(&self.state.pressure, &self.state.slope);
-        self.factors
-            .turn_to(self.influence, &contact, &self.points, monitor)?;
-        Ok(())
+        self.turn(monitor)
     }
 
     /// What follows small changes of what is given, one answer for each.
@@ -194,71 +189,76 @@ impl<'a> Tangent<'a> {
         monitor: Monitor<'_>,
     ) -> Result<Vec<Found>, Error> {
         let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
+        let pressure = &self.state.pressure;
         let mut drags = Vec::new();
         for change in changes {
             check("gap", &change.gap, n)?;
             check("work", &change.work, m)?;
             check("drag", &change.drag, 2 * n)?;
-            drags.push(
-                change
-                    .drag
-                    .iter()
-                    .enumerate()
-                    .map(|(i, d)| d * self.state.pressure[i % n])
-                    .collect(),
-            );
+            let along = pressure.iter().chain(pressure).zip(&change.drag);
+            drags.push(along.map(|(p, d)| d * p).collect::<Vec<f64>>());
         }
-        let drags: Vec<Vec<f64>> = drags;
         // what the gaps do while the pressures stay
         let zero = Mat::zeros(n, changes.len());
         let [x, y] =
-            [0, 1].map(|axis| Mat::from_fn(n, changes.len(), |i, j| drags[j][axis * n + i]));
+            [0, 1].map(|axis| stacked(drags.iter().map(|d| &d[axis * n..(axis + 1) * n]), n));
         let mut opened = self.influence.products(&zero, [&x, &y]);
-        for (j, change) in changes.iter().enumerate() {
-            for (i, gap) in change.gap.iter().enumerate() {
-                opened[(i, j)] += gap;
-            }
-        }
         let mut rhs = Mat::zeros(k + m, changes.len());
-        for j in 0..changes.len() {
-            for (i, &point) in self.points.iter().enumerate() {
-                rhs[(i, j)] = -opened[(point, j)];
+        for (j, (change, drag)) in changes.iter().zip(&drags).enumerate() {
+            let opened = opened.col_as_slice_mut(j);
+            for (opened, gap) in opened.iter_mut().zip(&change.gap) {
+                *opened += gap;
             }
-            for (l, motion) in self.state.motions.iter().enumerate() {
-                rhs[(k + l, j)] = changes[j].work[l] + self.work_of(motion, &drags[j]);
+            let (gaps, balances) = rhs.col_as_slice_mut(j).split_at_mut(k);
+            for (gap, &point) in gaps.iter_mut().zip(&self.points) {
+                *gap = -opened[point];
+            }
+            let given = balances.iter_mut().zip(&change.work);
+            for ((balance, work), motion) in given.zip(&self.state.motions) {
+                *balance = work + self.work_of(motion, drag);
             }
         }
         let found = self.solved(&rhs, false, monitor)?;
         let mut pressure = Mat::zeros(n, changes.len());
-        for (i, &point) in self.points.iter().enumerate() {
-            pressure.row_mut(point).copy_from(found.row(i));
+        for j in 0..changes.len() {
+            let to = pressure.col_as_slice_mut(j);
+            for (&point, p) in self.points.iter().zip(found.col_as_slice(j)) {
+                to[point] = *p;
+            }
         }
         let [x, y] = [0, 1].map(|axis| {
-            Mat::from_fn(n, changes.len(), |i, j| {
-                self.terms.drag[axis * n + i] * pressure[(i, j)]
-            })
+            let mut along = pressure.clone();
+            for j in 0..changes.len() {
+                let drag = &self.terms.drag[axis * n..(axis + 1) * n];
+                for (p, drag) in along.col_as_slice_mut(j).iter_mut().zip(drag) {
+                    *p *= drag;
+                }
+            }
+            along
         });
         opened += self.influence.products(&pressure, [&x, &y]);
         let mut answers = Vec::new();
-        for j in 0..changes.len() {
-            let mut answer = Found::nothing(n, m);
-            for i in 0..n {
-                answer.pressure[i] = pressure[(i, j)];
-                for axis in [0, n] {
-                    answer.traction[axis + i] =
-                        self.terms.drag[axis + i] * pressure[(i, j)] + drags[j][axis + i];
+        for (j, mut traction) in drags.into_iter().enumerate() {
+            let moved = x.col_as_slice(j).iter().chain(y.col_as_slice(j));
+            for (traction, moved) in traction.iter_mut().zip(moved) {
+                *traction += moved;
+            }
+            let motion = found.col_as_slice(j)[k..].to_vec();
+            let mut gap = opened.col_as_slice(j).to_vec();
+            for (motion, c) in self.state.motions.iter().zip(&motion) {
+                for (gap, opening) in gap.iter_mut().zip(&motion.opening) {
+                    *gap += opening * c;
                 }
             }
-            for l in 0..m {
-                answer.motion[l] = found[(k + l, j)];
+            for &point in &self.points {
+                gap[point] = 0.0;
             }
-            for i in (0..n).filter(|&i| self.state.pressure[i] <= 0.0) {
-                answer.gap[i] = opened[(i, j)];
-                for (motion, c) in self.state.motions.iter().zip(&answer.motion) {
-                    answer.gap[i] += motion.opening[i] * c;
-                }
-            }
-            answers.push(answer);
+            answers.push(Found {
+                pressure: pressure.col_as_slice(j).to_vec(),
+                traction,
+                gap,
+                motion,
+            });
         }
         Ok(answers)
     }
@@ -268,6 +268,22 @@ impl<'a> Tangent<'a> {
     /// # Errors
     /// As [`Tangent::forward`].
     pub fn adjoint(&mut self, of: &[Found], monitor: Monitor<'_>) -> Result<Vec<Given>, Error> {
+        let mut gradients = self.adjoint_of_loads(of, monitor)?;
+        let traction: Vec<&[f64]> = of.iter().map(|w| w.traction.as_slice()).collect();
+        self.put_drag(&traction, &mut gradients, [true, true])?;
+        Ok(gradients)
+    }
+
+    /// The same by gap and work alone, and zeros by friction: [`Tangent::put_drag`] makes these once they are asked
+    /// for.
+    ///
+    /// # Errors
+    /// As [`Tangent::forward`].
+    pub fn adjoint_of_loads(
+        &mut self,
+        of: &[Found],
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<Given>, Error> {
         let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
         for weights in of {
             check("pressure", &weights.pressure, n)?;
@@ -275,70 +291,96 @@ impl<'a> Tangent<'a> {
             check("gap", &weights.gap, n)?;
             check("motion", &weights.motion, m)?;
         }
-        let is_open = |i: usize| self.state.pressure[i] <= 0.0;
-        let mut sides = Mat::from_fn(
-            n,
-            of.len(),
-            |i, j| {
-                if is_open(i) { of[j].gap[i] } else { 0.0 }
-            },
-        );
-        // what the weights of open gaps are as weights of pressures and motions
-        let mut rhs = Mat::zeros(k + m, of.len());
-        if of.iter().any(|w| w.gap.iter().any(|g| *g != 0.0)) {
-            let pulled = self.pulled_back(&sides);
-            for j in 0..of.len() {
-                for (i, &point) in self.points.iter().enumerate() {
-                    rhs[(i, j)] = pulled[(point, j)];
-                }
-                for (l, motion) in self.state.motions.iter().enumerate() {
-                    rhs[(k + l, j)] = (0..n).map(|i| motion.opening[i] * sides[(i, j)]).sum();
-                }
+        let mut sides = stacked(of.iter().map(|w| w.gap.as_slice()), n);
+        for j in 0..of.len() {
+            let side = sides.col_as_slice_mut(j);
+            for &point in &self.points {
+                side[point] = 0.0;
             }
         }
+        // what the weights of open gaps are as weights of pressures and motions
+        let pulled = (sides.norm_max() > 0.0).then(|| self.pulled_back(&sides));
+        let mut rhs = Mat::zeros(k + m, of.len());
+        let (along, across) = self.terms.drag.split_at(n);
         for (j, weights) in of.iter().enumerate() {
-            for (i, &point) in self.points.iter().enumerate() {
-                rhs[(i, j)] += weights.pressure[point];
-                for axis in [0, n] {
-                    rhs[(i, j)] += weights.traction[axis + point] * self.terms.drag[axis + point];
-                }
+            let (pressures, motions) = rhs.col_as_slice_mut(j).split_at_mut(k);
+            let (on_x, on_y) = weights.traction.split_at(n);
+            for (to, &i) in pressures.iter_mut().zip(&self.points) {
+                *to = weights.pressure[i] + on_x[i] * along[i] + on_y[i] * across[i];
             }
-            for (l, weight) in weights.motion.iter().enumerate() {
-                rhs[(k + l, j)] += weight;
+            motions.copy_from_slice(&weights.motion);
+            if let Some(pulled) = &pulled {
+                let (pulled, side) = (pulled.col_as_slice(j), sides.col_as_slice(j));
+                for (to, &point) in pressures.iter_mut().zip(&self.points) {
+                    *to += pulled[point];
+                }
+                for (to, motion) in motions.iter_mut().zip(&self.state.motions) {
+                    *to += dot(&motion.opening, side);
+                }
             }
         }
         let found = self.solved(&rhs, true, monitor)?;
-        for j in 0..of.len() {
-            for (i, &point) in self.points.iter().enumerate() {
-                sides[(point, j)] = -found[(i, j)];
+        let gradients = (0..of.len()).map(|j| {
+            let found = found.col_as_slice(j);
+            let mut gap = sides.col_as_slice(j).to_vec();
+            for (&point, v) in self.points.iter().zip(found) {
+                gap[point] = -v;
             }
+            Given {
+                gap,
+                work: found[k..].to_vec(),
+                drag: vec![0.0; 2 * n],
+            }
+        });
+        Ok(gradients.collect())
+    }
+
+    /// Puts the gradients by friction along the tangents `along` to those by gap and work, of sums of what is found
+    /// with these weights of tractions (2n), one for each.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn put_drag(
+        &self,
+        traction: &[&[f64]],
+        gradients: &mut [Given],
+        along: [bool; 2],
+    ) -> Result<(), Error> {
+        let (n, m) = (self.count(), self.state.motions.len());
+        for (weights, gradient) in traction.iter().zip(gradients.iter()) {
+            check("traction", weights, 2 * n)?;
+            check("gap", &gradient.gap, n)?;
+            check("work", &gradient.work, m)?;
+            check("drag", &gradient.drag, 2 * n)?;
         }
-        let by_drag = self.influence.transposed_along(&sides);
-        let mut gradients = Vec::new();
-        for (j, weights) in of.iter().enumerate() {
-            let mut gradient = Given::nothing(n, m);
-            for i in 0..n {
-                gradient.gap[i] = sides[(i, j)];
-            }
-            for l in 0..m {
-                gradient.work[l] = found[(k + l, j)];
-            }
-            for &i in &self.points {
-                for axis in [0, 1] {
-                    let mut sum = weights.traction[axis * n + i];
-                    if let Some(product) = &by_drag[axis] {
-                        sum += product[(i, j)];
+        let sides = stacked(gradients.iter().map(|g| g.gap.as_slice()), n);
+        for axis in [0, 1].into_iter().filter(|&axis| along[axis]) {
+            let own = axis * n..(axis + 1) * n;
+            let product = self.influence.transposed_along(axis, &sides);
+            for (j, gradient) in gradients.iter_mut().enumerate() {
+                let drag = &mut gradient.drag[own.clone()];
+                drag.fill(0.0);
+                for (motion, work) in self.state.motions.iter().zip(&gradient.work) {
+                    let moved = [&motion.tangential_x, &motion.tangential_y][axis];
+                    for (drag, moved) in drag.iter_mut().zip(moved) {
+                        *drag += work * moved;
                     }
-                    for (motion, work) in self.state.motions.iter().zip(&gradient.work) {
-                        let moved = [&motion.tangential_x, &motion.tangential_y][axis];
-                        sum += work * self.state.area[i] * moved[i];
+                }
+                let weights = &traction[j][own.clone()];
+                for ((drag, weight), area) in drag.iter_mut().zip(weights).zip(&self.state.area) {
+                    *drag = weight + area * *drag;
+                }
+                if let Some(product) = &product {
+                    for (drag, product) in drag.iter_mut().zip(product.col_as_slice(j)) {
+                        *drag += product;
                     }
-                    gradient.drag[axis * n + i] = self.state.pressure[i] * sum;
+                }
+                for (drag, pressure) in drag.iter_mut().zip(&self.state.pressure) {
+                    *drag *= pressure.max(0.0);
                 }
             }
-            gradients.push(gradient);
         }
-        Ok(gradients)
+        Ok(())
     }
 
     /// The gradient by the friction coefficients (n), from that by all that is given.
@@ -426,13 +468,18 @@ impl<'a> Tangent<'a> {
     fn pulled_back(&self, gap: &Mat<f64>) -> Mat<f64> {
         let n = self.count();
         let mut sum = self.influence.transposed_normal(gap);
-        let along = self.influence.transposed_along(gap);
-        for (axis, product) in along.iter().enumerate() {
-            if let Some(product) = product {
-                for j in 0..gap.ncols() {
-                    for i in 0..n {
-                        sum[(i, j)] += self.terms.drag[axis * n + i] * product[(i, j)];
-                    }
+        for axis in [0, 1] {
+            let drag = &self.terms.drag[axis * n..(axis + 1) * n];
+            if drag.iter().all(|d| *d == 0.0) {
+                continue;
+            }
+            let Some(product) = self.influence.transposed_along(axis, gap) else {
+                continue;
+            };
+            for j in 0..gap.ncols() {
+                let sum = sum.col_as_slice_mut(j).iter_mut();
+                for ((sum, drag), product) in sum.zip(drag).zip(product.col_as_slice(j)) {
+                    *sum += drag * product;
                 }
             }
         }
@@ -441,13 +488,10 @@ impl<'a> Tangent<'a> {
 
     /// Work of tractions (2n) on a unit of a motion.
     fn work_of(&self, motion: &RigidMotion, traction: &[f64]) -> f64 {
-        let n = self.count();
-        (0..n)
-            .map(|i| {
-                self.state.area[i]
-                    * (traction[i] * motion.tangential_x[i]
-                        + traction[n + i] * motion.tangential_y[i])
-            })
+        let (along, across) = traction.split_at(self.count());
+        let moved = motion.tangential_x.iter().zip(&motion.tangential_y);
+        let work = along.iter().zip(across).zip(moved).zip(&self.state.area);
+        work.map(|(((along, across), (x, y)), area)| area * (along * x + across * y))
             .sum()
     }
 
@@ -460,6 +504,14 @@ impl<'a> Tangent<'a> {
     ) -> Result<Mat<f64>, Error> {
         if self.points.len() < self.state.motions.len() {
             return Err(Error::Singular);
+        }
+        if !self.is_turned {
+            let active: Vec<bool> = self.state.pressure.iter().map(|p| *p > 0.0).collect();
+            if self.factors.is_far_from(&active) {
+                self.refactorise(monitor)?;
+            } else {
+                self.turn(monitor)?;
+            }
         }
         let mut x = self.factors.solve_many(rhs, &self.points, transposed);
         if !self.factors.is_exact(&self.terms) && !self.corrected(&mut x, transposed) {
@@ -507,38 +559,58 @@ impl<'a> Tangent<'a> {
     fn left_over(&self, x: &Mat<f64>, transposed: bool) -> Mat<f64> {
         let (n, cases) = (self.count(), x.ncols());
         let then = self.factors.terms();
-        let change = |axis: usize, point: usize| {
-            self.terms.drag[axis * n + point] - then.drag[axis * n + point]
-        };
+        let drags = self.terms.drag.iter().zip(&then.drag);
+        let change: Vec<f64> = drags.map(|(now, then)| now - then).collect();
+        let own: Vec<f64> = (self.points.iter())
+            .map(|&point| self.terms.own(point) - then.own(point))
+            .collect();
         let mut left = Mat::zeros(x.nrows(), cases);
-        for (i, &point) in self.points.iter().enumerate() {
-            let own = self.terms.own(point) - then.own(point);
-            for j in 0..cases {
-                left[(i, j)] = -own * x[(i, j)];
+        let mut spread = Mat::zeros(n, cases);
+        for j in 0..cases {
+            let x = x.col_as_slice(j);
+            for ((left, own), x) in left.col_as_slice_mut(j).iter_mut().zip(&own).zip(x) {
+                *left = -own * x;
+            }
+            let spread = spread.col_as_slice_mut(j);
+            for (&point, x) in self.points.iter().zip(x) {
+                spread[point] = *x;
             }
         }
-        let mut spread = Mat::zeros(n, cases);
-        for (i, &point) in self.points.iter().enumerate() {
-            spread.row_mut(point).copy_from(x.row(i));
-        }
         if transposed {
-            let along = self.influence.transposed_along(&spread);
-            for (axis, product) in along.iter().enumerate() {
-                let Some(product) = product else { continue };
+            for axis in [0, 1] {
+                let change = &change[axis * n..(axis + 1) * n];
+                if change.iter().all(|c| *c == 0.0) {
+                    continue;
+                }
+                let Some(product) = self.influence.transposed_along(axis, &spread) else {
+                    continue;
+                };
                 for j in 0..cases {
-                    for (i, &point) in self.points.iter().enumerate() {
-                        left[(i, j)] -= change(axis, point) * product[(point, j)];
+                    let product = product.col_as_slice(j);
+                    let left = left.col_as_slice_mut(j).iter_mut();
+                    for (left, &point) in left.zip(&self.points) {
+                        *left -= change[point] * product[point];
                     }
                 }
             }
         } else {
-            let [along, across] =
-                [0, 1].map(|axis| Mat::from_fn(n, cases, |i, j| change(axis, i) * spread[(i, j)]));
+            let [along, across] = [0, 1].map(|axis| {
+                let mut along = spread.clone();
+                for j in 0..cases {
+                    let change = &change[axis * n..(axis + 1) * n];
+                    for (to, change) in along.col_as_slice_mut(j).iter_mut().zip(change) {
+                        *to *= change;
+                    }
+                }
+                along
+            });
             let none = Mat::zeros(n, cases);
             let opened = self.influence.products(&none, [&along, &across]);
             for j in 0..cases {
-                for (i, &point) in self.points.iter().enumerate() {
-                    left[(i, j)] -= opened[(point, j)];
+                let opened = opened.col_as_slice(j);
+                let left = left.col_as_slice_mut(j).iter_mut();
+                for (left, &point) in left.zip(&self.points) {
+                    *left -= opened[point];
                 }
             }
         }
@@ -574,9 +646,9 @@ impl Linearised {
     /// Its equations.
     ///
     /// # Errors
-    /// An interruption.
-    pub fn tangent(&mut self, monitor: Monitor<'_>) -> Result<Tangent<'_>, Error> {
-        Tangent::new(&self.influence, &self.state, &mut self.factors, monitor)
+    /// Wrong lengths, numbers that are not finite.
+    pub fn tangent(&mut self) -> Result<Tangent<'_>, Error> {
+        Tangent::new(&self.influence, &self.state, &mut self.factors)
     }
 }
 
