@@ -43,7 +43,7 @@ OTHERS = {
     "m/Pa": "mm/MPa",
     "K": "mK",
     "K m^2/W": "K mm^2/W",
-    "W/(m^2 K)": "kW/(m^2 K)",
+    "W/K/m^2": "kW/K/m^2",
     "W/(m K)": "kW/(m K)",
     "1/Pa": "1/MPa",
     "kg/m^3": "g/cm^3",

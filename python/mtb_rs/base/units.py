@@ -48,7 +48,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "area": "m^2",
     "bulk": "K",
     "resistance": "K m^2/W",
-    "film": ("W/(m^2 K)", "K"),
+    "film": ("W/K/m^2", "K"),
     "share": "1",
     "energy": "Pa",
     **dict.fromkeys(("law", "lower_law", "wear_coefficient"), "1/Pa"),

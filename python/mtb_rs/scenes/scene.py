@@ -251,7 +251,7 @@ class Scene(PosedScene):
         bulk : (float, float) [K]
             Temperatures at the beginning, over any common level: of the lower body wherever it comes from,
             and of the upper one.
-        film : (float, float) [W/(m^2 K)], [K]
+        film : (float, float) [W/K/m2, K]
             Heat transfer coefficient of the surface of the upper body outside its contact face, and the
             temperature around it.
         resistance : float [K m^2/W]
