@@ -70,7 +70,8 @@ class Problem:
         friction: _Array,
         response: _Array,
         before: _Array,
-        numbers: tuple[float, float, float],
+        speed: _Array,
+        numbers: tuple[float, float],
         start: list[bool] | None = None,
     ) -> tuple[Outcome, _Array, _Array, int]: ...
     def loading(self, gap: _Array, work: _Array) -> Loading: ...

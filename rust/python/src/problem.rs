@@ -442,14 +442,14 @@ impl PyProblem {
     }
 
     /// Sliding with the heat of friction over one implicit step of the time, lower body first: temperatures by fluxes
-    /// (2, n, n), temperatures without fluxes (2, n), and speed, resistance and share.
+    /// (2, n, n), temperatures without fluxes (2, n), speeds of the points (n,), and resistance and share.
     /// Returns the state, fluxes (2, n), temperatures (2, n) and sets of points.
     #[allow(
         clippy::too_many_arguments,
         clippy::type_complexity,
         reason = "the fields of one struct"
     )]
-    #[pyo3(signature = (loading, direction, friction, response, before, numbers, start=None))]
+    #[pyo3(signature = (loading, direction, friction, response, before, speed, numbers, start=None))]
     fn slide_heated<'py>(
         &self,
         py: Python<'py>,
@@ -458,7 +458,8 @@ impl PyProblem {
         friction: PyReadonlyArray1<'_, f64>,
         response: PyReadonlyArray3<'_, f64>,
         before: PyReadonlyArray2<'_, f64>,
-        numbers: (f64, f64, f64),
+        speed: PyReadonlyArray1<'_, f64>,
+        numbers: (f64, f64),
         start: Option<Vec<bool>>,
     ) -> PyResult<(
         PyOutcome,
@@ -481,7 +482,8 @@ impl PyProblem {
         halves(response, "response", n * n)?;
         let before = rows2(&before, "before")?;
         halves(before, "before", n)?;
-        let (speed, resistance, share) = numbers;
+        let (resistance, share) = numbers;
+        let speed = flat(&speed, "speed")?;
         let heating = Heating {
             response: response.split_at(n * n).into(),
             opening: None,

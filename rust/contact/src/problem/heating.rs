@@ -25,8 +25,8 @@ pub struct Heating<'a> {
     pub opening: Option<[&'a [f64]; 2]>,
     /// Temperature (n) [K] at the end of the step without any flux.
     pub before: [&'a [f64]; 2],
-    /// Speed of sliding [m/s].
-    pub speed: f64,
+    /// Speed of sliding of each point in its tangent plane (n) [m/s].
+    pub speed: &'a [f64],
     /// Thermal resistance [K m2/W] between the surfaces in contact.
     pub resistance: f64,
     /// Share of the heat of friction that arises on the upper side of that resistance.
@@ -71,12 +71,10 @@ impl Heating<'_> {
         for before in self.before {
             check("temperature before", before, n)?;
         }
-        check_number(
-            "speed",
-            self.speed,
-            self.speed >= 0.0,
-            "a number of at least 0 is needed",
-        )?;
+        check("speed", self.speed, n)?;
+        if let Some(speed) = self.speed.iter().find(|v| **v < 0.0) {
+            check_number("speed", *speed, false, "a number of at least 0 is needed")?;
+        }
         let resistance = self.resistance;
         check_number(
             "resistance",
@@ -177,7 +175,7 @@ impl Problem {
         let kept: Arc<Kept> = self.matrix(direction, is_frictional, monitor)?;
         let motions = self.loaded(&loading.work);
         let power: Vec<f64> = (0..n)
-            .map(|i| friction[i] * direction[i].hypot(direction[n + i]) * heating.speed)
+            .map(|i| friction[i] * direction[i].hypot(direction[n + i]) * heating.speed[i])
             .collect();
         let mut active: Vec<bool> = match start {
             Some(start) if start.len() == n => start,

@@ -413,7 +413,7 @@ fn a_heated_state_slides_on_the_gap_that_its_own_heat_opens() {
         response: [&lower, &upper],
         opening: Some([&falls, &rises]),
         before: [&cold, &warm],
-        speed: 2.0,
+        speed: &[2.0; N],
         resistance: 3e-7,
         share: 0.4,
     };
