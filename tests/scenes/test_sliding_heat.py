@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.contact.sliding_heat import _Passing
 
 Array = NDArray[np.float64]
 STEEL = mtb.conducting_steel
@@ -117,6 +118,38 @@ def test_steps_are_of_first_order_and_stable() -> None:
     assert changes[1] / changes[2] == pytest.approx(2.0, abs=0.5)
     # an hour in one step
     assert 0.0 < shoe().sliding_heat(3600.0, 1, 20.0).means[-1] < 100.0
+
+
+def test_slow_sliding_and_standing_settle_with_the_steps() -> None:
+    scene = shoe(spacing=0.012)
+    for speed, bulk in ((1.0, (0.0, 0.0)), (0.0, (0.0, 50.0)), (5.0, (0.0, 0.0))):
+        means = [scene.sliding_heat(2.0, n, speed, bulk=bulk).means[-1] for n in (20, 80, 320)]
+        assert abs(means[2] - means[1]) < 0.5 * abs(means[1] - means[0]) + 1e-3 * means[2]
+        assert means[2] == pytest.approx(means[1], rel=0.03)
+    ends = [scene.sliding_heat(4.0, n, lambda t: max(0.0, 20.0 - 5.0 * t)).stored[-1] for n in (60, 240, 960)]
+    assert abs(ends[2] - ends[1]) < 0.5 * abs(ends[1] - ends[0])
+    assert ends[2] == pytest.approx(ends[1], rel=0.01)
+
+
+def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
+    # uniform heat: at each point 2 sqrt(s / pi V) / effusivity over its way s below the contact
+    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
+    problem = scene.problem("elastic-upper")
+    passing = _Passing(problem, STEEL, 10.0)
+    warm = passing.response(1.0, 10.0).sum(axis=1)
+    patch = problem.patches[0]
+    row = slice((patch.ny // 2) * patch.nx, (patch.ny // 2 + 1) * patch.nx)
+    half = 0.5 * patch.spacing[0]
+    s = problem.points.points[0, row].max() - passing.places[row, 0]
+    exact = 2.0 * np.sqrt(np.maximum(s, half / 4) / (math.pi * 10.0)) / STEEL.effusivity
+    assert warm[row][:-1] == pytest.approx(exact[:-1], rel=0.01)
+
+
+def test_heat_is_the_friction_power_of_steps_on_slopes_too() -> None:
+    scene = shoe(spacing=0.012, sliding_direction=(0.0, 1.0))
+    found = scene.sliding_heat(1.0, 2, 20.0)
+    step = scene.prepare(model="elastic-upper").step(velocity=(0.0, 20.0))
+    assert found.friction_power == pytest.approx(step.friction_power, rel=1e-9)
 
 
 def test_speed_and_tables_change_with_the_time() -> None:

@@ -134,6 +134,13 @@ def test_wheels_of_steps_are_as_hot_as_the_same_contact_alone() -> None:
     assert found.friction_power == pytest.approx((patch.dissipation * patch.area).sum(), rel=1e-9)
 
 
+def test_large_creepages_are_warned_of_and_locked_wheels_refused() -> None:
+    with pytest.warns(UserWarning, match="speeds of both surfaces differ"):
+        ertz_and_knothe(15, 0.3).temperature()
+    with pytest.raises(ValueError, match="stands still"):
+        ertz_and_knothe(15, 2.0).temperature()
+
+
 def test_bad_input_is_refused() -> None:
     rolled = ertz_and_knothe(15, 1e-3)
     with pytest.raises(ValueError, match="upper is 5"):

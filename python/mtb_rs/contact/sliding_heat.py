@@ -193,41 +193,54 @@ class _Body:
         return cls(slice(part.first, part.first + sampling.n_points), conducting, step)
 
 
-def _sizes(problem: ContactProblem) -> Array:
-    """Lengths and widths (n, 2) [m] of the rectangles that the contact points stand for."""
-    lengths = np.empty(sum(patch.nx * patch.ny for patch in problem.patches))
+def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
+    """Centres and sizes (n, 2) [m] of the rectangles that the contact points stand for, along x and y."""
+    count = sum(patch.nx * patch.ny for patch in problem.patches)
+    lengths, moved = np.empty(count), np.zeros(count)
     for patch in problem.patches:
         length = np.full((patch.ny, patch.nx), patch.spacing[0])
+        inwards = np.zeros((patch.ny, patch.nx))
         if problem.averages is not None and patch.nx > 1:
             # hats at both ends reach inwards only
             length[:, [0, -1]] *= 0.5
-        lengths[patch.cut] = length.ravel()
+            inwards[:, 0], inwards[:, -1] = 0.25 * patch.spacing[0], -0.25 * patch.spacing[0]
+        lengths[patch.cut], moved[patch.cut] = length.ravel(), inwards.ravel()
     if problem.kept is not None:
-        lengths = lengths[problem.kept.numbers]
-    return np.stack([lengths, problem.area / lengths], axis=1)
+        lengths, moved = lengths[problem.kept.numbers], moved[problem.kept.numbers]
+    x, y = problem.points.points[:2]
+    return np.stack([x + moved, y], axis=1), np.stack([lengths, problem.area / lengths], axis=1)
 
 
 class _Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
-    def __init__(self, problem: ContactProblem, conductor: Conductor, dt: float) -> None:
+    def __init__(self, problem: ContactProblem, conductor: Conductor, speed: float) -> None:
         way = problem.direction @ problem.area
         self.way = way / np.linalg.norm(way)
-        self.places = np.ascontiguousarray(problem.points.points[:2].T)
-        self.sizes, self.conductor = _sizes(problem), conductor
-        #: At standstill it takes heat for a step, and not for ever.
-        self.slowest = float(np.ptp(self.places @ self.way)) / dt
+        self.places, self.sizes = _rectangles(problem)
+        self.conductor = conductor
+        self.length = float(np.ptp(self.places @ self.way))
+        self.speed = speed
+        #: Times [s] and distances [m] of sliding so far.
+        self.times, self.distances = [0.0], [0.0]
         self._last: tuple[float, Array] | None = None
 
-    def response(self, speed: float) -> Array:
-        """Temperatures (n, n) [K m2/W] by a unit flux into each point, at a speed [m/s]."""
-        passing = max(speed, self.slowest)
-        if self._last is None or self._last[0] != passing:
+    def response(self, time: float, speed: float) -> Array:
+        """Temperatures (n, n) [K m2/W] by a unit flux into each point, at a time [s] with a speed [m/s].
+
+        The lower body passes with the mean speed of what is now at the rear end, since it came to the front
+        end. Where all of it has been below the contact from the beginning, it has been there for this time.
+        """
+        gone = self.distances[-1] + 0.5 * (self.speed + speed) * (time - self.times[-1])
+        self.speed = speed
+        self.times.append(time)
+        self.distances.append(gone)
+        entered = float(np.interp(gone - self.length, self.distances, self.times))
+        passing = self.length / (time - entered) if gone > 0.0 else self.length / time
+        if self._last is None or abs(self._last[0] / passing - 1.0) > 1e-12:
             velocity = (-passing * float(self.way[0]), -passing * float(self.way[1]))
-            self._last = (
-                passing,
-                _mtb_rs.moving_half_space(self.conductor.constants, velocity, self.places, self.sizes),
-            )
+            given = self.conductor.constants, velocity, self.places, self.sizes
+            self._last = passing, _mtb_rs.moving_half_space(*given)
         return self._last[1]
 
 
@@ -255,13 +268,17 @@ def slide_and_heat(
     """
     n, dt = problem.n, heated.duration / heated.steps
     bodies = [_Body.of(part, heated) for part in problem.upper.state]
-    passing = _Passing(problem, heated.lower, dt)
+    passing = _Passing(problem, heated.lower, heated.velocity(0.0))
     direction = np.ascontiguousarray(problem.direction)
     temperatures = [np.full(len(part.body.mesh.nodes), heated.bulk[1]) for part in problem.upper.state]
 
     def held() -> float:
         return sum(body.conducting.heat(warm) for body, warm in zip(bodies, temperatures, strict=True))
 
+    # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
+    frames = problem.geometry.tangents if problem.averages is None else problem.averages.frames[:2]
+    along = np.array([*passing.way, 0.0])
+    share_of_speed = np.einsum("kcn,kn,c->n", frames, direction, along)
     response = np.zeros((2, n, n))
     for body in bodies:
         response[1, body.points, body.points] = body.step.response
@@ -274,7 +291,7 @@ def slide_and_heat(
             time = (k + 1) * dt
             speed = heated.velocity(time)
             friction, pull = posed(speed, pressure)
-            response[0] = passing.response(speed)
+            response[0] = passing.response(time, speed)
             for body, warm in zip(bodies, temperatures, strict=True):
                 coasted = body.step.advance(warm, np.zeros(body.step.weights.size))
                 before[1, body.points] = body.step.observe(coasted)
@@ -284,7 +301,8 @@ def slide_and_heat(
                 np.ascontiguousarray(friction),
                 response,
                 before,
-                (speed, heated.resistance, heated.share),
+                speed * share_of_speed,
+                (heated.resistance, heated.share),
                 active,
             )
             if outcome.status != "solved":

@@ -314,8 +314,8 @@ def solve_normal(
     largest = None if hardness is None else hardness * heights.size * sides[0] * sides[1]
     if largest is not None and force is not None and force >= largest * (1.0 - 1e-9):
         raise ValueError(
-            f"force is {force:g} N: at a hardness of {hardness:g} Pa the whole grid carries less than "
-            f"{largest:g} N"
+            f"force is {force:.10g} N: at a hardness of {hardness:g} Pa the whole grid carries "
+            f"{largest:.10g} N, and less while a point is open: a larger grid, or a smaller force, is needed"
         )
     if hardness is not None and method == "dense":
         raise ValueError('method is "dense", which does not take a hardness: "auto" or "fft" is needed')

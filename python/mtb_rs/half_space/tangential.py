@@ -541,7 +541,9 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         power = self.dissipation * motion.slip_speed
         direction, bodies = motion.direction, (lower, upper)
         given = (self.points, self.area, self.pressure, self.status)
-        return rolling_temperature(*given, power, direction, motion.slip_speed, bodies, bulk)
+        return rolling_temperature(
+            *given, power, direction, motion.slip_speed, bodies, bulk, self.creepage[:2]
+        )
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""

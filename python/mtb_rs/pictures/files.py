@@ -33,7 +33,7 @@ POLE_SHOE_CUTS = (6e-3, 12e-3)
 
 
 #: Quantities drawn as maps and as cuts; the pictures bear their names.
-MAPS: tuple[Word, ...] = ("pressure", "vertical_displacement", "status", "traction", "slip")
+MAPS: tuple[Word, ...] = ("temperature", "pressure", "vertical_displacement", "status", "traction", "slip")
 LINES: tuple[Word, ...] = ("pressure", "vertical_displacement")
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: Peclet number below which heat flows noticeably along the surface and ahead of the contact.
 SLOW = 10.0
+#: Creepages from which on the speeds of the surfaces differ noticeably, and one of them may stand.
+FAST, LOCKED = 0.2, 1.0
 
 
 @stored
@@ -105,9 +107,21 @@ def rolling_temperature(
     speed: float,
     bodies: tuple[Conductor, Conductor],
     bulk: tuple[float, float],
+    creepage: Array,
 ) -> RollingTemperature:
-    """Temperatures of lower and upper body at `speed` [m/s], from the heat of friction `power` (ny, nx)
-    [W/m2]."""
+    """Temperatures of lower and upper body at `speed` [m/s] and a creepage (2,), from the heat of friction
+    `power` (ny, nx) [W/m2]."""
+    creeps = float(np.hypot(*creepage))
+    if creeps >= LOCKED:
+        raise ValueError(
+            f"the creepage is {creeps:.3g}: one of the surfaces stands still or runs backwards, and "
+            "temperature() needs both to pass through the contact at about the same speed"
+        )
+    if creeps > FAST:
+        warn(
+            f"The creepage is {creeps:.3g}, so the speeds of both surfaces differ by as much, and "
+            "temperature() takes the mean of them for both."
+        )
     for side, body in zip(("lower", "upper"), bodies, strict=True):
         if not isinstance(body, Conductor):
             raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")

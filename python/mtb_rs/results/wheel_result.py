@@ -166,7 +166,8 @@ class WheelPatch(Drawn):
         drawn = self._picture()
         given = (drawn.points, drawn.area, drawn.pressure, drawn.status, drawn.dissipation)
         angle = 0.0 if self.rolling_speed >= 0.0 else np.pi
-        return rolling_temperature(*given, angle, abs(self.rolling_speed), (lower, upper), bulk)
+        bodies, creepage = (lower, upper), np.asarray(self.creepage)[:2]
+        return rolling_temperature(*given, angle, abs(self.rolling_speed), bodies, bulk, creepage)
 
     def _picture(self) -> PatchPicture:
         x, y = np.meshgrid(self.x, self.y)

@@ -179,7 +179,11 @@ def heat(
     given = scene.velocity if velocity is None else velocity
 
     def speed(time: float) -> float:
-        value = number("velocity", given(time) if callable(given) else given, "m/s")
+        try:
+            found = given(time) if callable(given) else given
+        except TypeError as error:
+            raise ValueError(f"velocity is {given!r}: a function of the time is needed ({error})") from None
+        value = number("velocity", found, "m/s")
         if value < 0.0:
             raise ValueError(f"velocity is {value:g} m/s at {time:g} s: it must not be negative")
         return value
@@ -229,7 +233,14 @@ def heat(
         points=nodes.points,
         area=problem.on_grid(problem.area),
         patches=patches,
-        summary={**scene.statement(), "duration": duration, "steps": steps, "model": model},
+        summary={
+            **scene.statement(),
+            **{"duration": duration, "steps": steps, "model": model, "velocity": given},
+            "heat": {
+                **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
+                **{"resistance": resistance, "share": share},
+            },
+        },
         **fields,
         **found,
     )
