@@ -44,7 +44,7 @@ for share in shares:
     shift.append(found.creepage[0])
     error.append(float(np.linalg.norm(found.traction[0] - exact) / np.linalg.norm(exact)))
     if share == 0.5:
-        areas = ListedColormap(list(STATUS_COLOURS))
+        areas = ListedColormap(list(STATUS_COLOURS[:3]))
         middle.imshow(found.status, extent=(-1, 1, -1, 1), origin="lower", cmap=areas, vmin=0, vmax=2)
         circle = reference.cattaneo_stick_radius(share)
         middle.add_patch(plt.Circle((0, 0), circle, fill=False, color="black", lw=1.5))

@@ -72,7 +72,7 @@ figure.savefig(output / "europrinter_traction_curve.png")
 # stick areas at equal force: with the layer the slip area is smaller, and turns convex
 figure, axes_ = plt.subplots(2, 3, figsize=(7.4, 6.4), sharex=True, sharey=True)
 slip_share = {}
-areas = ListedColormap(list(STATUS_COLOURS[1:]))
+areas = ListedColormap(list(STATUS_COLOURS[1:3]))
 for column, share in enumerate((0.3, 0.6, 0.85)):
     force = (share * 0.33 * load, None)
     for row, (name, layer) in enumerate({"original": None, "with the soft layer": soft}.items()):
@@ -92,7 +92,7 @@ for axis in axes_[-1]:
     axis.set_xlabel("x [mm], rolling to the right")
 for axis in axes_[:, 0]:
     axis.set_ylabel("y [mm]")
-swatches = [Patch(color=c, label=n) for c, n in zip(STATUS_COLOURS[1:], ("stick", "slip"), strict=True)]
+swatches = [Patch(color=c, label=n) for c, n in zip(STATUS_COLOURS[1:3], ("stick", "slip"), strict=True)]
 figure.legend(handles=swatches, loc="outside lower center", ncols=2)
 figure.savefig(output / "europrinter_stick_areas.png")
 for name, value in reduction.items():

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -191,10 +193,13 @@ def test_rails_of_elements_and_bodies_of_their_own_are_heated() -> None:
     assert seen.peaks == pytest.approx(known.peaks, rel=0.02)
 
 
-def test_it_is_saved_and_drawn(tmp_path: object) -> None:
-    found = shoe().sliding_heat(2.0, 2, 20.0)
-    found.save(f"{tmp_path}/heat")
-    loaded = mtb.load(f"{tmp_path}/heat")
+def test_it_is_saved_and_drawn(tmp_path: Path) -> None:
+    found = shoe().sliding_heat(2.0, 2, lambda t: 20.0 - t, bulk=(5.0, 5.0))
+    assert found.summary["heat"]["bulk"] == (5.0, 5.0)
+    assert repr(pickle.loads(pickle.dumps(found))) == repr(found)
+    files = {path.name for path in found.save(tmp_path / "heat")}
+    assert {"temperature.png", "pressure.png"} <= files
+    loaded = mtb.load(tmp_path / "heat")
     assert isinstance(loaded, mtb.SlidingHeat)
     assert np.array_equal(loaded.temperatures, found.temperatures)
     assert loaded.totals()["heat_upper"].values == found.heat_upper

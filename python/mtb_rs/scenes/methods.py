@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import choice, number, pair, positive, warn, whole
 from ..base.errors import ConvergenceError
+from ..base.stored import without_functions
 from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.conductor import Conductor, conducting_steel
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
@@ -235,7 +236,7 @@ def heat(
         patches=patches,
         summary={
             **scene.statement(),
-            **{"duration": duration, "steps": steps, "model": model, "velocity": given},
+            **{"duration": duration, "steps": steps, "model": model, "velocity": without_functions(given)},
             "heat": {
                 **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
                 **{"resistance": resistance, "share": share},
