@@ -198,7 +198,10 @@ def test_it_is_saved_and_drawn(tmp_path: Path) -> None:
     assert found.summary["heat"]["bulk"] == (5.0, 5.0)
     assert repr(pickle.loads(pickle.dumps(found))) == repr(found)
     files = {path.name for path in found.save(tmp_path / "heat")}
-    assert {"temperature.png", "pressure.png"} <= files
+    assert {"temperature.png", "pressure.png", "peaks.png", "stored.png"} <= files
+    assert found.plot().axes[0].get_ylabel() == "highest temperature [K]"
+    with pytest.raises(ValueError, match="a line over the time"):
+        found.plot("means", "3d")
     loaded = mtb.load(tmp_path / "heat")
     assert isinstance(loaded, mtb.SlidingHeat)
     assert np.array_equal(loaded.temperatures, found.temperatures)

@@ -19,7 +19,8 @@ from ..base.told import Row, along, in_words
 from ..bodies.conductor import Conductor
 from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
-from ..results.result import Pictured
+from ..results.doors import pictures
+from ..results.result import Curved, Pictured
 from .problem import ContactProblem, mean_tractions
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ OVER_CONTACT = (
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class SlidingHeat(Pictured):
+class SlidingHeat(Curved, Pictured):
     """Temperatures and pressure over the time of bodies that slide; see :meth:`Scene.sliding_heat`.
 
     The fields are those of the last step. Arrays with k entries have one for each step.
@@ -111,6 +112,10 @@ class SlidingHeat(Pictured):
         "points", "area", "pressure", "traction", "temperature_upper", "temperature_lower",
         "heat_flux_upper", "heat_flux_lower", "status",
     )  # fmt: skip
+    curves: ClassVar[tuple[str, ...]] = (
+        *("peaks", "means", "friction_powers", "heats_upper", "heats_lower", "losses", "stored"),
+    )
+    over: ClassVar[str] = "the time"
     _summed: ClassVar[tuple[str, ...]] = ("force", "friction_power", "heat_lower", "heat_upper")
 
     @property
@@ -132,6 +137,9 @@ class SlidingHeat(Pictured):
     def heat_lower(self) -> float:
         """Heat that enters the lower body [W] in the last step."""
         return float(self.heats_lower[-1])
+
+    def _line(self, quantity: str, ax: Any) -> Any:
+        return pictures().draw_heat(self, quantity, ax)
 
     def _kept(self) -> SlidingHeat:
         return replace(self, summary=input_data(self.summary))

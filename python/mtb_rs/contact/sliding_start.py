@@ -23,7 +23,7 @@ from ..friction.laws import InterfaceLayer
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of, totals_of
-from ..results.result import Pictured, png
+from ..results.result import Curved, Pictured
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def check_room(points: int, matrices: int = 20) -> None:
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class StartOfSliding(Pictured):
+class StartOfSliding(Curved, Pictured):
     """The way of a contact from rest to full sliding, step by step.
 
     ``plot()`` draws the force over the way of the upper body, ``plot("slip_share")`` the share that slips,
@@ -84,6 +84,7 @@ class StartOfSliding(Pictured):
     # what the user has said
     _unbounded = ("summary",)
     curves: ClassVar[tuple[str, ...]] = CURVES
+    over: ClassVar[str] = "the way"
 
     displacement: Array
     force: Array
@@ -154,38 +155,7 @@ class StartOfSliding(Pictured):
             ("all slips", f"from step {int(slips.argmax()) + 1} on" if slips.any() else "in no step"),
         ]
 
-    def _repr_png_(self) -> bytes | None:
-        """The force over the way, for notebooks."""
-        with pictures().own_figures():
-            return png(self.plot())
-
-    def plot(self, quantity: Any = "force", kind: Any = None, **options: Any) -> Any:
-        """Picture of one quantity.
-
-        Parameters
-        ----------
-        quantity : str
-            "force" or "slip_share" over the way of the upper body; or "pressure", "traction",
-            "longitudinal_traction", "lateral_traction" or "status" of the last step, as
-            :func:`mtb_rs.pictures.plot` draws them.
-        kind, **options
-            As :func:`mtb_rs.pictures.plot`; what is drawn over the way takes `ax` only.
-
-        Returns
-        -------
-        matplotlib.figure.Figure or pyvista.Plotter
-        """
-        if quantity not in CURVES:
-            return super().plot(quantity, kind, **options)
-        ax = options.pop("ax", None)
-        if kind not in (None, "line"):
-            raise ValueError(
-                f"kind is {kind!r}: it draws the last step, and {quantity!r} is a line over the way; another "
-                "quantity is needed, such as 'pressure' (mtb-rs show: --quantity pressure)"
-            )
-        if options:
-            given = ", ".join(options)
-            raise ValueError(f"quantity is {quantity!r}: it is a line over the way, and takes no {given}")
+    def _line(self, quantity: str, ax: Any) -> Any:
         return pictures().draw_start(self, quantity, ax)
 
     def __repr__(self) -> str:

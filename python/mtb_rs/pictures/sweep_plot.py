@@ -170,6 +170,42 @@ def draw_wear(worn: Worn, quantity: str, ax: Axes | None) -> Figure:
     return figure
 
 
+class HeatOverTime(Protocol):
+    """Temperatures and heat over the time."""
+
+    @property
+    def time(self) -> Array: ...
+
+
+#: Histories of heat: in words, with their units.
+_HEAT = {
+    "peaks": ("highest temperature", "K"),
+    "means": ("mean temperature of the contact face above", "K"),
+    "friction_powers": ("heat of friction", "W"),
+    "heats_upper": ("heat into the upper body", "W"),
+    "heats_lower": ("heat into the lower body", "W"),
+    "losses": ("heat out of the upper body through its film", "W"),
+    "stored": ("heat in the upper body", "J"),
+}
+
+
+def draw_heat(heat: HeatOverTime, quantity: str, ax: Axes | None) -> Figure:
+    """A temperature or a heat over the time of sliding."""
+    values = np.asarray(getattr(heat, quantity))
+    words, unit = _HEAT[quantity]
+    largest = float(np.abs(values).max(initial=0.0))
+    size, name = (1e3, f"k{unit}") if unit != "K" and largest >= 1e3 else (1.0, unit)
+    figure, ax = canvas(ax, (7.2, 3.9))
+    ax.plot(heat.time, values / size, marker=".", color=LINE_COLOURS[0], linewidth=1.6)
+    ax.set_xlim(left=0.0)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(f"{words} [{name}]")
+    ax.set_title("Heat of sliding", loc="left", fontsize=10.5, color=INK)
+    style_axes(ax)
+    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
 def _unit(units: tuple[tuple[float, str], ...], largest: float) -> tuple[float, str]:
     return next((unit for unit in units if largest >= unit[0]), units[-1])
 

@@ -168,6 +168,51 @@ class Drawn(Savable):
         return files
 
 
+class Curved(Drawn):
+    """What draws lines over its steps, its `curves`, besides its last state."""
+
+    #: What the lines are over, in words.
+    over: ClassVar[str]
+
+    def _line(self, quantity: str, ax: Any) -> Figure:
+        """The line of one of the curves."""
+        raise NotImplementedError
+
+    def _repr_png_(self) -> bytes | None:
+        """Its first curve, for notebooks."""
+        with pictures().own_figures():
+            return png(self.plot())
+
+    def plot(self, quantity: Any = None, kind: Any = None, **options: Any) -> Any:
+        """Picture of one quantity.
+
+        Parameters
+        ----------
+        quantity : str or None
+            One of `curves`, over the steps; the first of them for None. Or a quantity of the last state, as
+            :func:`mtb_rs.pictures.plot` draws them.
+        kind, **options
+            As :func:`mtb_rs.pictures.plot`; what is drawn over the steps takes `ax` only.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or pyvista.Plotter
+        """
+        quantity = self.curves[0] if quantity is None else quantity
+        if quantity not in self.curves:
+            return super().plot(quantity, kind, **options)
+        ax = options.pop("ax", None)
+        if kind not in (None, "line"):
+            raise ValueError(
+                f"kind is {kind!r}: it draws the last state, and {quantity!r} is a line over {self.over}; "
+                "another quantity is needed, such as 'pressure' (mtb-rs show: --quantity pressure)"
+            )
+        if options:
+            given = ", ".join(options)
+            raise ValueError(f"quantity is {quantity!r}: it is a line over {self.over}, and takes no {given}")
+        return self._line(quantity, ax)
+
+
 class Pictured(Drawn):
     """A result that draws and saves itself.
 

@@ -20,7 +20,7 @@ from ..geometry.contact_points import Patch
 from ..geometry.profiles import Profile
 from .doors import pictures
 from .fields import Field, fields_of, totals_of
-from .result import Pictured, Result, png
+from .result import Curved, Pictured, Result
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ CURVES = ("depth", "worn_volume", "uniformity", "peak_pressure")
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class WearResult(Pictured):
+class WearResult(Curved, Pictured):
     """A contact and its wear over a sliding distance, as :func:`mtb_rs.wear` finds them.
 
     ``plot()`` draws the greatest depth over the distance, ``plot("uniformity")``, ``plot("worn_volume")`` and
@@ -78,6 +78,7 @@ class WearResult(Pictured):
     # what the user has said
     _unbounded = ("summary",)
     curves: ClassVar[tuple[str, ...]] = CURVES
+    over: ClassVar[str] = "the distance"
 
     distance: Array
     depths: Array
@@ -280,40 +281,7 @@ class WearResult(Pictured):
         final = None if self.final is None else self.final._kept()
         return replace(self, final=final, summary=input_data(self.summary))
 
-    def _repr_png_(self) -> bytes | None:
-        """The depth over the distance, for notebooks."""
-        with pictures().own_figures():
-            return png(self.plot())
-
-    def plot(self, quantity: Any = "depth", kind: Any = None, **options: Any) -> Any:
-        """Picture of one quantity.
-
-        Parameters
-        ----------
-        quantity : str
-            "depth", "worn_volume", "uniformity" or "peak_pressure" over the sliding distance; or "pressure",
-            "wear" (of `body`), "initial_gap" or "status" of the end, as
-            :func:`mtb_rs.pictures.plot` draws them.
-        kind, **options
-            As :func:`mtb_rs.pictures.plot`; what is drawn over the distance takes `ax` only.
-
-        Returns
-        -------
-        matplotlib.figure.Figure or pyvista.Plotter
-        """
-        if quantity not in CURVES:
-            return super().plot(quantity, kind, **options)
-        ax = options.pop("ax", None)
-        if kind not in (None, "line"):
-            raise ValueError(
-                f"kind is {kind!r}: it draws the last state, and {quantity!r} is a line over the distance; "
-                "another quantity is needed, such as 'pressure' (mtb-rs show: --quantity pressure)"
-            )
-        if options:
-            given = ", ".join(options)
-            raise ValueError(
-                f"quantity is {quantity!r}: it is a line over the distance, and takes no {given}"
-            )
+    def _line(self, quantity: str, ax: Any) -> Any:
         return pictures().draw_wear(self, quantity, ax)
 
     def __repr__(self) -> str:
