@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import MISSING, fields
 from functools import wraps
 from typing import Any, TypeVar, cast
 
@@ -64,7 +65,9 @@ def _restore(self: Any, state: dict[str, Any]) -> None:
 
 def _restoring(restore: Callable[..., None], new_names: dict[str, str]) -> Callable[..., None]:
     def renamed_and_restored(self: Any, state: dict[str, Any]) -> None:
-        restore(self, {new_names.get(name, name): value for name, value in state.items()})
+        # what has come since has its default
+        since = {f.name: f.default for f in fields(self) if f.default is not MISSING}
+        restore(self, since | {new_names.get(name, name): value for name, value in state.items()})
 
     return renamed_and_restored
 
