@@ -60,3 +60,10 @@ class Conductor:
 
 #: Rail steel at room temperature, as in [ErtzKnothe2002].
 conducting_steel = Conductor(conductivity=50.0, density=7850.0, specific_heat=450.0)
+
+
+def check_conductors(lower: object, upper: object) -> None:
+    """ValueError for a body that is none."""
+    for side, body in (("lower", lower), ("upper", upper)):
+        if not isinstance(body, Conductor):
+            raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")

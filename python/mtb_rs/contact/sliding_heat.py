@@ -113,8 +113,8 @@ class SlidingHeat(Curved, Pictured):
         "heat_flux_upper", "heat_flux_lower", "status",
     )  # fmt: skip
     curves: ClassVar[tuple[str, ...]] = (
-        *("peaks", "means", "friction_powers", "heats_upper", "heats_lower", "losses", "stored"),
-    )
+        "peaks", "means", "friction_powers", "heats_upper", "heats_lower", "losses", "stored",
+    )  # fmt: skip
     over: ClassVar[str] = "the time"
     _summed: ClassVar[tuple[str, ...]] = ("force", "friction_power", "heat_lower", "heat_upper")
 

@@ -86,20 +86,10 @@ def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
     newton, force = _unit(_FORCES, float(curve.force.max()))
     square, area = _unit(_AREAS, float(curve.contact_area.max()))
     figure, ax = canvas(ax, (7.2, 3.9))
-    ax.plot(
-        curve.force[order] / newton,
-        curve.contact_area[order] / square,
-        marker=".",
-        color=LINE_COLOURS[0],
-        linewidth=1.6,
-    )
-    ax.set_xlim(left=0.0)
+    labels = f"normal force [{force}]", f"contact area [{area}]"
+    areas = {"": curve.contact_area[order] / square}
+    _draw_lines(ax, curve.force[order] / newton, areas, labels, "Contact area over load")
     ax.set_ylim(bottom=0.0)
-    ax.set_xlabel(f"normal force [{force}]")
-    ax.set_ylabel(f"contact area [{area}]")
-    ax.set_title("Contact area over load", loc="left", fontsize=10.5, color=INK)
-    style_axes(ax)
-    ax.grid(True, color="#DDDDDD", linewidth=0.6)
     return figure
 
 
@@ -118,19 +108,28 @@ def draw_start(start: Start, quantity: str, ax: Axes | None) -> Figure:
         lines = {label: line for label, line in lines.items() if np.abs(line).max(initial=0.0) > least}
     else:
         name, lines = "%", {"": 100.0 * asked.values}
-    for (label, line), colour in zip(lines.items(), LINE_COLOURS, strict=False):
-        ax.plot(way / factor, line, marker=".", color=colour, linewidth=1.6, label=label or None)
+    if quantity == "slip_share":
+        ax.set_ylim(0.0, 105.0)
+    over = f"way of the upper body [{unit}]"
+    _draw_lines(ax, way / factor, lines, (over, f"{asked.label} [{name}]"), "Start of sliding")
+    return figure
+
+
+def _draw_lines(
+    ax: Axes, over: Array, lines: Mapping[str, Array], labels: tuple[str, str], title: str
+) -> None:
+    """Lines over the steps of a study, with a legend where there are several."""
+    for (name, line), colour in zip(lines.items(), LINE_COLOURS, strict=False):
+        shown = name if len(lines) > 1 else None
+        ax.plot(over, line, marker=".", color=colour, linewidth=1.6, label=shown)
     if len(lines) > 1:
         ax.legend(frameon=False, fontsize=9)
     ax.set_xlim(left=0.0)
-    if quantity == "slip_share":
-        ax.set_ylim(0.0, 105.0)
-    ax.set_xlabel(f"way of the upper body [{unit}]")
-    ax.set_ylabel(f"{asked.label} [{name}]")
-    ax.set_title("Start of sliding", loc="left", fontsize=10.5, color=INK)
+    ax.set_xlabel(labels[0])
+    ax.set_ylabel(labels[1])
+    ax.set_title(title, loc="left", fontsize=10.5, color=INK)
     style_axes(ax)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
-    return figure
 
 
 class Worn(Protocol):
@@ -154,19 +153,10 @@ def draw_wear(worn: Worn, quantity: str, ax: Axes | None) -> Figure:
     else:
         size, name = unit_of(values, asked.unit)
     labels = ["upper body", "lower body"] if len(values) == 2 else [""]
-    lines = [(label, line) for label, line in zip(labels, values, strict=True) if line.any()]
-    for (label, line), colour in zip(lines, LINE_COLOURS, strict=False):
-        shown = label if len(lines) > 1 else None
-        ax.plot(worn.distance / factor, line / size, marker=".", color=colour, linewidth=1.6, label=shown)
-    if len(lines) > 1:
-        ax.legend(frameon=False, fontsize=9)
-    ax.set_xlim(left=0.0)
+    lines = {label: line / size for label, line in zip(labels, values, strict=True) if line.any()}
+    over = f"sliding distance [{unit}]"
+    _draw_lines(ax, worn.distance / factor, lines, (over, f"{asked.label} [{name}]"), "Wear")
     ax.set_ylim(0.0, 105.0 if quantity == "uniformity" else None)
-    ax.set_xlabel(f"sliding distance [{unit}]")
-    ax.set_ylabel(f"{asked.label} [{name}]")
-    ax.set_title("Wear", loc="left", fontsize=10.5, color=INK)
-    style_axes(ax)
-    ax.grid(True, color="#DDDDDD", linewidth=0.6)
     return figure
 
 
@@ -196,13 +186,7 @@ def draw_heat(heat: HeatOverTime, quantity: str, ax: Axes | None) -> Figure:
     largest = float(np.abs(values).max(initial=0.0))
     size, name = (1e3, f"k{unit}") if unit != "K" and largest >= 1e3 else (1.0, unit)
     figure, ax = canvas(ax, (7.2, 3.9))
-    ax.plot(heat.time, values / size, marker=".", color=LINE_COLOURS[0], linewidth=1.6)
-    ax.set_xlim(left=0.0)
-    ax.set_xlabel("time [s]")
-    ax.set_ylabel(f"{words} [{name}]")
-    ax.set_title("Heat of sliding", loc="left", fontsize=10.5, color=INK)
-    style_axes(ax)
-    ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    _draw_lines(ax, heat.time, {"": values / size}, ("time [s]", f"{words} [{name}]"), "Heat of sliding")
     return figure
 
 

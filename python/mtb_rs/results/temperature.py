@@ -15,7 +15,7 @@ from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, in_words
-from ..bodies.conductor import Conductor
+from ..bodies.conductor import Conductor, check_conductors
 from .result import Pictured
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ class RollingTemperature(Pictured):
     area : (ny, nx) [m2]
     pressure : (ny, nx) [Pa]
     status : (ny, nx) int
-        0 open, 1 stick, 2 slip.
+        0 open, 1 stick, 2 slip, 3 plastic.
     temperature_lower, temperature_upper : (ny, nx) [K]
         Of the surfaces, above the level from which the bulk temperatures count. Both are the same in contact.
     heat_flux_lower, heat_flux_upper : (ny, nx) [W/m2]
@@ -122,9 +122,7 @@ def rolling_temperature(
             f"The creepage is {creeps:.3g}, so the speeds of both surfaces differ by as much, and "
             "temperature() takes the mean of them for both."
         )
-    for side, body in zip(("lower", "upper"), bodies, strict=True):
-        if not isinstance(body, Conductor):
-            raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")
+    check_conductors(*bodies)
     bulk = pair("bulk", bulk, "K")
     touches = status > 0
     ny, nx = pressure.shape

@@ -16,7 +16,7 @@ from ..base.check import choice, number, pair, positive, warn, whole
 from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Method, Model, Pressing, Quantity
-from ..bodies.conductor import Conductor, conducting_steel
+from ..bodies.conductor import Conductor, check_conductors, conducting_steel
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_heat import OVER_CONTACT, Heated, SlidingHeat, slide_and_heat
@@ -165,9 +165,7 @@ def heat(
         )
     if whole("steps", steps) < 1:
         raise ValueError(f"steps is {steps}: at least one is needed")
-    for side, body in (("lower", lower), ("upper", upper)):
-        if not isinstance(body, Conductor):
-            raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")
+    check_conductors(lower, upper)
     coefficient, ambient = pair("film", film)
     if coefficient < 0.0:
         raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")

@@ -140,12 +140,16 @@ fn the_response_is_that_of_the_steps_and_symmetric() {
     let step = body.step(0.2, &sampling, &unmonitored).unwrap();
     let m = sampling.n_points();
     let (response, weights) = (step.response(), step.weights());
+    let nodes = step.nodes(&unmonitored).unwrap();
     for j in 0..m {
         let mut flux = vec![0.0; m];
         flux[j] = 1e6;
-        let found = step
-            .observe(&step.advance(&vec![0.0; n], &flux).unwrap())
-            .unwrap();
+        let warm = step.advance(&vec![0.0; n], &flux).unwrap();
+        let most = warm.iter().copied().fold(0.0, f64::max);
+        for (warm, by_one) in warm.iter().zip(&nodes[j * n..(j + 1) * n]) {
+            assert!((warm - 1e6 * by_one).abs() < 1e-9 * most);
+        }
+        let found = step.observe(&warm).unwrap();
         for i in 0..m {
             assert!((found[i] - 1e6 * response[i * m + j]).abs() < 1e-9 * found[j]);
             let (a, b) = (
