@@ -687,6 +687,7 @@ def refined(
     elastic: tuple[float, float],
     lines: list[tuple[list[int], list[int]]],
     patches: list[tuple[tuple[float, float, int, int], tuple[float, float]]],
+    half: bool,
 ) -> Compliance: ...
 def carried(fields: _Array, lines: list[tuple[list[int], list[int]]]) -> _Array: ...
 def half_space_cut_hats(

@@ -377,7 +377,7 @@ def _rail(
     solid, carried = rail_solid(geometry, grid, material, half=half, time_s=time_s, lines=lines)
     n = sum(p.nx * p.ny for p in carried)
     own = grid.nodes.at(slice(0, n))
-    part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)))
+    part = ElasticPart(solid, tuple(carried), own, 0, False, np.zeros(n), np.zeros((0, 9)), is_half=half)
     flexible = condensed_part(part, time_s, None if lines is None else lines[: len(carried)])
     return ElasticBodies((part,), (flexible,), (flexible.compliance,), own, image)
 

@@ -114,8 +114,12 @@ def elements(kept: list[int]) -> list[int]:
     return sorted({*half, *(end - k for k in half)})
 
 
-def refined(coarse: Condensed, material: Material, lines: Lines, patches: Sequence[Patch]) -> Condensed:
+def refined(
+    coarse: Condensed, material: Material, lines: Lines, patches: Sequence[Patch], *, half: bool
+) -> Condensed:
     """A body that is condensed onto the hats between `lines` of the patches, on all of their nodes.
+
+    It is the whole, or the `half` of one that is its own mirror image about y = 0.
 
     Raises
     ------
@@ -126,7 +130,7 @@ def refined(coarse: Condensed, material: Material, lines: Lines, patches: Sequen
     grids = [((*p.origin, p.nx, p.ny), p.spacing) for p in patches]
     elastic = material.shear_modulus, material.poisson_ratio
     try:
-        compliance = _mtb_rs.refined(coarse.compliance, coarse.weights, elastic, lines, grids)
+        compliance = _mtb_rs.refined(coarse.compliance, coarse.weights, elastic, lines, grids, half)
     except ValueError as error:
         raise NotRefinedError(str(error)) from None
 

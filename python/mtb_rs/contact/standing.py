@@ -118,7 +118,6 @@ class ElasticBodies:
             replace(p, pull=pull[p.first : p.first + p.pull.size], spread=wrench).on(c)
             for p, c in zip(self.parts, self.condensed, strict=True)
         ]
-        parts = [replace(p, is_half=self.image is not None) for p in parts]
         side = replace(
             elastic_side(parts, self.condensed, self.points), compliance=self.compliance, pull=pull
         )
@@ -260,7 +259,7 @@ def condensed_part(part: ElasticPart, time_s: dict[str, float], lines: Lines | N
         flexible = part.body.condense(sampling)
     else:
         coarse = part.body.condense(sampling.on_lines(lines))
-        flexible = refined(coarse, part.body.material, lines, part.patches)
+        flexible = refined(coarse, part.body.material, lines, part.patches, half=part.is_half)
     time_s["condensation"] = time_s.get("condensation", 0.0) + time.perf_counter() - clock
     return flexible
 

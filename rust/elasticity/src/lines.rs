@@ -26,6 +26,15 @@ impl Lines {
         Ok(Self { kept })
     }
 
+    /// The same seen in a mirror: the last node is the first one.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let end = self.nodes() - 1;
+        Self {
+            kept: self.kept.iter().rev().map(|k| end - k).collect(),
+        }
+    }
+
     /// Those that are kept.
     pub fn kept(&self) -> &[usize] {
         &self.kept

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
-use mtb_operator::{Compliance, Component, check_memory};
+use mtb_operator::{Compliance, Component, SymmetricHalf, check_memory};
 use nalgebra::DMatrix;
 
 use crate::half_space::{HatHalfSpace, Neighbours, Patch};
@@ -129,12 +129,104 @@ impl Carrier {
 /// A body that is condensed onto coarse hats, under hats on a finer grid; see the head of this file.
 pub struct Refined {
     carrier: Carrier,
-    half_space: HatHalfSpace,
+    /// On the fine hats; of a half, with the loads of the mirror image as well.
+    half_space: Arc<dyn Compliance>,
     /// Of the hats on a plane over those on the body.
     share: Vec<f64>,
     weights: Vec<f64>,
     /// `S_c - S_hc` for the components 11, 22, nn, 12, 1n, 2n, row by row.
     difference: [Vec<f64>; 6],
+}
+
+/// A half-space under the hats of some patches, and of their mirror images for a half.
+struct Near {
+    half_space: HatHalfSpace,
+    /// Areas of the hats of the patches [m2].
+    weights: Vec<f64>,
+    /// Of all patches, images included.
+    lines: Vec<[Lines; 2]>,
+    /// The mirror image of each fine and of each coarse point, where there are images.
+    image: Option<[Vec<usize>; 2]>,
+}
+
+impl Near {
+    fn new(material: Material, patches: Vec<Patch>, lines: &[[Lines; 2]]) -> Result<Self, Error> {
+        let half_space = HatHalfSpace::new(material, patches, Neighbours::Interact)?;
+        Ok(Self {
+            weights: half_space.weights(),
+            half_space,
+            lines: lines.to_vec(),
+            image: None,
+        })
+    }
+
+    fn with_image(
+        material: Material,
+        mut patches: Vec<Patch>,
+        lines: &[[Lines; 2]],
+    ) -> Result<Self, Error> {
+        let counts = |[x, y]: &[Lines; 2]| [[x.nodes(), y.nodes()], [x.len(), y.len()]];
+        let image = [0, 1].map(|k| images(lines.iter().map(|l| counts(l)[k])));
+        let twins: Vec<Patch> = patches.iter().map(mirrored).collect();
+        patches.extend(twins);
+        let mut all = lines.to_vec();
+        all.extend(lines.iter().map(|[x, y]| [x.clone(), y.reversed()]));
+        let mut near = Self::new(material, patches, &all)?;
+        near.weights.truncate(image[0].len() / 2);
+        near.image = Some(image);
+        Ok(near)
+    }
+
+    /// As [`HatHalfSpace::on_lines`], under loads that are their own mirror images if it has images.
+    fn on_lines(&self, observed: Component, loaded: Component) -> Vec<f64> {
+        let whole = self.half_space.on_lines(observed, loaded, &self.lines);
+        let Some([_, image]) = &self.image else {
+            return whole;
+        };
+        let (n, sign) = (image.len() / 2, SymmetricHalf::sign(loaded));
+        whole
+            .chunks_exact(2 * n)
+            .take(n)
+            .flat_map(|row| (0..n).map(move |j| row[j] + sign * row[image[j]]))
+            .collect()
+    }
+
+    fn compliance(self) -> Arc<dyn Compliance> {
+        let whole = Arc::new(self.half_space);
+        let half = self.image.and_then(|[image, _]| {
+            SymmetricHalf::new(Arc::clone(&whole) as Arc<dyn Compliance>, &image)
+        });
+        half.map_or(whole as Arc<dyn Compliance>, |half| Arc::new(half))
+    }
+}
+
+/// The mirror image about y = 0.
+fn mirrored(patch: &Patch) -> Patch {
+    let Patch { x0, y0, grid } = *patch;
+    Patch {
+        x0,
+        y0: -(y0 + (grid.ny - 1) as f64 * grid.dy),
+        grid,
+    }
+}
+
+/// The image of each point, where the images of patches of (nx, ny) points follow on the patches.
+fn images(counts: impl Iterator<Item = [usize; 2]> + Clone) -> Vec<usize> {
+    let n: usize = counts.clone().map(|[nx, ny]| nx * ny).sum();
+    let mut image = vec![0; 2 * n];
+    let mut start = 0;
+    for [nx, ny] in counts {
+        for (own, (j, i)) in (0..ny)
+            .flat_map(|j| (0..nx).map(move |i| (j, i)))
+            .enumerate()
+        {
+            let twin = n + start + (ny - 1 - j) * nx + i;
+            image[start + own] = twin;
+            image[twin] = start + own;
+        }
+        start += nx * ny;
+    }
+    image
 }
 
 const PAIRS: [(Component, Component); 6] = [
@@ -148,7 +240,9 @@ const PAIRS: [(Component, Component); 6] = [
 
 impl Refined {
     /// The `body`, condensed onto the hats between `lines` along x and y of each of the `patches` with the areas
-    /// `weights` [m2], on all nodes of these patches.
+    /// `weights` [m2], on all nodes of these patches. The body is the `half` of one that is its own mirror image
+    /// about y = 0, under loads that are theirs, or the whole. Of both the half-space is that of all patches, so that
+    /// the half is the whole under such loads.
     ///
     /// # Errors
     /// Lines of other patches, areas that are not those of hats on a plane within a percent, [`Error::Stiff`] where
@@ -159,6 +253,7 @@ impl Refined {
         material: Material,
         lines: &[[Lines; 2]],
         patches: Vec<Patch>,
+        half: bool,
     ) -> Result<Self, Error> {
         let nodes = |[x, y]: &[Lines; 2]| [x.nodes(), y.nodes()];
         let own = |p: &Patch| [p.grid.nx, p.grid.ny];
@@ -181,8 +276,12 @@ impl Refined {
             }
         }
         check_memory(n, 8.0 * 9.0 * (n as f64).powi(2), f64::INFINITY)?;
-        let half_space = HatHalfSpace::new(material, patches, Neighbours::Interact)?;
-        let on_plane = carrier.sum(&half_space.weights(), lines);
+        let near = if half {
+            Near::with_image(material, patches, lines)?
+        } else {
+            Near::new(material, patches, lines)?
+        };
+        let on_plane = carrier.sum(&near.weights, lines);
         let mut parts = weights.iter().zip(&on_plane);
         if let Some(point) = parts.position(|(w, flat)| (w - flat).abs() > COVERED * flat) {
             return Err(Error::NoArea(point));
@@ -197,7 +296,7 @@ impl Refined {
                     *a *= w;
                 }
             }
-            let plane = half_space.on_lines(a, b, lines);
+            let plane = near.on_lines(a, b);
             if a == b {
                 soften(&mut own, &plane, &smooth)?;
             }
@@ -205,15 +304,11 @@ impl Refined {
             *difference = own;
         }
         let weights = carrier.carry(weights);
-        let share = half_space
-            .weights()
-            .iter()
-            .zip(&weights)
-            .map(|(h, w)| h / w)
-            .collect();
+        let share = near.weights.iter().zip(&weights).map(|(h, w)| h / w);
+        let share = share.collect();
         Ok(Self {
             carrier,
-            half_space,
+            half_space: near.compliance(),
             share,
             weights,
             difference,

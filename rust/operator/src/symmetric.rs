@@ -33,6 +33,11 @@ impl SymmetricHalf {
     pub fn kept(&self) -> &[usize] {
         &self.kept
     }
+
+    /// The factor between a component at a point and at its image.
+    pub fn sign(component: Component) -> f64 {
+        if component == Component::Y { -1.0 } else { 1.0 }
+    }
 }
 
 impl Compliance for SymmetricHalf {
@@ -48,7 +53,7 @@ impl Compliance for SymmetricHalf {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
+        let sign = Self::sign(loaded);
         let whole: Vec<f64> = self
             .source
             .iter()
@@ -84,7 +89,7 @@ impl Compliance for SymmetricHalf {
         matrix: &mut [f64],
     ) {
         let (n, k) = (self.source.len(), self.kept.len());
-        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
+        let sign = Self::sign(loaded);
         let mut whole = vec![0.0; n * n];
         self.inner
             .add_influence(observed, loaded, scale, &mut whole);
@@ -133,7 +138,7 @@ impl Compliance for SymmetricWhole {
         let mut moved = vec![0.0; load.len()];
         self.half
             .add_displacement(observed, loaded, scale, &load, &mut moved);
-        let sign = if observed == Component::Y { -1.0 } else { 1.0 };
+        let sign = SymmetricHalf::sign(observed);
         for (u, &(k, image)) in displacement.iter_mut().zip(&self.source) {
             *u += if image { sign * moved[k] } else { moved[k] };
         }
@@ -157,7 +162,7 @@ impl Compliance for SymmetricWhole {
         let (n, k) = (self.source.len(), self.kept.len());
         let mut half = vec![0.0; k * k];
         self.half.add_influence(observed, loaded, scale, &mut half);
-        let sign = if observed == Component::Y { -1.0 } else { 1.0 };
+        let sign = SymmetricHalf::sign(observed);
         for (row, &(i, image)) in matrix.chunks_exact_mut(n.max(1)).zip(&self.source) {
             for (&j, a) in self.kept.iter().zip(&half[i * k..(i + 1) * k]) {
                 row[j] += if image { sign * a } else { *a };

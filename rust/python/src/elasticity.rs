@@ -65,7 +65,8 @@ pub(crate) fn half_space_hats(
 type Place = (f64, f64, usize, usize);
 
 /// A body that is condensed onto the hats between `lines` of `patches`, with their areas `weights` (n,) [m2], on all
-/// nodes of these: a half-space there, and the smooth rest from the lines.
+/// nodes of these: a half-space there, and the smooth rest from the lines. It is the whole, or the `half` of a body
+/// that is its own mirror image about y = 0.
 #[pyfunction]
 pub(crate) fn refined(
     py: Python<'_>,
@@ -74,13 +75,14 @@ pub(crate) fn refined(
     elastic: (f64, f64),
     lines: Vec<(Vec<usize>, Vec<usize>)>,
     patches: Vec<(Place, (f64, f64))>,
+    half: bool,
 ) -> PyResult<PyCompliance> {
     let (body, weights) = (body.0.clone(), weights.as_slice()?.to_vec());
     let refined = enter(py, |_| {
         let material = Material::new(elastic.0, elastic.1)?;
         let (places, spacings): (Vec<_>, Vec<_>) = patches.into_iter().unzip();
         let patches = grids(&places, &Spacing::Each(spacings))?;
-        Refined::new(&body, &weights, material, &chosen(lines)?, patches)
+        Refined::new(&body, &weights, material, &chosen(lines)?, patches, half)
     })?;
     Ok(PyCompliance(Arc::new(refined)))
 }

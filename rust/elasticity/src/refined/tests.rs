@@ -82,7 +82,7 @@ struct OnLines<B> {
     hats: Vec<Vec<(usize, f64)>>,
 }
 
-impl<B: Compliance> OnLines<B> {
+impl<B> OnLines<B> {
     fn new(body: B, weights: Vec<f64>, [x, y]: &[Lines; 2]) -> Self {
         let (x_hats, y_hats) = (x.hats(), y.hats());
         let mut hats = Vec::new();
@@ -154,7 +154,8 @@ fn a_body_that_differs_by_linear_fields_is_exact() {
     let coarse = OnLines::new(Bending::new(patch), direct.near.weights(), &kept);
     let weights = coarse.own_weights();
     let body: Arc<dyn Compliance> = Arc::new(coarse);
-    let refined = Refined::new(&body, &weights, STEEL, &[kept], vec![patch]).expect("positive");
+    let refined =
+        Refined::new(&body, &weights, STEEL, &[kept], vec![patch], false).expect("positive");
     let n = direct.points();
     for (a, b) in refined.weights().iter().zip(direct.near.weights()) {
         assert!((a - b).abs() < 1e-12 * b);
@@ -201,7 +202,8 @@ fn the_sum_is_positive_definite_for_the_stiffest_body() {
     let coarse = OnLines::new(on(stiff), on(STEEL).weights(), &kept);
     let weights = coarse.own_weights();
     let body: Arc<dyn Compliance> = Arc::new(coarse);
-    let refined = Refined::new(&body, &weights, STEEL, &[kept], vec![patch]).expect("stiff enough");
+    let refined =
+        Refined::new(&body, &weights, STEEL, &[kept], vec![patch], false).expect("stiff enough");
     let n = refined.points();
     for component in [Component::Normal, Component::X] {
         let mut matrix = vec![0.0; n * n];
@@ -211,6 +213,72 @@ fn the_sum_is_positive_definite_for_the_stiffest_body() {
             0.5 * (w[i] * matrix[i * n + j] + w[j] * matrix[j * n + i])
         });
         assert!(energy.llt(Side::Lower).is_ok(), "{component:?}");
+    }
+}
+
+/// The half of a symmetric body is the whole under loads that are their own mirror images, to rounding, also where
+/// both are softened.
+#[test]
+fn the_half_is_the_whole_under_symmetric_loads() {
+    let own = patch(15, 9, 4e-3);
+    let [x, y] = lines([&[0, 1, 3, 6, 8, 11, 13, 14], &[0, 2, 3, 8]], &own);
+    let half_lines = [[x.clone(), y.clone()]];
+    let whole_lines = [[x.clone(), y.clone()], [x, y.reversed()]];
+    let patches = [own, mirrored(&own)];
+    let image = images([[15, 9]].into_iter());
+    let coarse_image = images([[8, 4]].into_iter());
+    // stiffer than the half-space beside it, and deep under both patches another one
+    let other = Material {
+        shear_modulus: 2.0 * STEEL.shear_modulus,
+        poisson_ratio: 0.2,
+    };
+    let on_all = HatHalfSpace::new(other, patches.to_vec(), Neighbours::Interact).expect("valid");
+    let weights = on_all.weights();
+    let mut hats = OnLines::new(on_all, weights.clone(), &whole_lines[0]);
+    let twin = OnLines::new((), weights.clone(), &whole_lines[1]);
+    hats.hats.extend(
+        twin.hats
+            .into_iter()
+            .map(|hat| hat.into_iter().map(|(i, a)| (i + 15 * 9, a)).collect()),
+    );
+    let coarse_weights = hats.own_weights();
+    let body: Arc<dyn Compliance> = Arc::new(hats);
+    let half: Arc<dyn Compliance> =
+        Arc::new(SymmetricHalf::new(Arc::clone(&body), &coarse_image).expect("pairs"));
+    let whole = Refined::new(
+        &body,
+        &coarse_weights,
+        STEEL,
+        &whole_lines,
+        patches.to_vec(),
+        false,
+    )
+    .expect("stiff enough");
+    let n = 15 * 9;
+    let half = Refined::new(
+        &half,
+        &coarse_weights[..32],
+        STEEL,
+        &half_lines,
+        vec![own],
+        true,
+    )
+    .expect("stiff enough");
+    for (observed, loaded) in PAIRS {
+        let one: Vec<f64> = (0..n).map(|i| ((i * 7) % 11) as f64 - 3.0).collect();
+        let sign = SymmetricHalf::sign(loaded);
+        let mut both = one.clone();
+        both.extend((n..2 * n).map(|i| sign * one[image[i]]));
+        let (mut found, mut expected) = (vec![0.0; n], vec![0.0; 2 * n]);
+        half.add_displacement(observed, loaded, 1.0, &one, &mut found);
+        whole.add_displacement(observed, loaded, 1.0, &both, &mut expected);
+        let scale = expected.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        for (a, b) in found.iter().zip(&expected) {
+            assert!(
+                (a - b).abs() < 1e-9 * scale,
+                "{observed:?} {loaded:?}: {a} {b}"
+            );
+        }
     }
 }
 
@@ -256,7 +324,7 @@ fn other_lines_and_bodies_that_are_too_stiff_are_refused() {
     let body: Arc<dyn Compliance> = Arc::new(body);
     let new = |weights: &[f64], patch| {
         let kept = [kept.clone()];
-        Refined::new(&body, weights, STEEL, &kept, vec![patch])
+        Refined::new(&body, weights, STEEL, &kept, vec![patch], false)
     };
     assert!(matches!(new(&weights, patch), Err(Error::Stiff)));
     let half: Vec<f64> = weights.iter().map(|w| 0.5 * w).collect();
