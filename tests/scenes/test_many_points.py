@@ -128,6 +128,31 @@ def test_steps_and_the_start_of_sliding_take_the_same_bodies(many: Callable[...,
 
 
 @pytest.mark.filterwarnings("ignore:The estimated error")
+def test_the_half_of_a_shoe_and_its_rail_is_their_whole(many: Callable[..., None]) -> None:
+    many()
+    scene = shoe(spacing=(6e-3, 4e-3))
+    half, whole = (
+        scene.problem("elastic-both", carrier=(12e-3, 6e-3), may_halve=may_halve)
+        for may_halve in (True, False)
+    )
+    assert half.lower.state[0].is_half
+    assert not whole.lower.state[0].is_half
+    rng = np.random.default_rng(3)
+    one = rng.standard_normal((3, half.n // 2))
+    (left, right), n = half.patches, half.n // 2
+    assert (left.nx, left.ny) == (right.nx, right.ny)
+    # the image of a load: rows the other way round, what is across to the other side
+    image = one.reshape(3, left.ny, left.nx)[:, ::-1].reshape(3, n) * [[1.0], [-1.0], [1.0]]
+    load = np.concatenate([one, image], axis=1)
+    moved = [p.lower.compliance.displacement(load) for p in (half, whole) if p.lower.compliance is not None]
+    assert moved[0] == pytest.approx(moved[1], abs=1e-9 * np.abs(moved[1]).max())
+    solved = scene.solve("elastic-both")
+    assert "mirror half" in solved.report.solver
+    stepped = scene.prepare("elastic-both").step(velocity=1.0)
+    assert stepped.pressure == pytest.approx(solved.pressure.ravel(), abs=1e-7 * solved.pressure.max())
+
+
+@pytest.mark.filterwarnings("ignore:The estimated error")
 def test_sweeps_and_the_command_line(many: Callable[..., None], tmp_path: Path) -> None:
     many()
     scene = block()
