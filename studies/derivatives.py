@@ -34,7 +34,10 @@ ACCEPTED = 1e-6
 #: Share of a number over an input below which a derivative counts as nothing.
 LEAST = 0.02
 #: Fields whose sums with random weights are derived too.
-FIELDS = ("pressure", "traction", "gap", "slip", "friction_coefficient", "dissipation")
+FIELDS = (
+    *("pressure", "traction", "gap", "slip", "friction_coefficient", "dissipation"),
+    "plastic_indentation",
+)
 #: A ball of cells [m].
 CELLS, CELL = 10, 1e-3
 
@@ -140,6 +143,14 @@ def of_scene(scene: mtb.Scene, model: Any) -> Trial:
         inputs["magnetic_pressure_field"] = Input(
             shape, pull, lambda e: solved(replace(scene, magnetic_pressure=pull + e))
         )
+    layer = scene.normal_layer
+    if layer is not None:
+        inputs["normal_layer"] = Input(
+            (), layer, lambda e: solved(replace(scene, normal_layer=layer + float(e)))
+        )
+        inputs["normal_layer_field"] = Input(
+            shape, layer, lambda e: solved(replace(scene, normal_layer=layer + e))
+        )
     if isinstance(scene.gap, np.ndarray):
         gap = scene.gap
         inputs["gap"] = Input(gap.shape, 1e-6, lambda e: solved(replace(scene, gap=gap + e)))
@@ -178,6 +189,7 @@ def half_space(random: np.random.Generator) -> mtb.Scene:
         lower,
         gap=ball(random),
         spacing=CELL,
+        normal_layer=random.uniform(1e-15, 2e-14) if random.random() < 0.3 else None,
         **pressing(random, tilting=True),
         **sliding(random),
     )
@@ -271,14 +283,22 @@ def normal(random: np.random.Generator) -> Trial:
     given |= {"approach": 8e-6} if way == 0 else {"force": random.uniform(5e2, 2e3)}
     if way == 2:
         given["moments_about_axes"] = tuple(random.uniform(-0.3, 0.3, 2))
+    if random.random() < 0.4:
+        given["normal_layer"] = random.uniform(1e-15, 2e-14)
+    if random.random() < 0.4:
+        elastic = mtb.solve_normal(**given, spacing=CELL, edge="sharp")
+        given["hardness"] = random.uniform(0.5, 0.8) * float(elastic.pressure.max())
 
     def solved(changed: dict[str, Any]) -> Any:
-        method = "fft" if given["gap"].sum() * 1e9 % 2 < 1 else "auto"
+        method = "fft" if given["gap"].sum() * 1e9 % 2 < 1 and "hardness" not in given else "auto"
         return mtb.solve_normal(
             **{"spacing": CELL, "tolerance": 1e-13, "method": method, "edge": "sharp"} | changed
         )
 
-    sizes = {"gap": 1e-6, "approach": 8e-6, "force": 1e3, "moments_about_axes": 0.3}
+    sizes = {
+        "gap": 1e-6, "approach": 8e-6, "force": 1e3, "moments_about_axes": 0.3,
+        "normal_layer": 1e-14, "hardness": 5e8,
+    }  # fmt: skip
     inputs = {
         name: Input(
             np.shape(value), sizes[name],
@@ -298,6 +318,8 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
         given: dict[str, Any] = {"upper": material(random), "lower": material(random)}
         if coupled:
             given |= {"gap": ball(random), "normal_force": random.uniform(5e2, 2e3)}
+            if random.random() < 0.3:
+                given["normal_layer"] = random.uniform(1e-15, 2e-14)
         else:
             x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * 6e-4
             inside = 1.0 - (x[None, :] / 3e-3) ** 2 - (x[:, None] / random.uniform(2e-3, 3e-3)) ** 2
@@ -324,8 +346,9 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
             bodies = {"lower": g["lower"], "upper": g["upper"]}
             if coupled:
                 pressed = mtb.solve_normal(
-                    g["gap"], spacing, force=g["normal_force"], tolerance=1e-13, edge="sharp", **bodies
-                )
+                    g["gap"], spacing, force=g["normal_force"], tolerance=1e-13, edge="sharp",
+                    normal_layer=g.get("normal_layer", 0.0), **bodies,
+                )  # fmt: skip
             else:
                 pressed = PressureField(g["pressure"], (spacing, spacing), **bodies)
             return mtb.solve_tangential(
@@ -337,7 +360,12 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
             given["state"] = solved(given | {"motion": mtb.Shift((1e-6, -1e-6))}).state
         result = solved(given)
         inputs = dict(of_bodies(given, solved))
-        for name, size in (("gap", 1e-6), ("normal_force", 1e3), ("pressure", 5e8)):
+        for name, size in (
+            ("gap", 1e-6),
+            ("normal_force", 1e3),
+            ("normal_layer", 1e-14),
+            ("pressure", 5e8),
+        ):
             if name in given:
                 value = given[name]
                 # cells out of contact stay so
@@ -460,6 +488,7 @@ OF = (
 BY = (
     *("gap", "pressure", "friction", "friction_field", "friction.static", "friction.coefficient", "spacing"),
     *("force", "approach", "moments", "moments_about_axes", "normal_force", "tilts", "pose", "work"),
+    *("normal_layer", "normal_layer_field", "hardness", "diagonal"),
     *("magnetic_pressure", "magnetic_pressure_field", "velocity", "sliding_direction", "step", "angle"),
     *("creepage", "displacement", "spin", "duration", "layer.thickness", "layer.shear_modulus"),
     *("state.traction", "state.pressure", "state.coefficient", "upper.young_modulus", "upper.poisson_ratio"),
@@ -501,7 +530,7 @@ def tried(kind: str, seed: int) -> Iterator[Found]:
         direction = np.where(own.where, own.size * random.uniform(-1.0, 1.0, own.shape), 0.0)
         h = trial.width
         moved = [own.solve(np.asarray(s * step * direction)) for step in (h, 0.5 * h) for s in (1.0, -1.0)]
-        is_same = all(np.array_equal(m.status, status) for m in moved)
+        is_same = all(np.array_equal(m.status, status) for m in moved) and len({*map(flowing, moved)}) == 1
         for of, (_, value, size) in asked.items():
             if not is_same:
                 yield Found(kind, of, by, None)
@@ -517,6 +546,12 @@ def tried(kind: str, seed: int) -> Iterator[Found]:
             yield Found(
                 kind, of, by, float((np.abs(found - wanted) / np.maximum(np.abs(wanted), least)).max())
             )
+
+
+def flowing(result: Any) -> bytes:
+    """Which cells are at the hardness."""
+    hardness = getattr(result, "hardness", None)
+    return b"" if hardness is None else (result.pressure >= hardness).tobytes()
 
 
 def listed(kind: str, seed: int) -> list[Found]:

@@ -992,14 +992,22 @@ class NormalTangent:
         approach: float | None,
         moments: tuple[float | None, float | None],
         is_periodic: bool,
+        layer: float,
+        hardness: float | None,
         found: tuple[_Array, _Array, float, tuple[float, float]],
     ) -> NormalTangent: ...
     def forward(
-        self, gap: _Array, load: _Array, moments: _Array, compliance: _Array
+        self,
+        gap: _Array,
+        load: _Array,
+        moments: _Array,
+        compliance: _Array,
+        flexibility: _Array,
+        hardness: _Array,
     ) -> tuple[_Array, _Array, _Array, _Array, int]: ...
     def adjoint(
         self, pressure: _Array, gap: _Array, approach: _Array, tilts: _Array
-    ) -> tuple[_Array, _Array, _Array, _Array, int]: ...
+    ) -> tuple[_Array, _Array, _Array, _Array, _Array, _Array, int]: ...
 
 @final
 class NormalOutcome:

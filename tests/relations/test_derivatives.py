@@ -481,6 +481,34 @@ def test_a_diagonal_of_a_step_is_what_it_opens_and_has_its_derivatives() -> None
         contact.step(velocity=4.0, diagonal=np.zeros(3))
 
 
+@pytest.mark.parametrize("layer", [2e-15, 1e-15 * np.random.default_rng(2).uniform(0.5, 2.0, (N, N))])
+def test_a_layer_of_steps_has_the_derivatives_of_its_scene(layer: Any) -> None:
+    scene = ball(force=2e3, normal_layer=layer)
+    step, result = scene.prepare("half-space").step(velocity=4.0), scene.solve("half-space")
+    # the force is given
+    of = ["moment", "peak_pressure"]
+    own, whole = step.gradient(of), result.gradient(of)
+    field = np.reshape(own["normal_layer_field"], whole["normal_layer_field"].shape)
+    assert field == pytest.approx(whole["normal_layer_field"], rel=1e-8, abs=1e-8 * np.abs(field).max())
+    if np.ndim(layer) == 0:
+        for found in (own["normal_layer"], own["normal_layer_field"].sum(axis=-1)):
+            assert found == pytest.approx(whole["normal_layer"], rel=1e-8)
+        return
+    with pytest.raises(ValueError, match="'normal_layer_field' is the derivative by its value at each point"):
+        step.derivative("force", "normal_layer")
+    # along a random direction, by prepared contacts of other layers
+    along = 1e-16 * np.random.default_rng(4).uniform(-1.0, 1.0, (N, N))
+
+    def at(e: float) -> Array:
+        moved = ball(force=2e3, normal_layer=layer + e * along).prepare("half-space").step(velocity=4.0)
+        assert np.array_equal(moved.status, step.status)
+        return np.array([*moved.moment, moved.pressure.max()])
+
+    slopes = [(at(h) - at(-h)) / (2.0 * h) for h in (2e-2, 1e-2)]
+    wanted = (4.0 * slopes[1] - slopes[0]) / 3.0
+    assert own["normal_layer_field"] @ along.ravel() == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
 def test_what_has_no_derivatives_says_so() -> None:
     result = ball(force=2e3).solve(model="half-space")
     with pytest.raises(ValueError, match="of is 'forces': did you mean force"):

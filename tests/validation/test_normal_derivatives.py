@@ -106,3 +106,99 @@ def test_at_a_kink_the_two_sides_differ_and_the_margin_says_so() -> None:
     by_closing = (kink.normal_force - closed.normal_force) / 1e-10
     assert abs(by_opening) < 1e-4 * abs(by_closing)
     assert closed.derivative(weights, "gap")[48, 48] == pytest.approx(by_closing, rel=1e-3)
+
+
+HARDNESS = 45e6
+#: Between the bodies.
+LAYERED: dict[str, dict[str, Any]] = {
+    "layer": {"normal_layer": 2e-15},
+    "hardness": {"hardness": HARDNESS},
+    "both": {"normal_layer": 2e-15, "hardness": 0.9 * HARDNESS},
+}
+
+
+@pytest.mark.parametrize("load", [{"force": 60.0}, {"approach": 1.1e-6}])
+@pytest.mark.parametrize(
+    ("between", "by"),
+    [(name, by) for name, own in LAYERED.items() for by in (*own, "load", "lower.young_modulus")],
+)
+def test_layer_and_hardness(between: str, load: dict[str, float], by: str) -> None:
+    given = LAYERED[between] | load
+    name = next(iter(load)) if by == "load" else by
+
+    def moved(change: float) -> NormalResult:
+        if by == "lower.young_modulus":
+            return solved(
+                **given, lower=replace(mtb.steel, young_modulus=mtb.steel.young_modulus * (1 + change))
+            )
+        return solved(**given | {name: given[name] * (1.0 + change)})
+
+    weight = np.random.default_rng(3).uniform(-1.0, 1.0, BOWL.shape)
+
+    def numbers(result: NormalResult) -> Array:
+        plastic = result.plastic_indentation
+        depth = 0.0 if plastic is None else (weight * plastic).sum()
+        sums = [(weight * result.pressure).sum(), (weight * result.gap).sum(), depth]
+        return np.array([result.normal_force, result.approach, *sums])
+
+    result = solved(**given)
+    if "hardness" in given:
+        assert result.plastic_indentation is not None
+        assert (result.plastic_indentation > 0.0).sum() > 50
+    step = 2e-6
+    for share in (step, -step):
+        assert np.array_equal(moved(share).status, result.status)
+        if "hardness" in given:
+            assert np.array_equal(moved(share)._flows(), result._flows())
+    of = ["normal_force", "approach", {"pressure": weight}, {"gap": weight}]
+    if "hardness" in given:
+        of.append({"plastic_indentation": weight})
+    size = mtb.steel.young_modulus if by == "lower.young_modulus" else given[name]
+    forward = [size * np.asarray(result.derivative(o, name)) for o in of]
+    adjoint = size * result.gradient(of)[name]
+    assert forward == pytest.approx(adjoint, rel=1e-9, abs=1e-12)
+    expected = richardson(lambda h: numbers(moved(h)), step)[: len(of)]
+    scale = np.abs(numbers(result))[: len(of)]
+    assert (np.abs(adjoint - expected) <= 2e-6 * np.maximum(np.abs(expected), 0.02 * scale)).all()
+
+
+def test_cells_that_flow_keep_their_pressure_and_the_margin_tells_of_the_nearest() -> None:
+    result = solved(force=60.0, hardness=HARDNESS)
+    flows = result._flows()
+    assert flows is not None
+    by_force = result.derivative("pressure", "force")
+    assert np.all(by_force[flows] == 0.0)
+    assert np.all(result.derivative("pressure", "hardness")[flows] == 1.0)
+    margin = result.margin()
+    below = result.pressure[~flows].max()
+    assert margin.yielding == pytest.approx(1.0 - below / HARDNESS)
+    assert margin.yielding is not None
+    assert margin.unloading is not None
+    assert margin.unloading > 0.0
+    assert margin.smallest <= min(margin.yielding, margin.unloading)
+    # nothing flows yet
+    elastic = solved(force=60.0, hardness=1e9)
+    assert elastic.margin().unloading == np.inf
+    assert elastic.derivative("normal_force", "hardness") == 0.0
+    assert elastic.derivative("approach", "force") == pytest.approx(
+        solved(force=60.0).derivative("approach", "force"), rel=1e-9
+    )
+
+
+def test_a_layer_in_full_contact_of_waves_has_its_closed_form() -> None:
+    """A wave k of the gap has the pressure amplitude h / (layer + 2 (1 - nu^2) / (E k))."""
+    cells, length, height, layer = 32, 1e-3, 1e-7, 2e-14
+    x = (np.arange(cells) + 0.5) * length / cells
+    wave = np.cos(4.0 * np.pi * x / length)
+    gap = np.broadcast_to(-height * wave, (cells, cells))
+    result = mtb.solve_normal(
+        gap, length / cells, lower=mtb.steel, upper=mtb.Rigid(), force=4e9 * length**2, periodic=True,
+        normal_layer=layer, tolerance=1e-12,
+    )  # fmt: skip
+    assert result.status.all()
+    amplitude = {"pressure": np.broadcast_to(2.0 * wave / cells**2, gap.shape)}
+    compliance = 2.0 / (mtb.steel.plane_strain_modulus * 4.0 * np.pi / length)
+    expected = -height / (layer + compliance) ** 2
+    assert result.derivative(amplitude, "normal_layer") == pytest.approx(expected, rel=1e-9)
+    by_each = result.gradient(amplitude)["normal_layer_field"]
+    assert by_each.sum() == pytest.approx(expected, rel=1e-9)

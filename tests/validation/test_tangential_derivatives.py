@@ -49,8 +49,9 @@ Given = dict[str, Any]
 def solved(given: Given) -> TangentialResult:
     if "gap" in given:
         bodies = {"lower": given["lower"], "upper": given["upper"]}
+        between = {name: given[name] for name in ("normal_layer", "hardness") if name in given}
         pressed = mtb.solve_normal(
-            given["gap"], 0.42e-3, force=given["normal_force"], tolerance=1e-13, **bodies
+            given["gap"], 0.42e-3, force=given["normal_force"], tolerance=1e-13, **bodies, **between
         )
     else:
         pressed = given["field"]
@@ -121,6 +122,14 @@ COUPLED: dict[str, Given] = {
     "coupled on a rigid plane": {
         "motion": mtb.Shift((3e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3), "upper": mtb.Rigid(),
     },
+    "coupled through a layer": {
+        "motion": mtb.Rolling((1e-3, -8e-4, 0.3), angle=0.3), "friction": mtb.Coulomb(0.3),
+        "normal_layer": 2e-15,
+    },
+    "coupled and flowing": {
+        "motion": mtb.Shift((1e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3), "hardness": 1.4e8,
+        "normal_layer": 1e-15,
+    },
 }  # fmt: skip
 CASES |= {name: PRESSED | case for name, case in COUPLED.items()}
 
@@ -132,8 +141,11 @@ def spacing_of(given: Given) -> tuple[float, float]:
 def changed(given: Given, by: str, change: Array) -> Given:
     """What is given, with one input changed, written without the code that it tests."""
     motion, friction, contact = given["motion"], given["friction"], given["field"]
-    if by in ("gap", "normal_force"):
+    if by in ("gap", "normal_force", "normal_layer", "hardness"):
         return given | {by: given[by] + change}
+    if by == "normal_layer_field":
+        # the same at each cell
+        return given | {"normal_layer": given["normal_layer"] + change.flat[0]}
     if by == "pressure":
         return given | {"field": replace(contact, pressure=contact.pressure + change)}
     if by == "force":
@@ -172,10 +184,10 @@ def value_of(given: Given, by: str) -> Any:
     motion, friction, contact = given["motion"], given["friction"], given["field"]
     if by == "pressure":
         return 1e-2 * contact.pressure
-    if by == "normal_force":
+    if by in ("normal_force", "normal_layer", "hardness"):
         return 0.1 * given[by]
-    if by == "gap":
-        return 1e-7 * np.ones(GAP.shape)
+    if by in ("gap", "normal_layer_field"):
+        return (1e-7 if by == "gap" else 0.1 * given["normal_layer"]) * np.ones(GAP.shape)
     if by == "force":
         return np.array([0.0 if f is None else f for f in motion.force])
     if by == "step":
@@ -217,7 +229,7 @@ def test_each_number_by_each_input(case: str) -> None:
     tried = 0
     for by in gradients["force"]:
         size = np.asarray(value_of(given, by))
-        change = size * (0.5 + random.random(size.shape))
+        change = size * (0.5 + random.random(() if by == "normal_layer_field" else size.shape))
 
         def at(h: float, by: str = by, change: Array = change) -> Array | None:
             moved = solved(changed(given, by, h * change))

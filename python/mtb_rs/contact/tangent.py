@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -176,6 +176,8 @@ class SlidingTangent:
     direction : (2, n)
     named : Mapping of name to (shape, what a unit of each of its numbers changes)
         Inputs besides the gap and the friction coefficient at each point.
+    flexible : sequence of str
+        Inputs of the shape of the points by which each of these gives way to its own pressure [m/Pa].
     gap : (n,) [m]
         Of the state.
     wedging : callable
@@ -192,6 +194,7 @@ class SlidingTangent:
         friction: Array,
         direction: Array,
         named: Mapping[str, tuple[Shape, Callable[[], Change]]],
+        flexible: Sequence[str],
         gap: Array,
         wedging: Callable[[], float | None],
         refused: Mapping[str, str],
@@ -202,12 +205,14 @@ class SlidingTangent:
         self._friction = friction
         self._direction = direction
         self._named = dict(named)
+        self._flexible = tuple(flexible)
         self._made: dict[str, Change] = {}
         self._gap = gap
         self._wedging, self.refused = wedging, refused
         shape = points.shape
         self.inputs: dict[str, Shape] = {"gap": shape, "friction_field": shape}
         self.inputs |= {name: given[0] for name, given in named.items()}
+        self.inputs |= dict.fromkeys(flexible, shape)
         self.fields: dict[str, Shape] = {
             "pressure": shape,
             "traction": (3, *shape),
@@ -244,6 +249,8 @@ class SlidingTangent:
         for name, values in changes.items():
             if name == "gap":
                 gap += points.on_points(values)
+            elif name in self._flexible:
+                gap += points.on_points(values) * points.pressure
             elif name == "friction_field":
                 drag += (points.on_points(values)[:, None] * self._direction).reshape(k, 2 * n)
             else:
@@ -281,6 +288,8 @@ class SlidingTangent:
         points, k = self._points, len(given.gap)
         if name == "gap":
             return points.on_grid(given.gap)
+        if name in self._flexible:
+            return points.on_grid(given.gap * points.pressure)
         if name == "friction_field":
             sums = np.zeros(given.gap.shape)
             for axis, along in enumerate(self._direction):

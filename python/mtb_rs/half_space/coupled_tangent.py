@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
-from ..results.derivatives import Gradient, Margin
+from ..results.derivatives import Gradient
 from .normal_tangent import NormalTangent
 from .tangential_tangent import TangentialTangent
 
@@ -96,6 +96,8 @@ class GapByTraction:
 
 
 _SIGN = {"lower": 1.0, "upper": -1.0}
+#: What is between the bodies, and acts on the pressure alone.
+_PRESSING = ("normal_layer", "normal_layer_field", "hardness")
 
 
 def _factor(body: Material) -> float:
@@ -113,7 +115,8 @@ class CoupledTangent:
     fields : dict of str to shape
         As of a tangential problem; the pressure is found.
     inputs : dict of str to shape
-        ``gap`` (ny, nx) and ``normal_force`` (), and those of a tangential problem without the pressure.
+        ``gap`` (ny, nx) and ``normal_force`` (), ``normal_layer`` (), ``normal_layer_field`` (ny, nx) and
+        ``hardness`` () of a contact that has them, and those of a tangential problem without the pressure.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin
@@ -129,9 +132,10 @@ class CoupledTangent:
         held = "the normal force is held, and the approach is found: derive by 'gap' or 'normal_force'"
         self.refused = {**tangential.refused, "pressure": found, "approach": held}
         self.inputs: dict[str, Shape] = {"gap": opened.shape, "normal_force": ()}
+        self.inputs |= {name: normal.inputs[name] for name in _PRESSING if name in normal.inputs}
         self.inputs |= {name: shape for name, shape in tangential.inputs.items() if name != "pressure"}
         pressed, sheared = normal.margin, tangential.margin
-        self.margin = Margin(pressed.parting, pressed.touching, sheared.slipping, sheared.sticking)
+        self.margin = replace(pressed, slipping=sheared.slipping, sticking=sheared.sticking)
 
     @cached_property
     def _of_unit(self) -> Array:
@@ -180,8 +184,8 @@ class CoupledTangent:
         raise _unsettled()
 
     def _by(self, sheared: list[Mapping[str, Array]], pressed: Mapping[str, Array], name: str) -> Array:
-        if name == "gap":
-            return pressed["gap"]
+        if name == "gap" or name in _PRESSING:
+            return pressed[name]
         if name == "normal_force":
             return pressed["force"]
         by = sum((part[name] for part in sheared), np.zeros(()))

@@ -32,7 +32,7 @@ from ..results.fields import Field, fields_of
 from ..results.plausible import of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
-from .normal_tangent import NormalTangent
+from .normal_tangent import Bodies, NormalTangent
 
 Array = NDArray[np.float64]
 
@@ -152,22 +152,34 @@ class NormalResult(Judged, Differentiable, Pictured):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
             )
-        if self.hardness is not None or self.normal_layer > 0.0:
-            name = "normal_layer" if self.hardness is None else "hardness"
-            raise ValueError(f"{name} was given, and derivatives do not know it: take differences of results")
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
         load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
-        return NormalTangent(core, shape, load, problem.moments, (self.lower, self.upper), self._margin())
+        bodies = Bodies(self.lower, self.upper, self.normal_layer, self._flows())
+        return NormalTangent(core, shape, load, problem.moments, bodies, self._margin())
+
+    def _flows(self) -> NDArray[np.bool_] | None:
+        """Whether each cell is at the hardness (ny, nx); None without one."""
+        return None if self.hardness is None else np.asarray(self.pressure >= self.hardness)
 
     def _margin(self) -> Margin:
-        loaded = self.status > 0
+        loaded, flows = self.status > 0, self._flows()
         if not loaded.any():
-            return Margin(np.inf, np.inf)
+            rest = () if flows is None else (None, None, None, np.inf, np.inf)
+            return Margin(np.inf, np.inf, *rest)
         moved, beside = np.abs(_opened(self)[loaded]).max(), self.gap[~loaded]
+        yielding = unloading = None
+        if flows is not None:
+            assert self.hardness is not None
+            assert self.plastic_indentation is not None
+            elastic, plastic = self.pressure[loaded & ~flows], self.plastic_indentation[flows]
+            yielding = 1.0 - float(elastic.max() / self.hardness) if elastic.size else np.inf
+            unloading = float(plastic.min() / moved) if plastic.size else np.inf
         return Margin(
             parting=float(self.pressure[loaded].min() / self.pressure.max()),
             touching=float(beside.min() / moved) if beside.size else np.inf,
+            yielding=yielding,
+            unloading=unloading,
         )
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
@@ -411,6 +423,10 @@ class _Problem:
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
         """The contact at its solution."""
         base = float(result.initial_gap.min())
+        gap = result.gap
+        if result.plastic_indentation is not None:
+            # what flows is behind the gap
+            gap = gap - result.plastic_indentation
         return _mtb_rs.NormalTangent(
             np.ascontiguousarray(result.initial_gap - base),
             self.spacing,
@@ -419,7 +435,9 @@ class _Problem:
             None if self.approach is None else self.approach - base,
             self.moments,
             self.periodic,
-            (result.pressure, result.gap, result.approach - base, result.tilts),
+            self.layer,
+            self.hardness,
+            (result.pressure, gap, result.approach - base, result.tilts),
         )
 
 

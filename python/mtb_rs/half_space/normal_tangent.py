@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,25 @@ Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Bodies:
+    """What gives way in a contact.
+
+    Attributes
+    ----------
+    lower, upper : HalfSpace or Rigid
+    layer : float [m/Pa]
+        Flexibility of the layer between them; 0 for none.
+    flows : (ny, nx) bool or None
+        Whether each cell is at the hardness; None where none was given.
+    """
+
+    lower: Simple
+    upper: Simple
+    layer: float
+    flows: NDArray[np.bool_] | None
+
+
 class NormalTangent:
     """What changes of a solved contact follow from changes of what was given, with the cells in contact held.
 
@@ -25,11 +45,14 @@ class NormalTangent:
     Attributes
     ----------
     fields : dict of str to shape
-        What is found: ``pressure`` and ``gap`` (ny, nx), ``approach`` (), ``tilts`` (2,).
+        What is found: ``pressure`` and ``gap`` (ny, nx), ``approach`` (), ``tilts`` (2,), and with a hardness
+        ``plastic_indentation`` (ny, nx).
     inputs : dict of str to shape
         What is given: ``gap`` (ny, nx), the initial one on the grid of the result; ``force`` () or
-        ``approach`` (), ``moments_about_axes`` (2,) if one was given, and ``lower.young_modulus``,
-        ``lower.poisson_ratio`` and those of the upper body, for each that is elastic.
+        ``approach`` (), ``moments_about_axes`` (2,) if one was given, ``normal_layer`` () and
+        ``normal_layer_field`` (ny, nx) of a layer, ``hardness`` () if it was given, and
+        ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body, for each that is
+        elastic.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin
@@ -41,17 +64,24 @@ class NormalTangent:
         shape: Shape,
         load: Literal["force", "approach"],
         moments: tuple[float | None, float | None],
-        bodies: tuple[Simple, Simple],
+        bodies: Bodies,
         margin: Margin,
     ) -> None:
         self._core = core
         self._load = load
         self._moments = moments
-        self._moduli = dict(_moduli(*bodies))
+        self._shape = shape
+        self._layer, self._flows = bodies.layer, bodies.flows
+        self._moduli = dict(_moduli(bodies.lower, bodies.upper))
         self.fields: dict[str, Shape] = {"pressure": shape, "gap": shape, "approach": (), "tilts": (2,)}
         self.inputs: dict[str, Shape] = {"gap": shape, load: ()}
         if moments != (None, None):
             self.inputs["moments_about_axes"] = (2,)
+        if bodies.layer > 0.0:
+            self.inputs |= {"normal_layer": (), "normal_layer_field": shape}
+        if bodies.flows is not None:
+            self.fields["plastic_indentation"] = shape
+            self.inputs["hardness"] = ()
         self.inputs |= dict.fromkeys(self._moduli, ())
         other = "approach" if load == "force" else "force"
         self.refused = {other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"}
@@ -66,6 +96,7 @@ class NormalTangent:
             name: np.ascontiguousarray(changes.get(name, np.zeros((count, *shape))), dtype=float)
             for name, shape in self.inputs.items()
         }
+        none = np.zeros(count)
         about_x, about_y = given.get("moments_about_axes", np.zeros((count, 2))).T
         first = np.stack([about_y, -about_x], axis=1)
         locked = [moment is None for moment in self._moments]
@@ -76,11 +107,21 @@ class NormalTangent:
         compliance = np.zeros(count)
         for name, slope in self._moduli.items():
             compliance += slope * given[name]
+        # the compliance of the core is that of bodies and layer: moduli leave the layer as it is
+        own = given.get("normal_layer", none) - self._layer * compliance
+        flexibility = np.zeros((count, *self._shape)) + own[:, None, None]
+        if "normal_layer_field" in given:
+            flexibility += given["normal_layer_field"]
         pressure, gap, approach, tilts, products = self._core.forward(
-            given["gap"], given[self._load], first, compliance
+            given["gap"], given[self._load], first, compliance, flexibility, given.get("hardness", none)
         )
         self.products += products
-        return {"pressure": pressure, "gap": gap, "approach": approach, "tilts": tilts}
+        found = {"pressure": pressure, "gap": gap, "approach": approach, "tilts": tilts}
+        if self._flows is not None:
+            # what flows is behind the gap
+            found["plastic_indentation"] = np.where(self._flows, -gap, 0.0)
+            found["gap"] = np.where(self._flows, 0.0, gap)
+        return found
 
     def adjoint(self, weights: Mapping[str, Array]) -> dict[str, Array]:
         """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape).
@@ -88,14 +129,21 @@ class NormalTangent:
         They are 0 by a moment that is not given, as its tilt is locked.
         """
         count = max(len(weight) for weight in weights.values())
-        all_weights = [
-            np.ascontiguousarray(weights.get(name, np.zeros((count, *shape))), dtype=float)
+        of = {
+            name: np.ascontiguousarray(weights.get(name, np.zeros((count, *shape))), dtype=float)
             for name, shape in self.fields.items()
-        ]
-        gap, load, first, compliance, products = self._core.adjoint(*all_weights)
+        }
+        if self._flows is not None:
+            of["gap"] = np.where(self._flows, -of["plastic_indentation"], of["gap"])
+        gap, load, first, compliance, flexibility, hardness, products = self._core.adjoint(
+            of["pressure"], of["gap"], of["approach"], of["tilts"]
+        )
         self.products += products
+        own = flexibility.sum(axis=(1, 2))
+        of_bodies = compliance - self._layer * own
         found = {"gap": gap, self._load: load, "moments_about_axes": np.stack([-first[:, 1], first[:, 0]], 1)}
-        found |= {name: slope * compliance for name, slope in self._moduli.items()}
+        found |= {"normal_layer": own, "normal_layer_field": flexibility, "hardness": hardness}
+        found |= {name: slope * of_bodies for name, slope in self._moduli.items()}
         return {name: found[name] for name in self.inputs}
 
 

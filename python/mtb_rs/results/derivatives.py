@@ -27,9 +27,9 @@ _MOST = 50_000_000
 class Margin:
     """How far a state is from those whose derivatives have two sides.
 
-    Derivatives hold as long as no point comes into contact or leaves it, begins to slip or to stick. The
-    margin says by how much the nearest point would have to change; at 0 the derivatives are those of one
-    side.
+    Derivatives hold as long as no point comes into contact or leaves it, begins to slip or to stick, begins
+    or ceases to flow. The margin says by how much the nearest point would have to change; at 0 the
+    derivatives are those of one side.
 
     Attributes
     ----------
@@ -41,6 +41,11 @@ class Margin:
         Smallest distance of the traction from its bound where points stick, over the largest bound.
     sticking : float or None
         Smallest slip where points slip, over the largest one.
+    yielding : float or None
+        Smallest distance of the pressure from the hardness where it is below it, over the hardness.
+    unloading : float or None
+        Smallest plastic indentation where the pressure is the hardness, over the largest elastic
+        displacement.
     wedging : float or None
         `wedging_margin` of the report; of a step without that of tipping over. Near 1 the derivatives grow
         without limit.
@@ -51,11 +56,14 @@ class Margin:
     slipping: float | None = None
     sticking: float | None = None
     wedging: float | None = None
+    yielding: float | None = None
+    unloading: float | None = None
 
     @property
     def smallest(self) -> float:
         """The smallest of the distances of points."""
-        of_points = (self.parting, self.touching, self.slipping, self.sticking)
+        in_contact = (self.parting, self.touching, self.yielding, self.unloading)
+        of_points = (*in_contact, self.slipping, self.sticking)
         return min(v for v in of_points if v is not None)
 
 

@@ -33,6 +33,28 @@ _CENTRAL = ((-2, -1, 1, 2), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
 _BEHIND = ((0, -1, -2, -3, -4), (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25))
 
 
+def numbers_of_layer(scene: PosedScene) -> Shape | None:
+    """Shape of the numbers that give the layer of a scene; None where there are none, or not such."""
+    form = as_form(scene.normal_layer)
+    numbers = None if scene.normal_layer is None else form.leaves()
+    if numbers is None:
+        return None
+    return () if form.is_one else (len(numbers),)
+
+
+def by_layer(scene: PosedScene, problem: ContactProblem, pressure: Array) -> Change:
+    """What a unit of each number that gives the layer changes: each point gives way by its own pressure."""
+    rows = []
+    for leaf in as_form(scene.normal_layer).leaves() or ():
+        by = abs(leaf.value) or 1.0
+        changed = replace(scene, normal_layer=leaf.put(leaf.value + by))
+        there = changed.normal_layer_at(problem.points, problem.patches, problem.kept)
+        assert there is not None
+        assert problem.layer is not None
+        rows.append((there - problem.layer) / by * pressure)
+    return Change(gap=np.array(rows))
+
+
 @dataclass(frozen=True)
 class Derived:
     """Where the derivatives of a result come from.
@@ -132,6 +154,7 @@ class DerivedState:
             self.friction,
             problem.direction,
             dict(self._inputs()),
+            () if self.scene.normal_layer is None else ("normal_layer_field",),
             points.on_points(result.gap, 0),
             lambda: result.report.wedging_margin,
             self._refused(),
@@ -142,7 +165,10 @@ class DerivedState:
         refused = {}
         if self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
             given = type(self.scene.normal_layer).__name__
-            refused["normal_layer"] = f"it was given as a {given}, whose numbers are not known"
+            refused["normal_layer"] = (
+                f"it was given as a {given}, whose numbers are not known: 'normal_layer_field' is the "
+                "derivative by its value at each point"
+            )
         for name in ("friction", "magnetic_pressure"):
             spec = getattr(self.scene, name)
             if spec is not None and as_form(spec).leaves() is None:
@@ -180,11 +206,9 @@ class DerivedState:
                 yield name, (shape, partial(by, numbers))
         if scene.magnetic_pressure is not None:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
-        if scene.normal_layer is not None:
-            numbers = as_form(scene.normal_layer).leaves()
-            if numbers is not None:
-                shape = () if as_form(scene.normal_layer).is_one else (len(numbers),)
-                yield "normal_layer", (shape, partial(self._by_layer, numbers))
+        of_layer = numbers_of_layer(scene)
+        if of_layer is not None:
+            yield "normal_layer", (of_layer, self._by_layer)
         if scene.velocity is not None:
             yield "velocity", ((), self._by_velocity)
         if scene.sliding_direction is not None:
@@ -222,17 +246,8 @@ class DerivedState:
             rows.append((there - self.friction) / by * problem.direction)
         return Change(drag=np.array(rows))
 
-    def _by_layer(self, leaves: list[Leaf]) -> Change:
-        """Each point gives way by its own pressure."""
-        rows = []
-        for leaf in leaves:
-            by = abs(leaf.value) or 1.0
-            changed = replace(self.scene, normal_layer=leaf.put(leaf.value + by))
-            there, here = self._posed(changed).layer, self.problem.layer
-            assert there is not None
-            assert here is not None
-            rows.append((there - here) / by * self.pressure)
-        return Change(gap=np.array(rows))
+    def _by_layer(self) -> Change:
+        return by_layer(self.scene, self.problem, self.pressure)
 
     def _by_pull_field(self) -> Change:
         """By a magnetic pressure at each point of the result, though only contact points count."""

@@ -428,7 +428,7 @@ class PosedScene(Told):
             kept=kept,
             memory=contact.memory,
             windows=contact.windows,
-            layer=self._normal_layer(points, patches, kept),
+            layer=self.normal_layer_at(points, patches, kept),
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:
@@ -452,7 +452,7 @@ class PosedScene(Told):
             lambda: self.friction_at(points, patches, kept, self.velocity)
         )
 
-    def _normal_layer(
+    def normal_layer_at(
         self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None
     ) -> Array | None:
         """Flexibilities (n,) [m/Pa] of the layer between the bodies at contact points."""

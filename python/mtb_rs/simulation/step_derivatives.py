@@ -16,6 +16,7 @@ from ..contact.tangent import Change, Points, SlidingTangent
 from ..results.derivatives import Functional
 
 Array = NDArray[np.float64]
+Shape = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class StepDerived:
     velocity : (vx, vy) [m/s]
     by_field : callable or None
         What a magnetic pressure at each point changes, of all free motions; None where there is none.
+    by_layer : (shape, callable) or None
+        Shape of the numbers that give a layer, and what they change at a pressure (n,) [Pa]; None where there
+        is none, or no such numbers.
+    flexible : tuple of str
+        Inputs by which each point gives way to its own pressure.
     """
 
     core: _mtb_rs.PreparedContact
@@ -43,7 +49,8 @@ class StepDerived:
     traction: Array
     velocity: tuple[float, float]
     by_field: Callable[[], Change] | None
-    has_diagonal: bool
+    by_layer: tuple[Shape, Callable[[Array], Change]] | None
+    flexible: tuple[str, ...]
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -65,7 +72,7 @@ class StepDerived:
             gap, work, drag = (part[which] for part in self._inputs)
             return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n))
 
-        named = {
+        named: dict[str, tuple[Shape, Callable[[], Change]]] = {
             "friction": ((), lambda: Change(drag=fade * direction[None])),
             "pose": ((6,), lambda: columns(slice(0, 6))),
             "velocity": ((2,), lambda: columns(slice(6, 8))),
@@ -75,11 +82,17 @@ class StepDerived:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
         if self.by_field is not None:
             named["magnetic_pressure_field"] = ((n,), self._by_field)
-        if self.has_diagonal:
-            named["diagonal"] = ((n,), lambda: Change(gap=np.diag(self.pressure)))
+        if self.by_layer is not None:
+            shape, changed = self.by_layer
+            named["normal_layer"] = (shape, lambda: changed(self.pressure))
         refused = {}
         if not any(part[8].any() for part in self._inputs):
             refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
+        if "normal_layer_field" in self.flexible and self.by_layer is None:
+            refused["normal_layer"] = (
+                "it was given by more than numbers: 'normal_layer_field' is the derivative by its value at "
+                "each point"
+            )
         for side in ("upper", "lower"):
             for name in ("young_modulus", "poisson_ratio"):
                 refused[f"{side}.{name}"] = (
@@ -89,7 +102,16 @@ class StepDerived:
         points = Points((n,), None, geometry.tangents, geometry, self.pressure)
         # what is given fades below the standstill speed, and all that follows from it
         return SlidingTangent(
-            self.linear, points, motions, friction, fade * direction, named, self.gap, self._wedging, refused
+            self.linear,
+            points,
+            motions,
+            friction,
+            fade * direction,
+            named,
+            self.flexible,
+            self.gap,
+            self._wedging,
+            refused,
         )
 
     def _wedging(self) -> float | None:

@@ -7,6 +7,7 @@ import contextlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,6 +31,7 @@ from ..geometry.contact_points import Patch
 from ..results.derivatives import Differentiable, Functional, Tangent
 from ..results.plausible import of_deformation, width_of
 from ..results.result import Pictured
+from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
 from .step_derivatives import StepDerived
@@ -382,11 +384,15 @@ class PreparedContact:
         pull: Any,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = None
-        if self._source is not None and self._source.is_pulled(pull):
-            by_field = self._source.by_pull_field
+        by_field = layer = None
+        flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
+        if self._source is not None:
+            by_field = self._source.by_pull_field if self._source.is_pulled(pull) else None
+            layer = self._source.by_layer
+            if self._source.scene.normal_layer is not None:
+                flexible += ("normal_layer_field",)
         return StepDerived(
-            self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field, has_diagonal
+            self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field, layer, flexible
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -644,6 +650,12 @@ class Source:
     def is_pulled(self, magnetic_pressure: Any) -> bool:
         """Whether a magnetic pressure acts, the scene's own where None is given."""
         return magnetic_pressure is not None or self.scene.magnetic_pressure is not None
+
+    @property
+    def by_layer(self) -> tuple[tuple[int, ...], Callable[[Array], Change]] | None:
+        """Shape of the numbers that give the layer, and what they change at a pressure (n,) [Pa]."""
+        shape = numbers_of_layer(self.scene)
+        return None if shape is None else (shape, partial(by_layer, self.scene, self.problem))
 
     def by_pull_field(self) -> Change:
         """What a magnetic pressure at each point changes; of all free motions."""

@@ -136,8 +136,8 @@ pub enum Error {
         "a layer that yields is solved with fixed coefficients of friction, not with those that follow the slip"
     )]
     YieldWithSlipLaw,
-    /// Derivatives of a contact that yields.
-    #[error("a contact that yields has no derivatives here: take differences of its results")]
+    /// Derivatives of a layer that yields.
+    #[error("a layer that yields has no derivatives here: take differences of its results")]
     YieldWithoutDerivatives,
     /// No point carries pressure.
     #[error("the pressure is zero everywhere: there is no contact to roll or to slide")]

@@ -19,6 +19,9 @@ struct Case {
     moments: [Option<f64>; 2],
     is_periodic: bool,
     modulus: f64,
+    /// Of a layer, at each cell of which the surface gives way [m/Pa].
+    layer: f64,
+    hardness: Option<f64>,
 }
 
 const MODULUS: f64 = 2e3;
@@ -27,7 +30,8 @@ impl Case {
     fn with<T>(&self, work: impl Fn(&NormalContact<'_>) -> T) -> T {
         let material = Material::new(self.modulus, 0.3).expect("a material");
         let rectangle = |offset: [f64; 2], cell: [f64; 2]| {
-            influence(
+            let own = if offset == [0.0; 2] { self.layer } else { 0.0 };
+            own + influence(
                 &material,
                 Component::Normal,
                 Component::Normal,
@@ -35,7 +39,7 @@ impl Case {
                 cell,
             )
         };
-        let wave = |k: f64| wave_compliance(&material, k);
+        let wave = |k: f64| self.layer + wave_compliance(&material, k);
         work(&NormalContact {
             gap: &self.gap,
             grid: self.grid,
@@ -46,11 +50,14 @@ impl Case {
             },
             load: self.load,
             moments: self.moments,
-            hardness: None,
+            hardness: self.hardness,
         })
     }
 
     fn solved(&self, method: Method) -> NormalSolution {
+        // the dense method takes no hardness
+        let is_plastic = self.hardness.is_some();
+        let method = if is_plastic { Method::Fourier } else { method };
         let tolerance = Some(if method == Method::Dense { 1e-8 } else { 1e-13 });
         let options = Options { tolerance, method };
         self.with(|contact| solve_normal(contact, options, &unmonitored).expect("a solution"))
@@ -68,14 +75,19 @@ impl Case {
         for (m, d) in other.moments.iter_mut().zip(change.moments) {
             *m = m.map(|m| m + share * d);
         }
-        other.modulus = self.modulus / (1.0 + share * change.compliance);
+        // the layer is part of the surface whose compliance changes, and changes by itself
+        let compliance = 1.0 + share * change.compliance;
+        other.modulus = self.modulus / compliance;
+        other.layer = compliance * self.layer + share * change.flexibility[0];
+        other.hardness = self.hardness.map(|h| h + share * change.hardness);
         other
     }
 }
 
 fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
     let shape = (10..24_usize, 10..24_usize, 0..5_usize, any::<u64>());
-    shape.prop_map(|(nx, ny, kind, seed)| {
+    let effects = (any::<bool>(), any::<bool>());
+    (shape, effects).prop_map(|((nx, ny, kind, seed), (is_layered, is_plastic))| {
         let mut state = seed | 1;
         let mut next = move || {
             state = state
@@ -116,7 +128,19 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
             moments,
             is_periodic: kind == 4,
             modulus: MODULUS,
+            layer: if is_layered {
+                1e-5 + 1e-5 * next()
+            } else {
+                0.0
+            },
+            hardness: None,
         };
+        let hardness = is_plastic.then(|| {
+            let elastic = case.solved(Method::Fourier);
+            (0.8 + 0.2 * next()) * elastic.pressure.iter().fold(0.0_f64, |m, p| m.max(*p))
+        });
+        let flexibility = 2e-6 * next();
+        let case = Case { hardness, ..case };
         let change = NormalChange {
             gap: (0..nx * ny).map(|_| 1e-3 * next()).collect(),
             load: if kind == 1 {
@@ -126,6 +150,8 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
             },
             moments: [0, 1].map(|k| moments[k].map_or(0.0, |_| next())),
             compliance: 0.1 * next(),
+            flexibility: vec![flexibility; nx * ny],
+            hardness: 20.0 * next(),
         };
         let weights = NormalResponse {
             pressure: (0..nx * ny).map(|_| next()).collect(),
@@ -166,10 +192,15 @@ fn listed(pressure: &[f64], gap: &[f64], approach: f64, tilts: [f64; 2]) -> Vec<
 
 /// Central differences with Richardson's extrapolation; `None` where the contact set changes on the way.
 fn differences(case: &Case, solution: &NormalSolution, change: &NormalChange) -> Option<Vec<f64>> {
-    let set = |s: &NormalSolution| -> Vec<bool> { s.pressure.iter().map(|p| *p > 0.0).collect() };
+    let set = |s: &NormalSolution, hardness: Option<f64>| -> Vec<(bool, bool)> {
+        let flows = |p: f64| hardness.is_some_and(|h| p >= h);
+        s.pressure.iter().map(|p| (*p > 0.0, flows(*p))).collect()
+    };
     let at = |share: f64| {
-        let s = case.changed(change, share).solved(Method::Dense);
-        (set(&s) == set(solution)).then(|| listed(&s.pressure, &s.gap, s.approach, s.tilts))
+        let other = case.changed(change, share);
+        let s = other.solved(Method::Dense);
+        let is_same = set(&s, other.hardness) == set(solution, case.hardness);
+        is_same.then(|| listed(&s.pressure, &s.gap, s.approach, s.tilts))
     };
     let slope = |h: f64| -> Option<Vec<f64>> {
         let (a, b) = (at(h)?, at(-h)?);
@@ -206,7 +237,9 @@ proptest! {
         let adjoint = dot(&gradient.gap, &change.gap)
             + gradient.load * change.load
             + dot(&gradient.moments, &change.moments)
-            + gradient.compliance * change.compliance;
+            + gradient.compliance * change.compliance
+            + dot(&gradient.flexibility, &change.flexibility)
+            + gradient.hardness * change.hardness;
         let size = dot(&weights.pressure, &weights.pressure).sqrt() * dot(pressure, pressure).sqrt()
             + (weights.approach * response.approach).abs()
             + dot(&weights.gap, &weights.gap).sqrt() * dot(gap, gap).sqrt();
@@ -235,12 +268,16 @@ fn a_contact_that_does_not_touch_changes_its_gap_only() {
         moments: [None, None],
         is_periodic: false,
         modulus: MODULUS,
+        layer: 0.0,
+        hardness: None,
     };
     let change = NormalChange {
         gap: vec![0.5; 72],
         load: 0.2,
         moments: [0.0; 2],
         compliance: 1.0,
+        flexibility: vec![1.0; 72],
+        hardness: 1.0,
     };
     let solution = case.solved(Method::Fourier);
     let found = case.with(|contact| {

@@ -164,6 +164,8 @@ pub(crate) struct PyNormalTangent {
     load: Load,
     moments: [Option<f64>; 2],
     is_periodic: bool,
+    layer: f64,
+    hardness: Option<f64>,
     initial_gap: Py<PyArray2<f64>>,
     pressure: Py<PyArray2<f64>>,
     gap: Py<PyArray2<f64>>,
@@ -175,11 +177,14 @@ type Fields<'py> = PyReadonlyArray3<'py, f64>;
 type Numbers<'py> = PyReadonlyArray1<'py, f64>;
 type Pairs<'py> = PyReadonlyArray2<'py, f64>;
 
-/// Fields (k, ny, nx), numbers (k,), pairs of them (k, 2), numbers (k,), and products with the influence matrix.
+/// Fields (k, ny, nx), numbers (k,), pairs of them (k, 2), numbers (k,), fields (k, ny, nx), numbers (k,), and products
+/// with the influence matrix.
 type Changes<'py> = (
     Bound<'py, PyArray3<f64>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray3<f64>>,
     Bound<'py, PyArray1<f64>>,
     usize,
 );
@@ -209,6 +214,8 @@ impl PyNormalTangent {
         approach: Option<f64>,
         moments: (Option<f64>, Option<f64>),
         is_periodic: bool,
+        layer: f64,
+        hardness: Option<f64>,
         found: Found,
         py: Python<'_>,
     ) -> PyResult<Self> {
@@ -221,6 +228,8 @@ impl PyNormalTangent {
             load: load_of(force, approach)?,
             moments: moments.into(),
             is_periodic,
+            layer,
+            hardness,
             initial_gap,
             pressure: found.0,
             gap: found.1,
@@ -230,7 +239,9 @@ impl PyNormalTangent {
     }
 
     /// Changes of pressure and gap (k, ny, nx), approach (k,) and tilts (k, 2) by changes of the gap (k, ny, nx), of
-    /// the force or the approach (k,), of the first moments (k, 2) and of the compliance over itself (k,).
+    /// the force or the approach (k,), of the first moments (k, 2), of the compliance of bodies and layer over itself
+    /// (k,), of the flexibility of each cell (k, ny, nx) and of the hardness (k,).
+    #[allow(clippy::too_many_arguments, reason = "all that is given")]
     fn forward<'py>(
         &self,
         py: Python<'py>,
@@ -238,19 +249,27 @@ impl PyNormalTangent {
         load: Numbers<'py>,
         moments: Pairs<'py>,
         compliance: Numbers<'py>,
+        flexibility: Fields<'py>,
+        hardness: Numbers<'py>,
     ) -> PyResult<Responses<'py>> {
         let (load, compliance) = (load.as_slice()?, compliance.as_slice()?);
         let moments = moments.as_slice()?;
-        let fields = gap.as_slice()?.chunks_exact(self.grid.points());
+        let n = self.grid.points();
+        let fields = gap.as_slice()?.chunks_exact(n);
         let changes: Vec<NormalChange> = fields
+            .zip(flexibility.as_slice()?.chunks_exact(n))
             .zip(moments.chunks_exact(2))
-            .zip(load.iter().zip(compliance))
-            .map(|((gap, moments), (load, compliance))| NormalChange {
-                gap: gap.to_vec(),
-                load: *load,
-                moments: [moments[0], moments[1]],
-                compliance: *compliance,
-            })
+            .zip(load.iter().zip(compliance).zip(hardness.as_slice()?))
+            .map(
+                |(((gap, flexibility), moments), ((load, compliance), hardness))| NormalChange {
+                    gap: gap.to_vec(),
+                    load: *load,
+                    moments: [moments[0], moments[1]],
+                    compliance: *compliance,
+                    flexibility: flexibility.to_vec(),
+                    hardness: *hardness,
+                },
+            )
             .collect();
         let found = self.with(py, |contact, state, monitor| {
             forward(contact, state, &changes, monitor)
@@ -270,8 +289,8 @@ impl PyNormalTangent {
     }
 
     /// Derivatives of numbers by the gap (k, ny, nx), the force or the approach (k,), the first moments (k, 2) and the
-    /// logarithm of the compliance (k,), for their weights of pressure and gap (k, ny, nx), approach (k,) and
-    /// tilts (k, 2).
+    /// logarithm of the compliance (k,), the flexibility of each cell (k, ny, nx) and the hardness (k,), for their
+    /// weights of pressure and gap (k, ny, nx), approach (k,) and tilts (k, 2).
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
@@ -301,11 +320,15 @@ impl PyNormalTangent {
         let load: Vec<f64> = values.iter().map(|v| v.load).collect();
         let moments: Vec<f64> = values.iter().flat_map(|v| v.moments).collect();
         let compliance: Vec<f64> = values.iter().map(|v| v.compliance).collect();
+        let flexibility = values.iter().flat_map(|v| v.flexibility.iter().copied());
+        let hardness: Vec<f64> = values.iter().map(|v| v.hardness).collect();
         Ok((
             self.fields(py, gap.collect())?,
             load.into_pyarray(py),
             moments.into_pyarray(py).reshape([values.len(), 2])?,
             compliance.into_pyarray(py),
+            self.fields(py, flexibility.collect())?,
+            hardness.into_pyarray(py),
             found.products,
         ))
     }
@@ -348,8 +371,8 @@ impl PyNormalTangent {
         enter(py, |monitor| {
             posed(
                 &self.pair,
-                0.0,
-                None,
+                self.layer,
+                self.hardness,
                 self.is_periodic,
                 &initial_gap,
                 grid,

@@ -255,9 +255,7 @@ impl PatchLinear {
         // the approach goes into the gap that is given, so that it drops out of what is left
         let change = NormalChange {
             gap: gap.to_vec(),
-            load: 0.0,
-            moments: [0.0; 2],
-            compliance: 0.0,
+            ..NormalChange::nothing(gap.len())
         };
         let mut found = forward(&contact, &state, &[change], monitor)?;
         Ok(found.values.remove(0).pressure)

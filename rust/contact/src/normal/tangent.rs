@@ -4,9 +4,10 @@
 //! With the cells `I` that carry pressure, `A_II p_I - N_I c + b_I = 0` and `N^T p = f`. A change of what is given
 //! changes `b`, `f` or `A`, and one more linear solve gives the change of the pressure and of the motions. The
 //! matrix is symmetric up to the sign of `c`, so that the same solve gives all derivatives of one number.
-//! Where a cell only just touches or only just parts, the derivative holds to one side only.
+//! Cells at the hardness carry what they carry, and their gaps follow, as those of open cells do.
+//! Where a cell only just touches, parts, begins or ceases to flow, the derivative holds to one side only.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::ops::ControlFlow;
 
 use mtb_complementarity::bounded::{Held, HeldSolution, Mode};
@@ -30,8 +31,26 @@ pub struct NormalChange {
     pub load: f64,
     /// Of the moments that are given [N m].
     pub moments: [f64; 2],
-    /// Of the compliance of the bodies, over it [-].
+    /// Of the compliance of the surface, over it [-].
     pub compliance: f64,
+    /// Of a flexibility by which each cell gives way to its own pressure (ny * nx) [m/Pa]: a layer.
+    pub flexibility: Vec<f64>,
+    /// Of the hardness [Pa]; of no account where none is given.
+    pub hardness: f64,
+}
+
+impl NormalChange {
+    /// Nothing, on so many cells.
+    pub fn nothing(points: usize) -> Self {
+        Self {
+            gap: vec![0.0; points],
+            load: 0.0,
+            moments: [0.0; 2],
+            compliance: 0.0,
+            flexibility: vec![0.0; points],
+            hardness: 0.0,
+        }
+    }
 }
 
 /// A change of what is found; or the weights of a number in it.
@@ -39,7 +58,7 @@ pub struct NormalChange {
 pub struct NormalResponse {
     /// Of the pressure (ny * nx) [Pa].
     pub pressure: Vec<f64>,
-    /// Of the deformed gap (ny * nx) [m].
+    /// Of the deformed gap (ny * nx) [m]; where a body flows, minus the depth of it.
     pub gap: Vec<f64>,
     /// Of the approach [m].
     pub approach: f64,
@@ -72,8 +91,9 @@ pub fn forward(
     let points = contact.grid.points();
     for change in changes {
         check("change of the gap", &change.gap, points)?;
-        let numbers = [change.load, change.compliance];
-        check("change of the load", &numbers, 2)?;
+        check("change of the flexibility", &change.flexibility, points)?;
+        let numbers = [change.load, change.compliance, change.hardness];
+        check("change of load, compliance and hardness", &numbers, 3)?;
         check("change of the moments", &change.moments, 2)?;
     }
     watched(monitor, &|monitor| {
@@ -87,7 +107,7 @@ pub fn forward(
 
 /// The derivatives by all that is given of numbers that are weighted sums of what was found: one solve each.
 ///
-/// Weights of the gap count where it is open.
+/// Weights of the gap count where it is open, and where a body flows.
 ///
 /// # Errors
 /// As [`forward`].
@@ -147,7 +167,13 @@ struct Place<'a> {
     region: Region,
     set: Vec<bool>,
     held_modes: Vec<Mode>,
-    is_open: Vec<bool>,
+    /// Where the gap follows: cells without a pressure, and those at the hardness.
+    is_free: Vec<bool>,
+    /// One on cells at the hardness, and zero elsewhere.
+    flowing: Vec<f64>,
+    /// Displacement by the pressure `flowing`.
+    by_flowing: OnceCell<Vec<f64>>,
+    pressure: &'a [f64],
     /// Normal displacement by the pressure [m].
     displacement: Vec<f64>,
     buffers: Buffers,
@@ -160,12 +186,9 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn new(
         contact: &'a NormalContact<'a>,
-        solution: &NormalState<'_>,
+        solution: &NormalState<'a>,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        if contact.hardness.is_some() {
-            return Err(Error::YieldWithoutDerivatives);
-        }
         let (grid, points) = (contact.grid, contact.grid.points());
         check("pressure", solution.pressure, points)?;
         check("gap of the solution", solution.gap, points)?;
@@ -175,6 +198,7 @@ impl<'a> Place<'a> {
             super::Surface::FreeSpace(_) => Region::around(solution.pressure, &grid),
             super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
         };
+        let flows = |p: f64| contact.hardness.is_some_and(|hardness| p >= hardness);
         let part = region.cut(solution.pressure, grid.nx);
         let modes = level.modes(&whole, contact);
         // the gap is what is left of it once the bodies have moved and given way
@@ -197,8 +221,15 @@ impl<'a> Place<'a> {
             modes,
             whole,
             region,
-            set: part.iter().map(|p| *p > 0.0).collect(),
-            is_open: solution.pressure.iter().map(|p| *p <= 0.0).collect(),
+            set: part.iter().map(|p| *p > 0.0 && !flows(*p)).collect(),
+            is_free: (solution.pressure.iter())
+                .map(|p| *p <= 0.0 || flows(*p))
+                .collect(),
+            flowing: (solution.pressure.iter())
+                .map(|p| f64::from(u8::from(flows(*p))))
+                .collect(),
+            by_flowing: OnceCell::new(),
+            pressure: solution.pressure,
             displacement,
             buffers,
             product,
@@ -242,6 +273,9 @@ impl<'a> Place<'a> {
     ) -> Result<NormalResponse, Error> {
         let width = self.contact.grid.nx;
         let mut opened = change.gap.clone();
+        for ((gap, own), p) in (opened.iter_mut().zip(&change.flexibility)).zip(self.pressure) {
+            *gap += own * p;
+        }
         let approach = match self.contact.load {
             Load::Force(_) => 0.0,
             Load::Approach(_) => change.load,
@@ -249,22 +283,34 @@ impl<'a> Place<'a> {
         for (gap, u) in opened.iter_mut().zip(&self.displacement) {
             *gap += change.compliance * u - approach;
         }
+        let mut targets = self.targets(change);
+        if change.hardness != 0.0 && self.flows() {
+            for (gap, u) in opened.iter_mut().zip(self.by_flowing(monitor)) {
+                *gap += change.hardness * u;
+            }
+            for (target, mode) in targets.iter_mut().zip(&self.modes) {
+                *target -= change.hardness * dot(&mode.shape, &self.flowing);
+            }
+        }
         let mut right = self.region.cut(&opened, width);
         for v in &mut right {
             *v = -*v;
         }
-        let found = solved(held, &right, &self.targets(change), monitor)?;
-        let pressure = self.region.paste(&found.pressure, &self.contact.grid);
+        let found = solved(held, &right, &targets, monitor)?;
+        let mut pressure = self.region.paste(&found.pressure, &self.contact.grid);
         let mut gap = self.image(&pressure, &found.image, monitor);
         for (i, gap) in gap.iter_mut().enumerate() {
             let moved: f64 = (self.modes.iter().zip(&found.motion))
                 .map(|(mode, c)| c * mode.shape[i])
                 .sum();
-            *gap = if self.is_open[i] {
+            *gap = if self.is_free[i] {
                 *gap + opened[i] - moved
             } else {
                 0.0
             };
+        }
+        for (p, flowing) in pressure.iter_mut().zip(&self.flowing) {
+            *p += change.hardness * flowing;
         }
         let (found_approach, tilts) =
             unpack_motion(self.contact, &found.motion, half_sides(&self.contact.grid));
@@ -287,8 +333,8 @@ impl<'a> Place<'a> {
     ) -> Result<NormalChange, Error> {
         let width = self.contact.grid.nx;
         // where the gap is closed it stays so
-        let of_gap: Vec<f64> = (weight.gap.iter().zip(&self.is_open))
-            .map(|(w, is_open)| if *is_open { *w } else { 0.0 })
+        let of_gap: Vec<f64> = (weight.gap.iter().zip(&self.is_free))
+            .map(|(w, is_free)| if *is_free { *w } else { 0.0 })
             .collect();
         let mut right = self.region.cut(&weight.pressure, width);
         if of_gap.iter().any(|w| *w != 0.0) {
@@ -325,12 +371,29 @@ impl<'a> Place<'a> {
                 moments[axis] = by_targets.next().unwrap_or(0.0) / half[axis];
             }
         }
+        let mut hardness = 0.0;
+        if self.flows() {
+            hardness = dot(&weight.pressure, &self.flowing) + dot(&gap, self.by_flowing(monitor));
+            for (mode, c) in self.modes.iter().zip(&found.motion) {
+                hardness += c * dot(&mode.shape, &self.flowing);
+            }
+        }
         Ok(NormalChange {
             compliance: dot(&gap, &self.displacement),
+            flexibility: gap.iter().zip(self.pressure).map(|(w, p)| w * p).collect(),
             gap,
             load,
             moments,
+            hardness,
         })
+    }
+
+    fn flows(&self) -> bool {
+        self.flowing.iter().any(|f| *f != 0.0)
+    }
+
+    fn by_flowing(&self, monitor: Monitor<'_>) -> &[f64] {
+        (self.by_flowing).get_or_init(|| self.whole_image(&self.flowing, monitor))
     }
 
     /// Changes of the balances.
