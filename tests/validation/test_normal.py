@@ -123,6 +123,25 @@ def test_dense_and_fourier_give_the_same_pressures() -> None:
         assert fields[0].tilts == pytest.approx(fields[1].tilts, rel=1e-7, abs=1e-13)
 
 
+@pytest.mark.coarse
+def test_what_the_fourier_method_does_not_solve_is_solved_by_the_dense_one() -> None:
+    nx, ny, dx, dy = 200, 9, 1e-4, 1e-4 / 5.3
+    x, y = np.meshgrid(np.arange(nx) - (nx - 1) / 2, np.arange(ny) - (ny - 1) / 2)
+    gap = 1e-5 * np.sin(x / 8.0) * np.cos(y / 3.0)
+    load: dict[str, Any] = {
+        "force": 20.0,
+        "moments_about_axes": (-20.0 * 0.23 * ny * dy / 2, 20.0 * 0.82 * nx * dx / 2),
+    }
+    both: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel, "edge": "sharp", **load}
+    with pytest.raises(mtb.ConvergenceError):
+        mtb.solve_normal(gap, (dx, dy), method="fft", **both)
+    result = mtb.solve_normal(gap, (dx, dy), **both)
+    assert result.report.solver.startswith("active set")
+    assert result.report.residual < 1e-8
+    moment = (result.pressure * x).sum() * dx * dx * dy
+    assert moment == pytest.approx(load["moments_about_axes"][1], rel=1e-8)
+
+
 def test_conditions_of_contact_hold() -> None:
     gap = bowl(64, 5e-3)
     found = mtb.solve_normal(gap, 5e-3 / 64, lower=STEEL, upper=STEEL, force=2e3, tolerance=1e-10)

@@ -242,7 +242,8 @@ def solve_normal(
         small. With "sharp" a body ends there, like a punch. With "grow" the gap is continued smoothly, and
         the grid grows until the contact ends inside. "auto" is "sharp" for a plane gap and otherwise "error".
     method : {"auto", "dense", "fft"}
-        "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions.
+        "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions; up to 4000
+        cells the dense method solves what these do not, as strips of long cells under an eccentric load.
     moments : (float or None, float or None) [N m]
         Old spelling: first moments of the pressure along x and along y, which are (my, -mx).
     normal_layer : float or ThinLayer [m/Pa]
