@@ -45,6 +45,9 @@ OTHERS = {
     "K m^2/W": "K mm^2/W",
     "W/K/m^2": "kW/K/m^2",
     "W/(m K)": "kW/(m K)",
+    "W/(m K^2)": "kW/(m K^2)",
+    "1/K": "1/mK",
+    "1/K^2": "1/mK^2",
     "1/Pa": "1/MPa",
     "kg/m^3": "g/cm^3",
     "J/(kg K)": "kJ/(kg K)",
@@ -222,7 +225,14 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         lambda limit: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), 1e-3, 1e-13).life(limit),
         dict(limit=1e-9),
     ),
-    ("Conductor", mtb.Conductor, dict(conductivity=50.0, density=7850.0, specific_heat=450.0)),
+    (
+        "Conductor",
+        mtb.Conductor,
+        {
+            **dict(conductivity=50.0, density=7850.0, specific_heat=450.0, expansion=12e-6),
+            **dict(conductivity_slope=-0.03, expansion_slope=1e-9),
+        },
+    ),
     ("Coulomb", mtb.Coulomb, dict(coefficient=0.3)),
     ("Coulomb", mtb.Coulomb, dict(coefficient=np.full((12, 12), 0.3))),
     (
@@ -358,7 +368,10 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         lambda **a: (
             mtb.scenes.block_on_plane(spacing=0.025, friction=0.1).sliding_heat(steps=2, **a).temperatures
         ),
-        dict(duration=2.0, velocity=3.0, bulk=(10.0, 20.0), film=(10.0, 5.0), resistance=1e-4, share=0.4),
+        {
+            **dict(duration=2.0, velocity=3.0, bulk=(10.0, 20.0), film=(10.0, 5.0), resistance=1e-4),
+            **dict(share=0.4, wear=1e-12, lower_wear=1e-13, fading=([0.0, 10.0], [1.0, 0.5]), tolerance=0.2),
+        },
     ),
     (
         "TangentialResult.temperature",

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.contact.sliding_heat import _Passing
+from mtb_rs.contact.heated_steps import Heated, Passing
 
 Array = NDArray[np.float64]
 STEEL = mtb.conducting_steel
@@ -137,12 +137,13 @@ def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
     # uniform heat: at each point 2 sqrt(s / pi V) / effusivity over its way s below the contact
     scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
     problem = scene.problem("elastic-upper")
-    passing = _Passing(problem, STEEL, 10.0)
-    warm = passing.response(1.0, 10.0).sum(axis=1)
+    heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
+    warm = Passing(problem, heated).at(10.0, 0.0)[0].sum(axis=1)
     patch = problem.patches[0]
     row = slice((patch.ny // 2) * patch.nx, (patch.ny // 2 + 1) * patch.nx)
     half = 0.5 * patch.spacing[0]
-    s = problem.points.points[0, row].max() - passing.places[row, 0]
+    places = Passing(problem, heated).places[row, 0]
+    s = problem.points.points[0, row].max() - places
     exact = 2.0 * np.sqrt(np.maximum(s, half / 4) / (math.pi * 10.0)) / STEEL.effusivity
     assert warm[row][:-1] == pytest.approx(exact[:-1], rel=0.01)
 

@@ -16,19 +16,17 @@ from ..base.plain import plain
 from ..base.progress import shares_shown
 from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
-from ..bodies.conductor import Conductor
-from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.result import Curved, Pictured
-from .problem import ContactProblem, mean_tractions
+from .heated_steps import HeatedSliding
 
 Array = NDArray[np.float64]
 
 #: What it has at each contact point.
 OVER_CONTACT = (
     *("pressure", "traction", "status", "temperature_upper", "temperature_lower"),
-    *("heat_flux_upper", "heat_flux_lower", "pressures", "temperatures"),
+    *("heat_flux_upper", "heat_flux_lower", "depth", "pressures", "temperatures", "depths"),
 )
 
 
@@ -76,13 +74,26 @@ class SlidingHeat(Curved, Pictured):
         Of the contact points of the upper body.
     bodies : tuple of (N,) [K]
         Temperatures of the nodes of each upper body after the last step.
+    depth : (n,) [m]
+        Worn off the upper body.
+    depths : (k, n) [m]
+    volumes_upper, volumes_lower : (k,) [m3]
+        Worn off both bodies since the beginning.
+    errors : (k,) [-]
+        Estimated error of each step by its length: of the heat in the upper body and of the depth worn off
+        it, in parts of what the step adds and a tenth of all (root mean squares over the area; the larger
+        one). That of the first step is counted from no heat at all.
+    thermal_margin : float or None
+        Heat of friction over the bound below which a single step as long as `duration` at the speed of the
+        beginning has one state for any load: above it uneven pressure grows by its own heat. None where
+        nothing expands.
     patches : tuple of Patch
     summary : Mapping
         Inputs of the scene, and of the heat.
     """
 
     # what the user has said
-    _unbounded = ("summary",)
+    _unbounded = ("summary", "thermal_margin")
 
     points: Array
     area: Array
@@ -106,6 +117,12 @@ class SlidingHeat(Curved, Pictured):
     pressures: Array
     temperatures: Array
     bodies: tuple[Array, ...]
+    depth: Array = field(default_factory=lambda: np.zeros(0))
+    depths: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    volumes_upper: Array = field(default_factory=lambda: np.zeros(0))
+    volumes_lower: Array = field(default_factory=lambda: np.zeros(0))
+    errors: Array = field(default_factory=lambda: np.zeros(0))
+    thermal_margin: float | None = None
     patches: tuple[Patch, ...] = ()
     summary: Mapping[str, Any] = field(default_factory=dict)
     _drawn: ClassVar[tuple[str, ...]] = (
@@ -114,6 +131,7 @@ class SlidingHeat(Curved, Pictured):
     )  # fmt: skip
     curves: ClassVar[tuple[str, ...]] = (
         "peaks", "means", "friction_powers", "heats_upper", "heats_lower", "losses", "stored",
+        "volumes_upper", "volumes_lower", "errors",
     )  # fmt: skip
     over: ClassVar[str] = "the time"
     _summed: ClassVar[tuple[str, ...]] = ("force", "friction_power", "heat_lower", "heat_upper")
@@ -146,17 +164,29 @@ class SlidingHeat(Curved, Pictured):
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, and the highest temperatures."""
-        return {"inputs": self.summary, "time": self.time, "peaks": self.peaks}
+        return {
+            "inputs": self.summary,
+            "time": self.time,
+            "peaks": self.peaks,
+            "errors": self.errors,
+            "thermal_margin": self.thermal_margin,
+        }
 
     def told(self) -> list[Row]:
         """What happened, in words: what a notebook and the command line show."""
-        return [
+        rows = [
             ("time", f"{in_words(float(self.time[-1]), 's')} in {self.time.size} steps"),
             ("force on the lower body", along(self.force, "N")),
             ("highest temperature", in_words(float(self.peaks.max()), "K")),
             ("heat in the upper body", in_words(float(self.stored[-1]), "J")),
             ("peak pressure", f"{self.pressure.max() / 1e6:.5g} MPa"),
         ]
+        if self.thermal_margin is not None:
+            rows.append(("heat over its thermal limit", f"{self.thermal_margin:.4g}"))
+        if self.volumes_upper.any() or self.volumes_lower.any():
+            worn = [1e9 * float(volumes[-1]) for volumes in (self.volumes_upper, self.volumes_lower)]
+            rows.append(("worn off", f"{worn[0]:.4g} mm3 above, {worn[1]:.4g} mm3 below"))
+        return [*rows, ("error of a step", f"{100.0 * float(np.median(self.errors)):.2g} % (median)")]
 
     def __repr__(self) -> str:
         return (
@@ -165,192 +195,106 @@ class SlidingHeat(Curved, Pictured):
         )
 
 
-@dataclass(frozen=True)
-class Heated:
-    """What is said of heat, checked: lower body first where there are two numbers."""
-
-    duration: float
-    steps: int
-    velocity: Callable[[float], float]
-    lower: Conductor
-    upper: Conductor
-    bulk: tuple[float, float]
-    film: tuple[float, float]
-    resistance: float
-    share: float
-
-
-@dataclass(frozen=True)
-class _Body:
-    """An upper body that conducts, and its contact points."""
-
-    points: slice
-    conducting: _mtb_rs.ConductingBody
-    step: _mtb_rs.ConductionStep
-
-    @classmethod
-    def of(cls, part: ElasticPart, heated: Heated) -> _Body:
-        body = part.body
-        coefficient, ambient = heated.film
-        contact = set(body.contact_faces.tolist())
-        free = [k for k in range(len(body.faces)) if k not in contact]
-        films = [(free, coefficient, ambient)] if coefficient else []
-        sampling = part.sampling()
-        conducting = _mtb_rs.ConductingBody(body.core_mesh, heated.upper.constants, films)
-        step = conducting.step(heated.duration / heated.steps, sampling)
-        return cls(slice(part.first, part.first + sampling.n_points), conducting, step)
-
-
-def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
-    """Centres and sizes (n, 2) [m] of the rectangles that the contact points stand for, along x and y."""
-    count = sum(patch.nx * patch.ny for patch in problem.patches)
-    lengths, moved = np.empty(count), np.zeros(count)
-    for patch in problem.patches:
-        length = np.full((patch.ny, patch.nx), patch.spacing[0])
-        inwards = np.zeros((patch.ny, patch.nx))
-        if problem.averages is not None and patch.nx > 1:
-            # hats at both ends reach inwards only
-            length[:, [0, -1]] *= 0.5
-            inwards[:, 0], inwards[:, -1] = 0.25 * patch.spacing[0], -0.25 * patch.spacing[0]
-        lengths[patch.cut], moved[patch.cut] = length.ravel(), inwards.ravel()
-    if problem.kept is not None:
-        lengths, moved = lengths[problem.kept.numbers], moved[problem.kept.numbers]
-    x, y = problem.points.points[:2]
-    return np.stack([x + moved, y], axis=1), np.stack([lengths, problem.area / lengths], axis=1)
-
-
-class _Passing:
-    """The lower body, which passes below the contact and comes back cold."""
-
-    def __init__(self, problem: ContactProblem, conductor: Conductor, speed: float) -> None:
-        way = problem.direction @ problem.area
-        self.way = way / np.linalg.norm(way)
-        self.places, self.sizes = _rectangles(problem)
-        self.conductor = conductor
-        self.length = float(np.ptp(self.places @ self.way))
-        self.speed = speed
-        #: Times [s] and distances [m] of sliding so far.
-        self.times, self.distances = [0.0], [0.0]
-        self._last: tuple[float, Array] | None = None
-
-    def response(self, time: float, speed: float) -> Array:
-        """Temperatures (n, n) [K m2/W] by a unit flux into each point, at a time [s] with a speed [m/s].
-
-        The lower body passes with the mean speed of what is now at the rear end, since it came to the front
-        end. Where all of it has been below the contact from the beginning, it has been there for this time.
-        """
-        gone = self.distances[-1] + 0.5 * (self.speed + speed) * (time - self.times[-1])
-        self.speed = speed
-        self.times.append(time)
-        self.distances.append(gone)
-        entered = float(np.interp(gone - self.length, self.distances, self.times))
-        passing = self.length / (time - entered) if gone > 0.0 else self.length / time
-        if self._last is None or abs(self._last[0] / passing - 1.0) > 1e-12:
-            velocity = (-passing * float(self.way[0]), -passing * float(self.way[1]))
-            given = self.conductor.constants, velocity, self.places, self.sizes
-            self._last = passing, _mtb_rs.moving_half_space(*given)
-        return self._last[1]
-
-
-def slide_and_heat(
-    problem: ContactProblem,
-    posed: Callable[[float, Array], tuple[Array, Array]],
-    pressure: Array,
-    heated: Heated,
-    failed: Callable[[Any], Exception],
-    progress: Callable[[float], Any] | Literal[True] | None = None,
-) -> dict[str, Any]:
-    """Histories and last fields of bodies that slide and heat each other.
+class Steps:
+    """Times of steps: of equal length, or as a tolerance has them, in halves of the longest one.
 
     Parameters
     ----------
-    problem : ContactProblem
-    posed : function
-        Friction (n,) and magnetic pressure (n,) [Pa] at a velocity [m/s] and under the pressure (n,) [Pa] of
-        the step before.
-    pressure : (n,) [Pa]
-        At the beginning.
-    heated : Heated
-    failed : function
-        The error for a state that was not found.
+    longest : float [s]
+    tolerance : float or None
+        Of each step; None: all are the longest.
     """
-    n, dt = problem.n, heated.duration / heated.steps
-    bodies = [_Body.of(part, heated) for part in problem.upper.state]
-    passing = _Passing(problem, heated.lower, heated.velocity(0.0))
-    direction = np.ascontiguousarray(problem.direction)
-    temperatures = [np.full(len(part.body.mesh.nodes), heated.bulk[1]) for part in problem.upper.state]
 
-    def held() -> float:
-        return sum(body.conducting.heat(warm) for body, warm in zip(bodies, temperatures, strict=True))
+    #: Halves of the longest step at most.
+    HALVES: ClassVar[int] = 24
 
-    # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
-    frames = problem.geometry.tangents if problem.averages is None else problem.averages.frames[:2]
-    along = np.array([*passing.way, 0.0])
-    share_of_speed = np.einsum("kcn,kn,c->n", frames, direction, along)
-    response = np.zeros((2, n, n))
-    for body in bodies:
-        response[1, body.points, body.points] = body.step.response
-    before = np.full((2, n), heated.bulk[0])
-    start, active = held(), (pressure > 0.0).tolist()
-    area = np.concatenate([problem.area[body.points] for body in bodies])
+    def __init__(self, longest: float, tolerance: float | None) -> None:
+        self.longest = longest
+        self.control = None if tolerance is None else _mtb_rs.StepControl(tolerance)
+
+    def halved(self, length: float, left: int) -> int:
+        """Number of shortest steps in the longest step that is no longer than a length [s]."""
+        most = min(left, max(1, int(length / self.longest * 2**self.HALVES * (1.0 + 1e-12))))
+        return int(2 ** min(most.bit_length() - 1, self.HALVES))
+
+    def seconds(self, units: int) -> float:
+        return float(self.longest * units / 2**self.HALVES)
+
+
+def stuck(time: float, duration: float, margin: float | None) -> str:
+    """What there is to say where no step is short enough."""
+    heat = ""
+    if margin is not None and margin > 1.0:
+        heat = (
+            f" Friction makes {margin:.3g} times the heat up to which uneven pressure does not grow by "
+            "its own heat: wear, a resistance of the contact or a lower speed bound this growth."
+        )
+    return (
+        f"the steps do not converge: at {time:.4g} s one of {duration:.3g} s still has no single state, or "
+        f"an error above the tolerance.{heat}"
+    )
+
+
+def slide_and_heat(
+    sliding: HeatedSliding,
+    duration: float,
+    steps: int,
+    velocity: Callable[[float], float],
+    tolerance: float | None,
+    failed: Callable[[Any, str | None], Exception],
+    progress: Callable[[float], Any] | Literal[True] | None = None,
+) -> dict[str, Any]:
+    """Histories and last fields of bodies that slide and heat each other over a duration [s].
+
+    Parameters
+    ----------
+    sliding : HeatedSliding
+    duration, steps : float [s], int
+        Steps are as long as their quotient, or shorter.
+    velocity : function
+        Speed [m/s] at a time [s].
+    tolerance : float or None
+        Of each step.
+    failed : function
+        The error for a state that was not found, with words for steps that do not converge.
+    """
+    plan = Steps(duration / steps, tolerance)
+    margin = sliding.thermal_margin(duration, velocity(0.0))
+    left = steps * 2**plan.HALVES
     histories: dict[str, list[Any]] = {}
+    speed = velocity(0.0)
+    gained = 0.0
     with shares_shown(progress, "heat") as told:
-        for k in range(heated.steps):
-            time = (k + 1) * dt
-            speed = heated.velocity(time)
-            friction, pull = posed(speed, pressure)
-            response[0] = passing.response(time, speed)
-            for body, warm in zip(bodies, temperatures, strict=True):
-                coasted = body.step.advance(warm, np.zeros(body.step.weights.size))
-                before[1, body.points] = body.step.observe(coasted)
-            outcome, flux, surface, _ = problem.core.slide_heated(
-                problem.loading_by(pull, pull if problem.lower.pull.any() else problem.lower.pull),
-                direction,
-                np.ascontiguousarray(friction),
-                response,
-                before,
-                speed * share_of_speed,
-                (heated.resistance, heated.share),
-                active,
-            )
-            if outcome.status != "solved":
-                raise failed(outcome)
-            pressure, active = outcome.pressure, (outcome.pressure > 0.0).tolist()
-            temperatures = [
-                body.step.advance(warm, np.ascontiguousarray(flux[1, body.points]))
-                for body, warm in zip(bodies, temperatures, strict=True)
-            ]
-            tractions = np.concatenate([outcome.traction, outcome.pressure[None]])
-            mean = mean_tractions(problem, np.ascontiguousarray(tractions))
-            face = np.concatenate([surface[1, body.points] for body in bodies])
-            entered = flux @ problem.area
-            row = {
-                "time": time,
-                "velocity": speed,
-                "forces": outcome.force,
-                "friction_powers": entered.sum(),
-                "heats_upper": entered[1],
-                "heats_lower": entered[0],
-                "losses": sum(
-                    body.conducting.loss(warm) for body, warm in zip(bodies, temperatures, strict=True)
-                ),
-                "stored": held() - start,
-                "peaks": surface.max(),
-                "means": float(face @ area / area.sum()),
-                "pressures": mean[2],
-                "temperatures": surface[1],
-            }
-            for name, value in row.items():
+        while left:
+            wanted = plan.longest if plan.control is None else plan.control.length(plan.seconds(left))
+            units = plan.halved(wanted, left)
+            while True:
+                length = plan.seconds(units)
+                after = velocity(duration - plan.seconds(left - units))
+                trial = sliding.tried(length, after, 0.5 * (speed + after))
+                if plan.control is None:
+                    if not trial.is_state:
+                        raise failed(trial.outcome, None)
+                    break
+                # the first step has no rate before it, and is short
+                error = trial.error if histories or not trial.is_state else 0.0
+                shorter = plan.control.judge(length, plan.seconds(left), error)
+                if shorter is None:
+                    break
+                if plan.control.is_stuck or units == 1:
+                    raise failed(trial.outcome, stuck(sliding.time, length, margin))
+                units = plan.halved(shorter, units // 2)
+            row = sliding.take(trial)
+            left -= units
+            speed = after
+            gained += row.pop("gained")
+            fields = row.pop("fields")
+            for name, value in {**row, "velocity": speed, "stored": gained}.items():
                 histories.setdefault(name, []).append(value)
-            told((k + 1) / heated.steps)
-    last = {
-        "pressure": mean[2],
-        "traction": mean[:2],
-        "status": outcome.points,
-        "temperature_upper": surface[1],
-        "temperature_lower": surface[0],
-        "heat_flux_upper": flux[1],
-        "heat_flux_lower": flux[0],
-        "bodies": tuple(temperatures),
+            told(1.0 - plan.seconds(left) / duration)
+    return {
+        **{name: np.array(values) for name, values in histories.items()},
+        **fields,
+        "bodies": tuple(body.warm for body in sliding.bodies),
+        "thermal_margin": margin,
     }
-    return {**{name: np.array(values) for name, values in histories.items()}, **last}

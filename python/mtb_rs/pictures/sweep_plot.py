@@ -176,15 +176,19 @@ _HEAT = {
     "heats_lower": ("heat into the lower body", "W"),
     "losses": ("heat out of the upper body through its film", "W"),
     "stored": ("heat in the upper body", "J"),
+    "volumes_upper": ("worn off the upper body", "mm³"),
+    "volumes_lower": ("worn off the lower body", "mm³"),
+    "errors": ("error of a step", "%"),
 }
 
 
 def draw_heat(heat: HeatOverTime, quantity: str, ax: Axes | None) -> Figure:
-    """A temperature or a heat over the time of sliding."""
+    """A temperature, a heat, what is worn or the error of steps, over the time of sliding."""
     values = np.asarray(getattr(heat, quantity))
     words, unit = _HEAT[quantity]
     largest = float(np.abs(values).max(initial=0.0))
-    size, name = (1e3, f"k{unit}") if unit != "K" and largest >= 1e3 else (1.0, unit)
+    size, name = (1e3, f"k{unit}") if unit in ("W", "J") and largest >= 1e3 else (1.0, unit)
+    size = {"mm³": 1e-9, "%": 1e-2}.get(unit, size)
     figure, ax = canvas(ax, (7.2, 3.9))
     _draw_lines(ax, heat.time, {"": values / size}, ("time [s]", f"{words} [{name}]"), "Heat of sliding")
     return figure

@@ -4,22 +4,18 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice, number, pair, positive, warn, whole
+from ..base.check import choice, positive, warn
 from ..base.errors import ConvergenceError
-from ..base.stored import without_functions
 from ..base.words import Method, Model, Pressing, Quantity
-from ..bodies.conductor import Conductor, check_conductors, conducting_steel
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
-from ..contact.sliding_heat import OVER_CONTACT, Heated, SlidingHeat, slide_and_heat
 from ..contact.sliding_start import (
     StartOfSliding,
     check_room,
@@ -30,7 +26,6 @@ from ..contact.sliding_start import (
 from ..contact.solve import JAMMED, failure, solve_direct
 from ..contact.staggered import staggered, with_half_space
 from ..contact.standing import hats_of
-from ..friction.fields import as_form
 from ..results.result import Result
 from . import direct
 from .posed import PosedScene
@@ -136,112 +131,6 @@ def slide_from_rest(
         area=problem.on_grid(problem.area),
         patches=problem.patches,
         summary={**scene.statement(), "pressure": pressure, "model": model},
-    )
-
-
-def heat(
-    scene: PosedScene,
-    duration: float,
-    steps: int = 60,
-    velocity: float | Callable[[float], float] | None = None,
-    *,
-    lower: Conductor = conducting_steel,
-    upper: Conductor = conducting_steel,
-    bulk: tuple[float, float] = (0.0, 0.0),
-    film: tuple[float, float] = (0.0, 0.0),
-    resistance: float = 0.0,
-    share: float = 0.5,
-    model: Model = "auto",
-    progress: Callable[[float], Any] | Literal[True] | None = None,
-) -> SlidingHeat:
-    """See :meth:`mtb_rs.Scene.sliding_heat`."""
-    choice("model", model, Model)
-    scene.check_model(model)
-    if model == "auto":
-        model = "elastic-upper"
-    if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
-        raise ValueError(
-            f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
-        )
-    if whole("steps", steps) < 1:
-        raise ValueError(f"steps is {steps}: at least one is needed")
-    check_conductors(lower, upper)
-    coefficient, ambient = pair("film", film)
-    if coefficient < 0.0:
-        raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")
-    if number("resistance", resistance, "K m2/W") < 0.0:
-        raise ValueError(f"resistance is {resistance:g} K m2/W: it must not be negative")
-    if not 0.0 <= number("share", share) <= 1.0:
-        raise ValueError(f"share is {share:g}: a number from 0 to 1 is needed")
-    if velocity is None and scene.velocity is None:
-        raise ValueError("velocity is missing: a speed [m/s], or a function of the time that gives one")
-    given = scene.velocity if velocity is None else velocity
-
-    def speed(time: float) -> float:
-        try:
-            found = given(time) if callable(given) else given
-        except TypeError as error:
-            raise ValueError(f"velocity is {given!r}: a function of the time is needed ({error})") from None
-        value = number("velocity", found, "m/s")
-        if value < 0.0:
-            raise ValueError(f"velocity is {value:g} m/s at {time:g} s: it must not be negative")
-        return value
-
-    problem = scene.problem(model, may_halve=False)
-    if not problem.upper.state:
-        raise ValueError("the upper body is no elastic body: heat needs one that conducts, an ElasticBody")
-    if not problem.direction.any():
-        raise ValueError("sliding_direction is None: nothing slides, so there is no heat")
-    check_room(problem.n)
-    first = solve_direct(problem, with_margin=False)
-    if first.status != "solved":
-        raise failure(problem, first)
-    scene.check_touching(bool((first.pressure > 0.0).any()), problem.points, problem.loads)
-    kept, points, patches = problem.kept, problem.points, problem.patches
-
-    def posed(velocity: float, pressure: Array) -> tuple[Array, Array]:
-        field = as_form(scene.friction).coefficients(
-            lambda: scene.friction_at(points, patches, kept, velocity)
-        )
-        friction = field.at(pressure)
-        pull = problem.upper.pull
-        if scene.magnetic_pressure is not None:
-            pull = scene.pull_at(points, patches, kept, velocity=velocity)
-        return friction, pull
-
-    heated = Heated(
-        duration=positive("duration", duration, "s"),
-        steps=steps,
-        velocity=speed,
-        lower=lower,
-        upper=upper,
-        bulk=pair("bulk", bulk, "K"),
-        film=(coefficient, ambient),
-        resistance=float(resistance),
-        share=float(share),
-    )
-
-    def failed(outcome: Any) -> ConvergenceError:
-        state = replace(first, status=outcome.status, pressure=outcome.pressure, gap=outcome.gap)
-        return failure(problem, state)
-
-    found = slide_and_heat(problem, posed, first.pressure, heated, failed, progress)
-    nodes = points if kept is None else kept.nodes
-    fields: dict[str, Any] = {name: problem.on_grid(found.pop(name)) for name in OVER_CONTACT}
-    return SlidingHeat(
-        points=nodes.points,
-        area=problem.on_grid(problem.area),
-        patches=patches,
-        summary={
-            **scene.statement(),
-            **{"duration": duration, "steps": steps, "model": model, "velocity": without_functions(given)},
-            "heat": {
-                **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
-                **{"resistance": resistance, "share": share},
-            },
-        },
-        **fields,
-        **found,
     )
 
 

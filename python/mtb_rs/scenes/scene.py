@@ -29,11 +29,12 @@ from ..friction.laws import (
     coefficient_from_rest,
     law_of,
 )
+from ..friction.wear_laws import Rubbing, WearLaw
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.geometries import WheelOnRail
 from ..results.chart import Chart
 from ..results.result import Result
-from . import methods
+from . import heating, methods
 from .auto import TOLERANCE
 from .cost import ExpectedCost, expected
 from .direct import choose
@@ -229,22 +230,33 @@ class Scene(PosedScene):
         film: tuple[float, float] = (0.0, 0.0),
         resistance: float = 0.0,
         share: float = 0.5,
+        expansion: bool = False,
+        wear: WearLaw | float | Callable[[Rubbing], Any] | None = None,
+        lower_wear: WearLaw | float | Callable[[Rubbing], Any] | None = None,
+        fading: tuple[ArrayLike, ArrayLike] | None = None,
+        tolerance: float | None = None,
         model: Model = "auto",
         progress: Callable[[float], Any] | Literal[True] | None = None,
     ) -> SlidingHeat:
-        """Heats the bodies by friction while they slide.
+        """Heats the bodies by friction while they slide, and lets them expand and wear.
 
         The upper body conducts heat on its own finite elements. The lower one is a half-space that passes
         below it and comes back cold, as a rail does. Where both touch they have one temperature, which
-        divides the heat of friction between them. Steps are implicit, stable for any length, and of first
-        order in the time.
-        Thermal expansion is left out: pressures are those of cold bodies.
+        divides the heat of friction between them. Steps are implicit and of first order in the time. With
+        `expansion` and `wear` each step is one contact problem: heat opens and closes the gap in the same
+        step, and wear is a diagonal compliance in it. Friction, coefficients of wear and material data follow
+        the pressure and the temperature of the step before.
+
+        Above the thermal limit (:attr:`SlidingHeat.thermal_margin` above 1), which brakes on rails exceed
+        many times, uneven pressure grows by its own heat. What bounds it is the time, a resistance and wear;
+        without these, hot spots wander and no length of the steps may converge.
 
         Parameters
         ----------
         duration : float [s]
         steps : int
             Steps of equal length over it. The temperature just after the beginning needs short ones.
+            With a tolerance none is longer.
         velocity : float or function [m/s]
             Speed of sliding, or a function of the time [s] that gives it; None for that of the scene.
         lower, upper : Conductor
@@ -258,6 +270,18 @@ class Scene(PosedScene):
             Of the contact to heat.
         share : float [-]
             Share of the heat that arises on the upper side of the resistance.
+        expansion : bool
+            Whether heat expands the bodies, by the coefficients of their conductors. The upper body does
+            on its elements; the lower one swells by the skin of heat that passes.
+        wear, lower_wear : WearLaw, float [1/Pa] or function
+            Laws of wear of both bodies, as of :func:`mtb_rs.wear`. The wear of the upper body stands in its
+            gap. Each place of the lower one is passed once, so that its wear is counted and opens no gap.
+        fading : (temperatures, factors) [K], [-]
+            Factors on the friction over the mean temperature of both surfaces, linear between the entries
+            and constant beyond them.
+        tolerance : float or None
+            Error of each step (:attr:`SlidingHeat.errors`) by which their lengths are chosen; None: they are
+            equal.
         model : "auto", "elastic-upper" or "elastic-both"
             "auto" is "elastic-upper".
         progress : function, True or None
@@ -271,7 +295,7 @@ class Scene(PosedScene):
             If a step has no solution.
         """
         self.ask_of_places()
-        return methods.heat(
+        return heating.heat(
             self,
             duration,
             steps,
@@ -282,6 +306,11 @@ class Scene(PosedScene):
             film=film,
             resistance=resistance,
             share=share,
+            expansion=expansion,
+            wear=wear,
+            lower_wear=lower_wear,
+            fading=fading,
+            tolerance=tolerance,
             model=model,
             progress=progress,
         )

@@ -7,7 +7,8 @@
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
-//! which it is kept. [`wear`]: what sliding takes off, step by step.
+//! which it is kept. [`wear`]: what sliding takes off, step by step;
+//! [`steps`]: how long such a step may be.
 //!
 //! **Not here.** No body, no mesh, no file: bodies enter as compliances on contact points.
 //!
@@ -31,6 +32,7 @@ pub mod record;
 pub mod sliding;
 pub mod staggered;
 pub mod stepping;
+pub mod steps;
 pub mod tangential;
 pub mod wear;
 

@@ -269,6 +269,57 @@ impl SlidingMatrix {
         )?)
     }
 
+    /// The factor on a `feedback` (n, n) [m/Pa] of pressures on gaps up to which the sliding state exists and is unique
+    /// for every load on the points of `active` (n), and only these touch: where the symmetric part of the matrix of
+    /// all that pressures open stops being positive definite. Zero where it is not without the feedback, not a number
+    /// without the matrix.
+    ///
+    /// # Errors
+    /// As [`SlidingMatrix::wedging_factor`].
+    pub(crate) fn feedback_factor(
+        &self,
+        contact: &SlidingContact<'_>,
+        feedback: &[f64],
+        active: &[bool],
+        monitor: Monitor<'_>,
+    ) -> Result<f64, Error> {
+        let n = self.points;
+        contact.check(n)?;
+        check("feedback", feedback, n * n)?;
+        let Form::Dense { normal, coupling } = &self.form else {
+            return Ok(f64::NAN);
+        };
+        let points: Vec<usize> = (0..n).filter(|i| active[*i]).collect();
+        let m = points.len();
+        let mut matrix = Vec::with_capacity(m * m);
+        let mut fed = Vec::with_capacity(m * m);
+        for &i in &points {
+            for &j in &points {
+                let slid = coupling
+                    .as_ref()
+                    .map_or(0.0, |c| contact.friction[j] * c[i * n + j]);
+                matrix.push(normal[i * n + j] + slid);
+                fed.push(feedback[i * n + j]);
+            }
+        }
+        let of = |field: &[f64]| -> Vec<f64> { points.iter().map(|&i| field[i]).collect() };
+        if let Some(diagonal) = contact.diagonal {
+            add_diagonal(&mut matrix, &of(diagonal))?;
+        }
+        let area = of(contact.area);
+        let mut held = Vec::with_capacity(m * contact.motions.len());
+        for motion in contact.motions {
+            held.extend(points.iter().map(|&i| motion.opening[i] * contact.area[i]));
+        }
+        Ok(definiteness_limit(
+            &matrix,
+            &fed,
+            &area,
+            Some(&held),
+            monitor,
+        )?)
+    }
+
     /// Solves for one load.
     ///
     /// `start` are the points believed in contact, for example those of the last step.

@@ -17,24 +17,12 @@ use mtb_operator::Monitor;
 use crate::error::{Error, check, check_positive};
 use crate::prepared::{PreparedContact, Step};
 use crate::problem::{Friction, Loading, Outcome, Problem};
+use crate::steps::{Gathered, StepControl};
 
-/// Error of a step, in parts of what is aimed at, above which it is taken again.
-const ACCEPTED: f64 = 1.5;
-/// Share of the length that the estimate promises which is taken, and the most that a step may grow and shrink.
-const CAUTION: f64 = 0.8;
-const GROWTH: f64 = 5.0;
-const SHRINKAGE: f64 = 0.1;
 /// Rounds in which a coefficient that follows the pressure must settle, and the share of the error of a step that is
 /// left to it.
 const ROUNDS: usize = 12;
 const SETTLED: f64 = 0.1;
-/// Share of all that is worn which counts beside what a step takes off: where wear comes to an end, steps still grow.
-const OF_ALL: f64 = 0.1;
-/// Lengths that are tried for a step.
-const TRIALS: usize = 30;
-/// The first step, in parts of the distance that it may take at most.
-const FIRST: f64 = 1e-3;
-
 /// A sliding contact that can be worn.
 pub trait Wearing {
     /// Area of each point (n) [m2].
@@ -90,12 +78,7 @@ impl Wearing for SlidingProblem<'_> {
         diagonal: &[f64],
         monitor: Monitor<'_>,
     ) -> Result<Outcome, Error> {
-        let own = self.loading.diagonal.as_deref();
-        let loading = Loading {
-            gap: sum(&self.loading.gap, worn),
-            work: self.loading.work.clone(),
-            diagonal: Some(own.map_or_else(|| diagonal.to_vec(), |own| sum(own, diagonal))),
-        };
+        let loading = self.loading.worn(worn, diagonal);
         let outcome = self.problem.slide(
             &loading,
             self.direction,
@@ -222,12 +205,12 @@ pub struct Wear<'a, C> {
     law: WearLaw<'a>,
     passage: Option<Passage>,
     tolerance: f64,
+    control: StepControl,
     worn: Worn,
     /// Depth worn over distance now (n), and the pressure; empty before the first step.
     rate: Vec<f64>,
     pressure: Vec<f64>,
     coefficients: Coefficients,
-    next: Option<f64>,
 }
 
 impl<'a, C: Wearing> Wear<'a, C> {
@@ -265,11 +248,11 @@ impl<'a, C: Wearing> Wear<'a, C> {
             law,
             passage,
             tolerance,
+            control: StepControl::new(tolerance),
             worn,
             rate: Vec::new(),
             pressure: Vec::new(),
             coefficients: [Vec::new(), Vec::new()],
-            next: None,
         })
     }
 
@@ -280,12 +263,12 @@ impl<'a, C: Wearing> Wear<'a, C> {
 
     /// The length [m] that the last step promises for the next one.
     pub fn next(&self) -> Option<f64> {
-        self.next
+        self.control.next()
     }
 
     /// Begins with a step of at most this length [m], as one that ended before has promised it.
     pub fn begin_with(&mut self, next: Option<f64>) {
-        self.next = next;
+        self.control.begin_with(next);
     }
 
     /// The contact as it is, without further wear.
@@ -320,31 +303,23 @@ impl<'a, C: Wearing> Wear<'a, C> {
                 return Ok(self.unsolved(outcome, solves));
             }
         }
-        let mut length = self.next.unwrap_or(FIRST * most).min(most);
-        for _ in 0..TRIALS {
+        let mut length = self.control.length(most);
+        while !self.control.is_stuck() {
             let (step, coefficients) = self.tried(length, monitor)?;
             solves += step.solves;
             if step.outcome.solution.status != Status::Solved {
                 return Ok(self.unsolved(step.outcome, solves));
             }
-            let share = self.tolerance / step.error.max(f64::MIN_POSITIVE);
-            if step.error <= ACCEPTED * self.tolerance {
-                let further = length * (CAUTION * share).clamp(SHRINKAGE, GROWTH);
-                // a last step that is cut short promises no less than before
-                let before = if length < most {
-                    0.0
-                } else {
-                    self.next.unwrap_or(0.0)
-                };
-                self.next = Some(further.max(before));
-                self.pressure.clone_from(&step.outcome.solution.pressure);
-                let [upper, lower] = self.depths(1.0, &coefficients, &self.pressure);
-                self.rate = sum(&upper, &lower);
-                self.coefficients = coefficients;
-                self.worn.clone_from(&step.worn);
-                return Ok(WearStep { solves, ..step });
+            if let Some(shorter) = self.control.judge(length, most, step.error) {
+                length = shorter;
+                continue;
             }
-            length *= (CAUTION * share).clamp(SHRINKAGE, CAUTION);
+            self.pressure.clone_from(&step.outcome.solution.pressure);
+            let [upper, lower] = self.depths(1.0, &coefficients, &self.pressure);
+            self.rate = sum(&upper, &lower);
+            self.coefficients = coefficients;
+            self.worn.clone_from(&step.worn);
+            return Ok(WearStep { solves, ..step });
         }
         Err(Error::WearsTooFast { length })
     }
@@ -366,10 +341,6 @@ impl<'a, C: Wearing> Wear<'a, C> {
         monitor: Monitor<'_>,
     ) -> Result<(WearStep, Coefficients), Error> {
         let area = self.contact.area().to_vec();
-        let size = |field: &dyn Fn(usize) -> f64| {
-            let squares = area.iter().enumerate().map(|(i, a)| a * field(i).powi(2));
-            squares.sum::<f64>().sqrt()
-        };
         let before = sum(&self.worn.depth[0], &self.worn.depth[1]);
         let mut coefficients = self.coefficients.clone();
         let mut guess = self.pressure.clone();
@@ -407,17 +378,18 @@ impl<'a, C: Wearing> Wear<'a, C> {
             let opened = |i: usize| worn[i] - before[i] + diagonal[i] * pressure[i];
             let wanted = self.depths(length, &now, pressure);
             let left = |i: usize| wanted[0][i] + wanted[1][i] - opened(i);
-            let taken = size(&|i| all[i]) + OF_ALL * size(&|i| before[i] + all[i]);
-            let relative = |error: f64| if taken > 0.0 { error / taken } else { 0.0 };
-            let of_rounds = relative(size(&left));
+            let gathered = Gathered {
+                area: &area,
+                before: &before,
+                step: &all,
+            };
+            let of_rounds = gathered.relative(left);
             if is_solved && round < ROUNDS && of_rounds > SETTLED * self.tolerance {
                 guess.clone_from(pressure);
                 coefficients = now;
                 continue;
             }
-            let by_length = relative(size(&|i| {
-                0.5 * (wanted[0][i] + wanted[1][i] - length * self.rate[i])
-            }));
+            let by_length = gathered.of_length(length, &self.rate, &sum(&wanted[0], &wanted[1]));
             let worn = Worn {
                 distance: self.worn.distance + length,
                 depth: [0, 1].map(|body| sum(&self.worn.depth[body], &depth[body])),

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use mtb_contact::steps::{Gathered, StepControl};
 use mtb_elasticity::tetra::{ConductingBody, ConductionStep, Film};
 use mtb_heat::{Conductor, Error, HalfSpace, Passage, rolling};
 use numpy::{
@@ -139,6 +140,14 @@ impl PyConductionStep {
         self.0.weights().to_vec().into_pyarray(py)
     }
 
+    /// Temperatures (n, N) [K m2/W] of the nodes by a unit flux into each contact point.
+    fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.0.weights().len();
+        let found = enter(py, |monitor| self.0.nodes(monitor))?;
+        let width = found.len() / n.max(1);
+        found.into_pyarray(py).reshape([n, width])
+    }
+
     /// Temperatures of the contact points (n,) [K] under those of the nodes (N,).
     fn observe<'py>(
         &self,
@@ -178,4 +187,87 @@ pub(crate) fn moving_half_space<'py>(
     let n = points.len();
     let warm = enter(py, |_| moving.influences(&points, &sizes))?;
     warm.into_pyarray(py).reshape([n, n])
+}
+
+/// How far points (n, 2) [m] of a half-space that moves with a velocity [m/s] rise by a unit flux into rectangles of
+/// sizes (n, 2) [m] around them (n, n) [m3/W], for a coefficient of linear expansion [1/K] and Poisson's ratio.
+#[pyfunction]
+pub(crate) fn swelling<'py>(
+    py: Python<'py>,
+    conductor: Constants,
+    velocity: [f64; 2],
+    points: PyReadonlyArray2<'_, f64>,
+    sizes: PyReadonlyArray2<'_, f64>,
+    expansion: f64,
+    poisson_ratio: f64,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let moving = HalfSpace::new(self::conductor(conductor)?, velocity);
+    let moving = moving.map_err(|error| bad_input(&error))?;
+    let (points, sizes) = (pairs(&points, "points")?, pairs(&sizes, "sizes")?);
+    let n = points.len();
+    let risen = enter(py, |_| {
+        moving.swelling(&points, &sizes, expansion, poisson_ratio)
+    })?;
+    risen.into_pyarray(py).reshape([n, n])
+}
+
+/// Chooses the lengths of implicit steps by the estimates of their errors.
+#[pyclass(name = "StepControl", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyStepControl(StepControl);
+
+#[pymethods]
+impl PyStepControl {
+    #[new]
+    #[pyo3(signature = (tolerance, next=None))]
+    fn new(tolerance: f64, next: Option<f64>) -> Self {
+        let mut control = StepControl::new(tolerance);
+        control.begin_with(next);
+        Self(control)
+    }
+
+    /// The length that the last step promises for the next one.
+    #[getter]
+    fn next(&self) -> Option<f64> {
+        self.0.next()
+    }
+
+    /// Whether so many lengths were tried in vain that no step is short enough.
+    #[getter]
+    fn is_stuck(&self) -> bool {
+        self.0.is_stuck()
+    }
+
+    /// The length to try first, where `most` is left.
+    fn length(&self, most: f64) -> f64 {
+        self.0.length(most)
+    }
+
+    /// None if a step of a length is taken with its error, NaN for one without a state; otherwise the length to try.
+    fn judge(&mut self, length: f64, most: f64, error: f64) -> Option<f64> {
+        self.0.judge(length, most, error)
+    }
+}
+
+/// The error of an implicit step of a length, in parts of what it adds and a tenth of all: from what was there before
+/// it (n,), the rate before it (n,) and the rate after it (n,), with areas (n,) [m2].
+#[pyfunction]
+pub(crate) fn step_error(
+    area: PyReadonlyArray1<'_, f64>,
+    before: PyReadonlyArray1<'_, f64>,
+    length: f64,
+    rate: PyReadonlyArray1<'_, f64>,
+    after: PyReadonlyArray1<'_, f64>,
+) -> PyResult<f64> {
+    let (area, before) = (area.to_vec()?, before.to_vec()?);
+    let (rate, after) = (rate.to_vec()?, after.to_vec()?);
+    if [before.len(), rate.len(), after.len()] != [area.len(); 3] {
+        return Err(bad_input(&"area, before, rate and after differ in length"));
+    }
+    let step: Vec<f64> = after.iter().map(|r| length * r).collect();
+    let gathered = Gathered {
+        area: &area,
+        before: &before,
+        step: &step,
+    };
+    Ok(gathered.of_length(length, &rate, &step))
 }

@@ -46,7 +46,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::heat::{
-        PyConductingBody, PyConductionStep, moving_half_space, rolling_temperatures,
+        PyConductingBody, PyConductionStep, PyStepControl, moving_half_space, rolling_temperatures,
+        step_error, swelling,
     };
     #[pymodule_export]
     use super::normal::{

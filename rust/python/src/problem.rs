@@ -223,6 +223,50 @@ impl PyOutcome {
     }
 }
 
+/// Temperatures by fluxes, temperatures without them, speeds, resistance and share, openings by fluxes.
+type HeatingArgument<'py> = (
+    PyReadonlyArray3<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+    (f64, f64),
+    Option<PyReadonlyArray3<'py, f64>>,
+);
+
+fn same_lengths(found: &[(&str, usize)], expected: usize) -> PyResult<()> {
+    match found.iter().find(|(_, size)| *size != expected) {
+        None => Ok(()),
+        Some((name, size)) => Err(PyValueError::new_err(format!(
+            "{name} has {size} entries, expected {expected}"
+        ))),
+    }
+}
+
+fn heating_of<'a>(given: &'a HeatingArgument<'_>, n: usize) -> PyResult<Heating<'a>> {
+    let (response, before, speed, (resistance, share), opening) = given;
+    let response = response.as_slice().map_err(|e| bad_input(&e))?;
+    let before = rows2(before, "before")?;
+    let mut sizes = vec![
+        ("response", response.len(), 2 * n * n),
+        ("before", before.len(), 2 * n),
+    ];
+    let opening = match opening {
+        None => None,
+        Some(opening) => Some(opening.as_slice().map_err(|e| bad_input(&e))?),
+    };
+    sizes.extend(opening.map(|o| ("opening", o.len(), 2 * n * n)));
+    for (name, found, expected) in sizes {
+        same_lengths(&[(name, found)], expected)?;
+    }
+    Ok(Heating {
+        response: response.split_at(n * n).into(),
+        opening: opening.map(|o| o.split_at(n * n).into()),
+        before: before.split_at(n).into(),
+        speed: flat(speed, "speed")?,
+        resistance: *resistance,
+        share: *share,
+    })
+}
+
 /// Traction (2, n), what each point does (n,), Newton steps, error of the path.
 type HeldOutcome<'py> = (
     Bound<'py, PyArray2<f64>>,
@@ -442,24 +486,23 @@ impl PyProblem {
     }
 
     /// Sliding with the heat of friction over one implicit step of the time, lower body first: temperatures by fluxes
-    /// (2, n, n), temperatures without fluxes (2, n), speeds of the points (n,), and resistance and share.
+    /// (2, n, n), temperatures without fluxes (2, n), speeds of the points (n,), and resistance and share; openings by
+    /// fluxes (2, n, n), if any; wear before (n,) [m] and the diagonal (n,) [m/Pa] of the wear of the step, if any.
     /// Returns the state, fluxes (2, n), temperatures (2, n) and sets of points.
     #[allow(
         clippy::too_many_arguments,
         clippy::type_complexity,
         reason = "the fields of one struct"
     )]
-    #[pyo3(signature = (loading, direction, friction, response, before, speed, numbers, start=None))]
+    #[pyo3(signature = (loading, direction, friction, heating, worn=None, start=None))]
     fn slide_heated<'py>(
         &self,
         py: Python<'py>,
         loading: &Bound<'_, PyLoading>,
         direction: PyReadonlyArray2<'_, f64>,
         friction: PyReadonlyArray1<'_, f64>,
-        response: PyReadonlyArray3<'_, f64>,
-        before: PyReadonlyArray2<'_, f64>,
-        speed: PyReadonlyArray1<'_, f64>,
-        numbers: (f64, f64),
+        heating: HeatingArgument<'_>,
+        worn: Option<(PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>)>,
         start: Option<Vec<bool>>,
     ) -> PyResult<(
         PyOutcome,
@@ -468,35 +511,18 @@ impl PyProblem {
         usize,
     )> {
         let n = self.0.points();
-        let halves = |values: &'_ [f64], name: &str, size: usize| {
-            if values.len() == 2 * size {
-                return Ok(());
-            }
-            Err(PyValueError::new_err(format!(
-                "{name} has {} entries, expected {}",
-                values.len(),
-                2 * size
-            )))
-        };
-        let response = response.as_slice().map_err(|e| bad_input(&e))?;
-        halves(response, "response", n * n)?;
-        let before = rows2(&before, "before")?;
-        halves(before, "before", n)?;
-        let (resistance, share) = numbers;
-        let speed = flat(&speed, "speed")?;
-        let heating = Heating {
-            response: response.split_at(n * n).into(),
-            opening: None,
-            before: before.split_at(n).into(),
-            speed,
-            resistance,
-            share,
-        };
-        let (loading, direction) = (&loading.get().0, rows2(&direction, "direction")?);
+        let heating = heating_of(&heating, n)?;
+        let mut loading = loading.get().0.clone();
+        if let Some((worn, diagonal)) = &worn {
+            let (worn, diagonal) = (flat(worn, "worn")?, flat(diagonal, "diagonal")?);
+            same_lengths(&[("worn", worn.len()), ("diagonal", diagonal.len())], n)?;
+            loading = loading.worn(worn, diagonal);
+        }
+        let direction = rows2(&direction, "direction")?;
         let friction = flat(&friction, "friction")?;
         let found = enter(py, |monitor| {
             self.0
-                .slide_heated(loading, direction, friction, &heating, start, monitor)
+                .slide_heated(&loading, direction, friction, &heating, start, monitor)
         })?;
         let both = |[lower, upper]: [Vec<f64>; 2]| {
             [lower, upper].concat().into_pyarray(py).reshape([2, n])
@@ -507,6 +533,30 @@ impl PyProblem {
             both(found.temperature)?,
             found.rounds,
         ))
+    }
+
+    /// Factor on the heat of friction up to which the state of such a step exists and is unique where the points
+    /// `active` (n,) touch, with a diagonal (n,) [m/Pa]; `inf` where heat opens no gap.
+    #[pyo3(signature = (direction, friction, heating, active, diagonal=None))]
+    fn thermal_factor(
+        &self,
+        py: Python<'_>,
+        direction: PyReadonlyArray2<'_, f64>,
+        friction: PyReadonlyArray1<'_, f64>,
+        heating: HeatingArgument<'_>,
+        active: Vec<bool>,
+        diagonal: Option<PyReadonlyArray1<'_, f64>>,
+    ) -> PyResult<f64> {
+        let heating = heating_of(&heating, self.0.points())?;
+        let direction = rows2(&direction, "direction")?;
+        let friction = flat(&friction, "friction")?;
+        let diagonal = match &diagonal {
+            None => None,
+            Some(diagonal) => Some(flat(diagonal, "diagonal")?),
+        };
+        enter(py, |monitor| {
+            (self.0).thermal_factor(direction, friction, &heating, diagonal, &active, monitor)
+        })
     }
 
     /// A loading: undeformed gap (n,) [m], and work (m,) [J] on the free motions.

@@ -407,6 +407,20 @@ impl PyTetraBody {
         Ok((rows(py, forces, 3)?, rows(py, moments, 3)?, left_over))
     }
 
+    /// Displacement (n, N) [m/K] of the contact points into the body by the temperatures of the nodes, for a
+    /// coefficient of linear expansion [1/K].
+    fn expansion<'py>(
+        &self,
+        py: Python<'py>,
+        sampling: &PySampling,
+        expansion: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let found = enter(py, |monitor| {
+            (self.0).expansion(&sampling.0, expansion, Limits::default(), monitor)
+        })?;
+        rows(py, found, self.0.mesh().nodes().len())
+    }
+
     /// Stress (6, N) [Pa] at the nodes, xx yy zz yz xz xy, and von Mises' equivalent (N,).
     #[allow(clippy::type_complexity, reason = "two arrays")]
     fn stress<'py>(

@@ -174,9 +174,7 @@ impl Problem {
             direction.iter().any(|d| *d != 0.0) && friction.iter().any(|mu| *mu != 0.0);
         let kept: Arc<Kept> = self.matrix(direction, is_frictional, monitor)?;
         let motions = self.loaded(&loading.work);
-        let power: Vec<f64> = (0..n)
-            .map(|i| friction[i] * direction[i].hypot(direction[n + i]) * heating.speed[i])
-            .collect();
+        let power = self.power(direction, friction, heating);
         let mut active: Vec<bool> = match start {
             Some(start) if start.len() == n => start,
             _ => vec![true; n],
@@ -238,6 +236,65 @@ impl Problem {
             });
         }
         unreachable!("the rounds end")
+    }
+}
+
+impl Problem {
+    /// The factor on the heat of friction up to which a heated state exists and is unique for every load, where the
+    /// points of `active` (n) touch, with a `diagonal` (n) [m/Pa] as that of a loading: the speed of sliding over it is
+    /// the thermal limit of this step, if the heat divides in the same way. It is the twin of
+    /// [`Problem::wedging_factor`]. Infinite where heat opens no gap.
+    ///
+    /// # Errors
+    /// As [`Problem::slide_heated`].
+    #[allow(clippy::too_many_arguments, reason = "a step of the time")]
+    pub fn thermal_factor(
+        &self,
+        direction: &[f64],
+        friction: &[f64],
+        heating: &Heating<'_>,
+        diagonal: Option<&[f64]>,
+        active: &[bool],
+        monitor: Monitor<'_>,
+    ) -> Result<f64, Error> {
+        let n = self.points();
+        check("direction", direction, 2 * n)?;
+        check("friction", friction, n)?;
+        heating.check(n)?;
+        if active.len() != n {
+            return Err(Error::Shape {
+                name: "active",
+                expected: n,
+                found: active.len(),
+            });
+        }
+        let is_frictional =
+            direction.iter().any(|d| *d != 0.0) && friction.iter().any(|mu| *mu != 0.0);
+        let kept = self.matrix(direction, is_frictional, monitor)?;
+        let motions = self.loaded(&vec![0.0; self.motions.len()]);
+        let power = self.power(direction, friction, heating);
+        let division = heating.divide((0..n).filter(|i| active[*i]).collect(), n);
+        let Some((feedback, _)) = heating.feedback(&division, &power, n) else {
+            return Ok(f64::INFINITY);
+        };
+        let contact = SlidingContact {
+            gap: &vec![0.0; n],
+            area: &self.geometry.area,
+            friction,
+            direction,
+            motions: &motions,
+            diagonal,
+        };
+        kept.matrix
+            .feedback_factor(&contact, &feedback, active, monitor)
+    }
+
+    /// Heat of friction by a unit pressure at each point (n) [W/m2/Pa].
+    fn power(&self, direction: &[f64], friction: &[f64], heating: &Heating<'_>) -> Vec<f64> {
+        let n = self.points();
+        (0..n)
+            .map(|i| friction[i] * direction[i].hypot(direction[n + i]) * heating.speed[i])
+            .collect()
     }
 }
 

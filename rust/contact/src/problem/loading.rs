@@ -71,6 +71,20 @@ pub struct Loading {
     pub diagonal: Option<Vec<f64>>,
 }
 
+impl Loading {
+    /// The same after wear: `worn` (n) [m] more in the gap, and a `diagonal` (n) [m/Pa] besides its own.
+    #[must_use]
+    pub fn worn(&self, worn: &[f64], diagonal: &[f64]) -> Self {
+        let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+        let own = self.diagonal.as_deref();
+        Self {
+            gap: sum(&self.gap, worn),
+            work: self.work.clone(),
+            diagonal: Some(own.map_or_else(|| diagonal.to_vec(), |own| sum(own, diagonal))),
+        }
+    }
+}
+
 /// A rigid motion that supports leave free, of one of the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeMotion {

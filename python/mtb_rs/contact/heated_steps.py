@@ -1,0 +1,480 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Implicit steps of bodies that slide, heat each other, expand and wear: one contact problem a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..bodies.conductor import Conductor
+from ..bodies.sides import ElasticPart
+from ..friction.wear_laws import Rubbing, WearLaw
+from .problem import ContactProblem, mean_tractions
+from .symmetry import alike, mirror_symmetry
+
+Array = NDArray[np.float64]
+
+#: Relative change of a conductivity by its temperature below which it counts as the same.
+SAME = 0.01
+#: Steps of a body whose matrices are kept at a time.
+KEPT = 12
+#: Speeds of a table of the heat of the lower body, to twice the speed.
+SPEEDS = 4
+
+
+@dataclass(frozen=True)
+class Heated:
+    """What is said of heat and wear, checked: lower body first where there are two numbers.
+
+    `poisson` is Poisson's ratio of the lower body; None where it does not expand.
+    """
+
+    lower: Conductor
+    upper: Conductor
+    bulk: tuple[float, float]
+    film: tuple[float, float]
+    resistance: float
+    share: float
+    expands: bool = False
+    poisson: float | None = None
+    wear: WearLaw | None = None
+    lower_wear: WearLaw | None = None
+    fading: tuple[Array, Array] | None = None
+
+    def faded(self, temperature: Array) -> Array:
+        """Factor (n,) on the friction at temperatures (n,) [K] of the surfaces."""
+        if self.fading is None:
+            return np.ones(temperature.size)
+        return np.interp(temperature, *self.fading)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Matrices of a step of one body: temperatures of contact points and nodes, and openings."""
+
+    step: _mtb_rs.ConductionStep
+    response: Array
+    nodes: Array | None
+    opening: Array | None
+
+
+class _Body:
+    """An upper body that conducts and expands, and its contact points."""
+
+    def __init__(self, part: ElasticPart, heated: Heated) -> None:
+        self.body = part.body
+        self.sampling = part.sampling()
+        self.points = slice(part.first, part.first + self.sampling.n_points)
+        self.heated = heated
+        self.warm = np.full(len(self.body.mesh.nodes), heated.bulk[1])
+        contact = set(self.body.contact_faces.tolist())
+        free = [k for k in range(len(self.body.faces)) if k not in contact]
+        coefficient, ambient = heated.film
+        self.films = [(free, coefficient, ambient)] if coefficient else []
+        #: Displacement of contact points by a strain of the nodes.
+        self.strained: Array | None = None
+        if heated.expands and heated.upper.expands:
+            self.strained = part.memory.recall(
+                "expansion",
+                [id(part.points), id(part.hats)],
+                lambda: self.body.core.expansion(self.sampling, 1.0),
+            )
+        self._conducting: dict[int, _mtb_rs.ConductingBody] = {}
+        self._steps: dict[tuple[float, int], _Step] = {}
+        self._level = -1_000_000
+
+    def _at(self, level: int) -> _mtb_rs.ConductingBody:
+        if level not in self._conducting:
+            upper = self.heated.upper
+            conductivity = upper.conductivity * (1.0 + SAME * level)
+            constants = conductivity, upper.density, upper.specific_heat
+            self._conducting[level] = _mtb_rs.ConductingBody(self.body.core_mesh, constants, self.films)
+        return self._conducting[level]
+
+    @property
+    def conducting(self) -> _mtb_rs.ConductingBody:
+        """The body at the conductivity of its mean temperature."""
+        upper = self.heated.upper
+        level = 0
+        if upper.conductivity_slope:
+            base = self._at(0)
+            mean = base.heat(self.warm) / base.heat(np.ones(self.warm.size))
+            level = round(upper.conductivity_slope * mean / upper.conductivity / SAME)
+        self._level = level
+        return self._at(level)
+
+    def step(self, duration: float) -> _Step:
+        conducting = self.conducting
+        key = duration, self._level
+        if key not in self._steps:
+            while len(self._steps) >= KEPT:
+                self._steps.pop(next(iter(self._steps)))
+            step = conducting.step(duration, self.sampling)
+            nodes = opening = None
+            if self.strained is not None:
+                nodes = step.nodes()
+                opening = self.strained @ nodes.T
+            self._steps[key] = _Step(step, step.response, nodes, opening)
+        return self._steps[key]
+
+    def opened(self, temperature: Array) -> Array:
+        """Opening (n,) [m] by the temperatures (N,) of the nodes, above those at the beginning."""
+        assert self.strained is not None
+        upper, start = self.heated.upper, self.heated.bulk[1]
+        return np.asarray(self.strained @ (upper.strain(temperature) - upper.strain(start)))
+
+    def slope(self) -> float:
+        """Strain over temperature about the mean temperature of the contact face [1/K]."""
+        upper = self.heated.upper
+        if not upper.expansion_slope:
+            return upper.expansion
+        return upper.expansion + 2.0 * upper.expansion_slope * float(self.warm.mean())
+
+
+def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
+    """Centres and sizes (n, 2) [m] of the rectangles that the contact points stand for, along x and y."""
+    count = sum(patch.nx * patch.ny for patch in problem.patches)
+    lengths, moved = np.empty(count), np.zeros(count)
+    for patch in problem.patches:
+        length = np.full((patch.ny, patch.nx), patch.spacing[0])
+        inwards = np.zeros((patch.ny, patch.nx))
+        if problem.averages is not None and patch.nx > 1:
+            # hats at both ends reach inwards only
+            length[:, [0, -1]] *= 0.5
+            inwards[:, 0], inwards[:, -1] = 0.25 * patch.spacing[0], -0.25 * patch.spacing[0]
+        lengths[patch.cut], moved[patch.cut] = length.ravel(), inwards.ravel()
+    if problem.kept is not None:
+        lengths, moved = lengths[problem.kept.numbers], moved[problem.kept.numbers]
+    x, y = problem.points.points[:2]
+    return np.stack([x + moved, y], axis=1), np.stack([lengths, problem.area / lengths], axis=1)
+
+
+class Passing:
+    """The lower body, which passes below the contact and comes back cold."""
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        heated: Heated,
+        table: dict[tuple[int, int], Array] | None = None,
+    ) -> None:
+        way = problem.direction @ problem.area
+        self.way = way / np.linalg.norm(way)
+        self.places, self.sizes = _rectangles(problem)
+        self.heated = heated
+        self.length = float(np.ptp(self.places @ self.way))
+        #: Times [s] and distances [m] of sliding so far.
+        self.times, self.distances = [0.0], [0.0]
+        self._table: dict[tuple[int, int], Array] = {} if table is None else table
+        self._risen: Array | None = None
+
+    def passing(self, time: float, way: float) -> float:
+        """Mean speed [m/s] of what is now at the rear end, since it came to the front end.
+
+        Where all of it has been below the contact from the beginning, it has been there for this time.
+        """
+        gone = self.distances[-1] + way
+        if gone <= 0.0:
+            return self.length / time
+        times, distances = [*self.times, time], [*self.distances, gone]
+        entered = float(np.interp(gone - self.length, distances, times))
+        return self.length / (time - entered)
+
+    def at(self, passing: float, warmer: float) -> tuple[Array, Array | None]:
+        """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point, at the mean speed
+        [m/s] of the passage, where the mean temperature of the surface is `warmer` [K].
+
+        Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
+        quadratic over the logarithm of the speed.
+        """
+        heated = self.heated
+        lower = heated.lower
+        level = round(lower.conductivity_slope * warmer / lower.conductivity / SAME)
+        place = SPEEDS * np.log2(passing)
+        first = round(place) - 1
+        s = place - first - 1.0
+        weights = 0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)
+        response = np.zeros((len(self.places), len(self.places)))
+        for k, weight in enumerate(weights):
+            speed = 2.0 ** ((first + k) / SPEEDS)
+            response += weight * np.sqrt(speed / passing) * self._at(first + k, level)
+        opening = None
+        if heated.expands and lower.expands and heated.poisson is not None:
+            expansion = lower.expansion + 2.0 * lower.expansion_slope * warmer
+            if self._risen is None:
+                # in proportion to expansion and time
+                given = self._conducting(0), self._velocity(1.0), self.places, self.sizes
+                self._risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
+            opening = (expansion / passing) * self._risen
+        return response, opening
+
+    def _conducting(self, level: int) -> tuple[float, float, float]:
+        lower = self.heated.lower
+        return lower.conductivity * (1.0 + SAME * level), lower.density, lower.specific_heat
+
+    def _velocity(self, speed: float) -> tuple[float, float]:
+        return -speed * float(self.way[0]), -speed * float(self.way[1])
+
+    def _at(self, number: int, level: int) -> Array:
+        if (number, level) not in self._table:
+            velocity = self._velocity(2.0 ** (number / SPEEDS))
+            given = self._conducting(level), velocity, self.places, self.sizes
+            self._table[number, level] = _mtb_rs.moving_half_space(*given)
+        return self._table[number, level]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A step that was computed, to be taken or not.
+
+    `is_state` tells whether it has a state, and only one. `depth` and `volume_lower` are what it wears,
+    `rates` the heat flux into the upper body and the rate of its wear, `error` that of the step.
+    """
+
+    duration: float
+    way: float
+    is_state: bool
+    outcome: Any
+    pressure: Array
+    friction: Array
+    flux: Array
+    surface: Array
+    temperatures: list[Array]
+    depth: Array
+    volume_lower: float
+    force: Array
+    error: float
+
+
+class HeatedSliding:
+    """Bodies that slide and heat each other, step by step.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+    posed : function
+        Friction (n,) and magnetic pressure (n,) [Pa] at a velocity [m/s] and under the pressure (n,) [Pa] of
+        the step before.
+    pressure : (n,) [Pa]
+        At the beginning.
+    heated : Heated
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        posed: Callable[[float, Array], tuple[Array, Array]],
+        pressure: Array,
+        heated: Heated,
+    ) -> None:
+        n = problem.n
+        self.problem, self.posed, self.heated = problem, posed, heated
+        self.bodies = [_Body(part, heated) for part in problem.upper.state]
+        self.passing = Passing(problem, heated)
+        self.direction = np.ascontiguousarray(problem.direction)
+        # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
+        frames = problem.geometry.tangents if problem.averages is None else problem.averages.frames[:2]
+        along = np.array([*self.passing.way, 0.0])
+        self.share_of_speed = np.einsum("kcn,kn,c->n", frames, self.direction, along)
+        self.time = 0.0
+        self.pressure, self.active = pressure, pressure > 0.0
+        self.surface = np.stack([np.full(n, bulk) for bulk in heated.bulk])
+        #: Depth worn off the upper body (n,) [m], heat that has entered it (n,) [J/m2], and their rates.
+        self.worn, self.heat = np.zeros(n), np.zeros(n)
+        self.flux, self.wearing = np.zeros(n), np.zeros(n)
+        self.volume_lower = 0.0
+        self.symmetry = mirror_symmetry(problem)
+        if self.symmetry is not None:
+            source = self.symmetry.source
+            self._kept = np.unique(source, return_index=True)[1]
+            self._image = self.symmetry.image[self._kept]
+            self._alone = self._image == self._kept
+
+    def held(self) -> float:
+        """Heat [J] in the upper bodies."""
+        return sum(body.conducting.heat(body.warm) for body in self.bodies)
+
+    def lost(self, temperatures: list[Array]) -> float:
+        """Heat flow [W] out of the upper bodies through their films."""
+        pairs = zip(self.bodies, temperatures, strict=True)
+        return sum(body.conducting.loss(warm) for body, warm in pairs)
+
+    def _folded(self, matrix: Array) -> Array:
+        """A matrix (..., n, n) of the whole on fields that are their own mirror image."""
+        rows = matrix[..., self._kept, :]
+        mirrored = np.where(self._alone, 0.0, rows[..., self._image])
+        return np.ascontiguousarray(rows[..., self._kept] + mirrored)
+
+    def _matrices(self, duration: float, time: float, way: float) -> tuple[Array, Array | None]:
+        """Temperatures and openings (2, n, n) by unit fluxes over a step."""
+        n, heated = self.problem.n, self.heated
+        response = np.zeros((2, n, n))
+        warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
+        response[0], risen = self.passing.at(self.passing.passing(time, way), warmer)
+        opening = np.zeros((2, n, n)) if heated.expands else None
+        if opening is not None and risen is not None:
+            opening[0] = risen
+        for body in self.bodies:
+            step = body.step(duration)
+            response[1, body.points, body.points] = step.response
+            if opening is not None and step.opening is not None:
+                opening[1, body.points, body.points] = body.slope() * step.opening
+        return response, opening
+
+    def thermal_margin(self, duration: float, speed: float) -> float | None:
+        """Heat of friction over that up to which one step of this duration has a single state.
+
+        None without expansion, or where it is not known.
+        """
+        if not self.heated.expands or speed == 0.0:
+            return None
+        friction, _ = self.posed(speed, self.pressure)
+        friction = friction * self.heated.faded(self.surface.mean(axis=0))
+        response, opening = self._matrices(duration, duration, speed * duration)
+        before = np.zeros((2, self.problem.n))
+        speeds = speed * self.share_of_speed
+        numbers = self.heated.resistance, self.heated.share
+        heating: Any = response, before, speeds, numbers, opening
+        active = self.active.tolist()
+        factor = self.problem.core.thermal_factor(
+            self.direction, np.ascontiguousarray(friction), heating, active
+        )
+        if np.isnan(factor):
+            return None
+        return float("inf") if factor == 0.0 else 1.0 / factor
+
+    def tried(self, duration: float, speed: float, mean: float) -> Trial:
+        """A step over a duration [s] at a `mean` speed, with friction and pull at another `speed` [m/s]."""
+        problem, heated = self.problem, self.heated
+        n, time, way = problem.n, self.time + duration, mean * duration
+        friction, pull = self.posed(speed, self.pressure)
+        friction = np.ascontiguousarray(friction * heated.faded(self.surface.mean(axis=0)))
+        response, opening = self._matrices(duration, time, way)
+        before = np.full((2, n), heated.bulk[0])
+        worn, coasted = self.worn.copy(), []
+        for body in self.bodies:
+            step = body.step(duration)
+            cooled = step.step.advance(body.warm, np.zeros(step.step.weights.size))
+            coasted.append(cooled)
+            before[1, body.points] = step.step.observe(cooled)
+            if body.strained is not None:
+                worn[body.points] += body.opened(cooled)
+        rubbing = Rubbing(self.pressure, friction, np.ones(n), mean, problem.points.points)
+        coefficient = np.zeros(n) if heated.wear is None else heated.wear.coefficient(rubbing)
+        diagonal = way * coefficient
+        pull_lower = pull if problem.lower.pull.any() else problem.lower.pull
+        speeds = mean * self.share_of_speed
+        numbers = heated.resistance, heated.share
+        loading = problem.loading_by(pull, pull_lower)
+        outcome, flux, surface, pressure = self._solved(
+            loading, friction, (response, before, speeds, numbers, opening), worn, diagonal
+        )
+        is_state = outcome.status == "solved" and not outcome.unstable
+        temperatures = []
+        for body, cooled in zip(self.bodies, coasted, strict=True):
+            step, own = body.step(duration), np.ascontiguousarray(flux[1, body.points])
+            warm = step.step.advance(body.warm, own) if step.nodes is None else cooled + own @ step.nodes
+            temperatures.append(warm)
+        depth = diagonal * pressure
+        volume = 0.0
+        if heated.lower_wear is not None:
+            volume = float(way * heated.lower_wear.coefficient(rubbing) * pressure @ problem.area)
+        unknowns = np.concatenate([friction * pressure * self.direction, pressure[None]])
+        force = problem.geometry.loads(np.ascontiguousarray(unknowns)).sum(axis=1)
+        area = np.ascontiguousarray(problem.area)
+        of_heat = _mtb_rs.step_error(area, self.heat, duration, self.flux, np.ascontiguousarray(flux[1]))
+        of_wear = _mtb_rs.step_error(area, self.worn, duration, self.wearing, depth / duration)
+        return Trial(
+            duration, way, is_state, outcome, pressure, friction, flux, surface, temperatures, depth, volume,
+            force, max(of_heat, of_wear) if is_state else float("nan"),
+        )  # fmt: skip
+
+    def _solved(
+        self, loading: Any, friction: Array, heating: Any, worn: Array, diagonal: Array
+    ) -> tuple[Any, Array, Array, Array]:
+        """Outcome, fluxes, temperatures (2, n) and pressure (n,); by the half where all is symmetric."""
+        response, before, speeds, numbers, opening = heating
+        symmetry, core = self.symmetry, self.problem.core
+        if symmetry is None or not self._is_symmetric([loading.gap, friction, worn, diagonal, *before]):
+            outcome, flux, surface, _ = core.slide_heated(
+                loading, self.direction, friction, heating, (worn, diagonal), self.active.tolist()
+            )
+            return outcome, flux, surface, outcome.pressure
+        kept, source = self._kept, symmetry.source
+        half = symmetry.half.core
+        work = np.zeros(len(half.motions))
+        moving = symmetry.motion_source >= 0
+        np.add.at(work, symmetry.motion_source[moving], loading.work[moving])
+        cut = [np.ascontiguousarray(field[..., kept]) for field in (loading.gap, friction, worn, diagonal)]
+        folded: Any = (
+            self._folded(response),
+            np.ascontiguousarray(before[:, kept]),
+            np.ascontiguousarray(speeds[kept]),
+            numbers,
+            None if opening is None else self._folded(opening),
+        )
+        direction = np.ascontiguousarray(self.direction[:, kept])
+        start = self.active[kept].tolist()
+        outcome, flux, surface, _ = half.slide_heated(
+            half.loading(cut[0], work), direction, cut[1], folded, (cut[2], cut[3]), start
+        )
+        return outcome, flux[:, source], surface[:, source], outcome.pressure[source]
+
+    def _is_symmetric(self, fields: list[Array]) -> bool:
+        assert self.symmetry is not None
+        image = self.symmetry.image
+        return all(alike(field, field[image]) for field in fields)
+
+    def take(self, trial: Trial) -> dict[str, Any]:
+        """Goes on from the end of a step; what it adds to the histories."""
+        problem, duration = self.problem, trial.duration
+        before = self.held()
+        self.time += duration
+        self.passing.times.append(self.time)
+        self.passing.distances.append(self.passing.distances[-1] + trial.way)
+        losses = self.lost(trial.temperatures)
+        for body, warm in zip(self.bodies, trial.temperatures, strict=True):
+            body.warm = warm
+        self.pressure, self.active = trial.pressure, trial.pressure > 0.0
+        self.surface = trial.surface
+        self.worn = self.worn + trial.depth
+        self.heat = self.heat + duration * trial.flux[1]
+        self.flux, self.wearing = np.ascontiguousarray(trial.flux[1]), trial.depth / duration
+        self.volume_lower += trial.volume_lower
+        tractions = np.concatenate([trial.friction * trial.pressure * self.direction, trial.pressure[None]])
+        mean = mean_tractions(problem, np.ascontiguousarray(tractions))
+        area = np.concatenate([problem.area[body.points] for body in self.bodies])
+        face = np.concatenate([trial.surface[1, body.points] for body in self.bodies])
+        entered = trial.flux @ problem.area
+        return {
+            "time": self.time,
+            "forces": trial.force,
+            "friction_powers": entered.sum(),
+            "heats_upper": entered[1],
+            "heats_lower": entered[0],
+            "losses": losses,
+            "gained": self.held() - before,
+            "peaks": trial.surface.max(),
+            "means": float(face @ area / area.sum()),
+            "pressures": mean[2],
+            "temperatures": trial.surface[1],
+            "depths": self.worn,
+            "volumes_upper": float(self.worn @ problem.area),
+            "volumes_lower": self.volume_lower,
+            "errors": trial.error,
+            "fields": {
+                "pressure": mean[2],
+                "traction": mean[:2],
+                "status": np.where(trial.pressure > 0.0, 2 if trial.friction.any() else 1, 0).astype(np.int8),
+                "temperature_upper": trial.surface[1],
+                "temperature_lower": trial.surface[0],
+                "heat_flux_upper": trial.flux[1],
+                "heat_flux_lower": trial.flux[0],
+                "depth": self.worn,
+            },
+        }

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Scenes that slide and heat, expand and wear over the time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import choice, number, pair, positive, reals, warn, whole
+from ..base.errors import ConvergenceError
+from ..base.stored import without_functions
+from ..base.words import Model
+from ..bodies.conductor import Conductor, check_conductors, conducting_steel
+from ..contact.heated_steps import Heated, HeatedSliding
+from ..contact.problem import ContactProblem, Solution
+from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
+from ..contact.sliding_start import check_room
+from ..contact.solve import failure, solve_direct
+from ..friction.fields import as_form
+from ..friction.wear_laws import as_wear_law
+from .posed import PosedScene
+
+Array = NDArray[np.float64]
+
+#: Estimated error of a step above which equal steps are too long.
+COARSE = 0.25
+
+
+def heat(
+    scene: PosedScene,
+    duration: float,
+    steps: int = 60,
+    velocity: float | Callable[[float], float] | None = None,
+    *,
+    tolerance: float | None = None,
+    model: Model = "auto",
+    progress: Callable[[float], Any] | Literal[True] | None = None,
+    **given: Any,
+) -> SlidingHeat:
+    """See :meth:`mtb_rs.Scene.sliding_heat`."""
+    if whole("steps", steps) < 1:
+        raise ValueError(f"steps is {steps}: at least one is needed")
+    positive("duration", duration, "s")
+    check_tolerance(tolerance)
+    if velocity is None and scene.velocity is None:
+        raise ValueError("velocity is missing: a speed [m/s], or a function of the time that gives one")
+    asked = scene.velocity if velocity is None else velocity
+    heated_scene = HeatedScene.of(scene, model, **given)
+
+    def speed(time: float) -> float:
+        try:
+            found = asked(time) if callable(asked) else asked
+        except TypeError as error:
+            raise ValueError(f"velocity is {asked!r}: a function of the time is needed ({error})") from None
+        value = number("velocity", found, "m/s")
+        if value < 0.0:
+            raise ValueError(f"velocity is {value:g} m/s at {time:g} s: it must not be negative")
+        return value
+
+    sliding = heated_scene.sliding()
+    failed = heated_scene.failed
+    found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
+    margin, errors = found["thermal_margin"], found["errors"][1:]
+    if tolerance is None and sliding.heated.expands and errors.size and errors.max() > COARSE:
+        warn(
+            f"The steps are too long: one of them has an error of {errors.max():.2g} of what it adds, and "
+            f"the heat is {margin or 0.0:.3g} times the thermal limit. Give tolerance, or more steps."
+        )
+    problem = heated_scene.problem
+    fields: dict[str, Any] = {name: problem.on_grid(found.pop(name)) for name in OVER_CONTACT}
+    nodes = problem.points if problem.kept is None else problem.kept.nodes
+    return SlidingHeat(
+        points=nodes.points,
+        area=problem.on_grid(problem.area),
+        patches=problem.patches,
+        summary={
+            **scene.statement(),
+            **{"duration": duration, "steps": steps, "model": heated_scene.model, "tolerance": tolerance},
+            "velocity": without_functions(asked),
+            "heat": heated_scene.said,
+        },
+        **fields,
+        **found,
+    )
+
+
+def check_tolerance(tolerance: float | None) -> None:
+    """ValueError for a tolerance of steps that is none."""
+    if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
+        raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+
+
+@dataclass(frozen=True)
+class HeatedScene:
+    """A scene in its model, and what is said of its heat and wear, checked."""
+
+    scene: PosedScene
+    model: Model
+    problem: ContactProblem
+    first: Solution
+    heated: Heated
+    said: dict[str, Any]
+
+    @classmethod
+    def of(
+        cls,
+        scene: PosedScene,
+        model: Model,
+        *,
+        lower: Conductor = conducting_steel,
+        upper: Conductor = conducting_steel,
+        bulk: tuple[float, float] = (0.0, 0.0),
+        film: tuple[float, float] = (0.0, 0.0),
+        resistance: float = 0.0,
+        share: float = 0.5,
+        expansion: bool = False,
+        wear: Any = None,
+        lower_wear: Any = None,
+        fading: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> HeatedScene:
+        choice("model", model, Model)
+        scene.check_model(model)
+        if model == "auto":
+            model = "elastic-upper"
+        if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
+            raise ValueError(
+                f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
+            )
+        check_conductors(lower, upper)
+        coefficient, ambient = pair("film", film)
+        if coefficient < 0.0:
+            raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")
+        if number("resistance", resistance, "K m2/W") < 0.0:
+            raise ValueError(f"resistance is {resistance:g} K m2/W: it must not be negative")
+        if not 0.0 <= number("share", share) <= 1.0:
+            raise ValueError(f"share is {share:g}: a number from 0 to 1 is needed")
+        if not isinstance(expansion, (bool, np.bool_)):
+            raise ValueError(f"expansion is {expansion!r}: True or False is needed")
+        if expansion and not (lower.expands or upper.expands):
+            raise ValueError("expansion is True: a Conductor with a coefficient of expansion [1/K] is needed")
+        heated = Heated(
+            lower=lower,
+            upper=upper,
+            bulk=pair("bulk", bulk, "K"),
+            film=(coefficient, ambient),
+            resistance=float(resistance),
+            share=float(share),
+            expands=bool(expansion),
+            poisson=_poisson_ratio(scene) if expansion else None,
+            wear=None if wear is None else as_wear_law("wear", wear),
+            lower_wear=None if lower_wear is None else as_wear_law("lower_wear", lower_wear),
+            fading=None if fading is None else _table(fading),
+        )
+        problem = scene.problem(model, may_halve=False)
+        if not problem.upper.state:
+            raise ValueError(
+                "the upper body is no elastic body: heat needs one that conducts, an ElasticBody"
+            )
+        if not problem.direction.any():
+            raise ValueError("sliding_direction is None: nothing slides, so there is no heat")
+        check_room(problem.n)
+        first = solve_direct(problem, with_margin=False)
+        if first.status != "solved":
+            raise failure(problem, first)
+        scene.check_touching(bool((first.pressure > 0.0).any()), problem.points, problem.loads)
+        said = {
+            **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
+            **{"resistance": resistance, "share": share, "expansion": expansion},
+            **{"wear": _in_words(heated.wear), "lower_wear": _in_words(heated.lower_wear)},
+            "fading": None if heated.fading is None else [part.tolist() for part in heated.fading],
+        }
+        return cls(scene, model, problem, first, heated, said)
+
+    def sliding(self, share: float = 1.0) -> HeatedSliding:
+        """The bodies at the beginning of their steps, with a share of the magnetic pressure."""
+        scene, problem = self.scene, self.problem
+        kept, points, patches = problem.kept, problem.points, problem.patches
+
+        def posed(velocity: float, pressure: Array) -> tuple[Array, Array]:
+            field = as_form(scene.friction).coefficients(
+                lambda: scene.friction_at(points, patches, kept, velocity)
+            )
+            friction = field.at(pressure)
+            pull = problem.upper.pull
+            if scene.magnetic_pressure is not None:
+                pull = scene.pull_at(points, patches, kept, velocity=velocity)
+            return friction, share * pull
+
+        return HeatedSliding(problem, posed, self.first.pressure, self.heated)
+
+    def failed(self, outcome: Any, why: str | None) -> ConvergenceError:
+        """The error for a state that was not found, or for steps that do not converge."""
+        if why is not None:
+            return ConvergenceError(why)
+        if self.heated.expands:
+            return ConvergenceError(
+                "a step has no single state: its heat is above the thermal limit of so long a step; give a "
+                "tolerance, by which steps are made short enough, or more steps"
+            )
+        n = self.problem.n
+        nothing = np.zeros(n)
+        state = replace(
+            self.first,
+            status=outcome.status,
+            pressure=nothing,
+            gap=nothing,
+            residual=outcome.residual,
+            iterations=outcome.iterations,
+        )
+        return failure(self.problem, state)
+
+
+def _poisson_ratio(scene: PosedScene) -> float | None:
+    """Of the lower body; None for one that does not deform."""
+    own = scene.solids.get(False)
+    material = scene.simple[1].material if own is None else own.material
+    return None if material is None else float(material.poisson_ratio)
+
+
+def _in_words(law: Any) -> str | None:
+    return None if law is None else repr(law)
+
+
+def _table(given: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+    try:
+        temperatures, factors = (reals("fading", part) for part in given)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"fading is {given!r}: two rows are needed, temperatures [K] and factors on the friction"
+        ) from None
+    rising = temperatures.ndim == 1 and temperatures.size > 0 and (np.diff(temperatures) > 0.0).all()
+    if not rising or factors.shape != temperatures.shape or (factors < 0.0).any():
+        raise ValueError(
+            f"fading is {given!r}: two rows of one length are needed, temperatures [K] that rise and "
+            "factors of at least 0 on the friction"
+        )
+    return temperatures, factors

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Sliding with heat that expands the bodies and with wear: balances, steps, limits."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+STEEL = mtb.conducting_steel
+#: Of a soft sole [1/Pa]: it wears faster than hot spots grow.
+SOFT = 1e-12
+
+
+def shoe(**given: object) -> mtb.Scene:
+    stated = {"friction": 0.1, "magnetic_pressure": 1e6, "spacing": 8e-3, **given}
+    return mtb.scenes.pole_shoe_on_rail(**stated)  # type: ignore[arg-type]
+
+
+def test_heat_and_wear_close_over_a_coupled_transient() -> None:
+    # unlike coefficients along x, so that the law is no constant, and a rail that wears as well
+    n = shoe().sliding_heat(0.1, 1, 10.0).pressure.size
+    law = mtb.Archard(SOFT * np.linspace(0.5, 1.5, n))
+    given = {"film": (40.0, -5.0), "resistance": 2e-5, "share": 0.2, "expansion": True}
+    found = shoe().sliding_heat(4.0, 20, lambda t: 15.0 - t, wear=law, lower_wear=2e-15, **given)  # type: ignore[arg-type]
+    entered = found.heats_upper + found.heats_lower
+    assert entered == pytest.approx(found.friction_powers, rel=1e-12)
+    dt = np.diff(found.time, prepend=0.0)
+    assert found.stored == pytest.approx(np.cumsum((found.heats_upper - found.losses) * dt), rel=1e-10)
+    # friction times the mean speed of each step
+    speed = found.velocity + 0.5 * dt
+    assert found.friction_powers == pytest.approx(np.abs(found.forces[:, 0]) * speed, rel=2e-3)
+    # the law integrated, by the pressures that wear: hats of a pole, whose means are `pressures`
+    way = dt * speed
+    assert np.diff(found.volumes_lower, prepend=0.0) == pytest.approx(
+        2e-15 * np.abs(found.forces[:, 2]) * way, rel=1e-3
+    )
+    uniform = shoe().sliding_heat(4.0, 8, 10.0, wear=SOFT, lower_wear=SOFT, **given)  # type: ignore[arg-type]
+    assert uniform.volumes_upper == pytest.approx(uniform.volumes_lower, rel=1e-12)
+    assert uniform.depths[-1] @ uniform.area == pytest.approx(uniform.volumes_upper[-1], rel=1e-12)
+
+
+def test_expansion_without_heat_and_wear_without_speed_change_nothing() -> None:
+    cold = shoe().sliding_heat(1.0, 3, 0.0)
+    same = shoe().sliding_heat(1.0, 3, 0.0, expansion=True, wear=SOFT)
+    assert same.pressure == pytest.approx(cold.pressure, rel=1e-9, abs=1e-9 * cold.pressure.max())
+    assert not same.volumes_upper.any()
+    # a body that is warm all through has grown, and is pressed as before
+    warm = shoe().sliding_heat(1.0, 3, 0.0, expansion=True, bulk=(80.0, 80.0))
+    assert warm.pressure == pytest.approx(cold.pressure, rel=1e-6, abs=1e-6 * cold.pressure.max())
+
+
+def test_a_hot_sole_bows_and_presses_in_its_middle() -> None:
+    # the sole warms while the back is cold: it bows towards the rail, and its ends lift
+    cold = shoe(friction=0.02).sliding_heat(30.0, 5, 0.2)
+    hot = shoe(friction=0.02).sliding_heat(
+        30.0, 10, 0.2, expansion=True, tolerance=0.05, lower=mtb.Conductor(1e-6, 1.0, 1e-3)
+    )
+    x = hot.points[0] - hot.points[0].mean()
+    inner = np.abs(x) < 0.5 * x.max()
+
+    def share(found: mtb.SlidingHeat) -> float:
+        load = found.pressure * found.area
+        return float(load[inner].sum() / load.sum())
+
+    assert share(hot) > 1.05 * share(cold)
+    assert hot.pressure @ hot.area == pytest.approx(cold.pressure @ cold.area, rel=1e-3)
+
+
+def test_steps_are_of_first_order_where_wear_holds_the_hot_spots() -> None:
+    given = {"expansion": True, "wear": SOFT, "resistance": 2e-5, "share": 0.0}
+    ends = [shoe().sliding_heat(4.0, steps, 10.0, **given) for steps in (16, 32, 64, 128)]  # type: ignore[arg-type]
+    fields = [found.pressure for found in ends]
+    changes = np.array([np.abs(a - b).max() for a, b in itertools.pairwise(fields)])
+    assert changes[:-1] / changes[1:] == pytest.approx([2.0, 2.0], abs=0.2)
+    # beyond the limit, which is said
+    assert ends[0].thermal_margin is not None
+    assert ends[0].thermal_margin > 1.0
+    assert "heat over its thermal limit" in dict(ends[0].told())
+    # a tolerance chooses as good steps
+    chosen = shoe().sliding_heat(4.0, 2, 10.0, tolerance=0.05, **given)  # type: ignore[arg-type]
+    assert chosen.time[-1] == pytest.approx(4.0, rel=1e-12)
+    assert np.all(chosen.errors[1:] <= 1.5 * 0.05)
+    assert np.abs(chosen.pressure - fields[-1]).max() < 1e-3 * fields[-1].max()
+    assert len(chosen.time) < 64
+
+
+def test_the_margin_follows_the_heat_of_friction() -> None:
+    slow, twice, long = (
+        shoe(friction=mu).sliding_heat(duration, 4, 0.05, expansion=True).thermal_margin
+        for mu, duration in ((0.05, 1.0), (0.1, 1.0), (0.05, 4.0))
+    )
+    assert slow is not None
+    assert twice is not None
+    assert long is not None
+    # friction also turns the gap, which moves it a little
+    assert twice == pytest.approx(2.0 * slow, rel=0.1)
+    assert long > slow
+    assert shoe().sliding_heat(1.0, 2, 10.0).thermal_margin is None
+
+
+def test_material_follows_the_temperature() -> None:
+    # a conductivity that falls is that of its mean temperature, in the end
+    bulk = (200.0, 200.0)
+    falling = replace(STEEL, conductivity_slope=-0.05)
+    fallen = replace(STEEL, conductivity=40.0)
+    there, then, now = (
+        shoe().sliding_heat(1.0, 10, 5.0, upper=upper, lower=upper, bulk=bulk).peaks[-1] - 200.0
+        for upper in (falling, fallen, STEEL)
+    )
+    assert there == pytest.approx(then, rel=0.02)
+    assert abs(now / then - 1.0) > 0.05
+    # an expansion that grows bows the sole as the one of its temperature
+    grows = replace(STEEL, expansion_slope=1e-8)
+    grown = replace(STEEL, expansion=12e-6 + 2.0 * 1e-8 * 200.0)
+    by_slope, by_value = (
+        shoe(friction=0.02).sliding_heat(1.0, 20, 0.5, upper=upper, bulk=bulk, expansion=True).pressure
+        for upper in (grows, grown)
+    )
+    assert by_slope == pytest.approx(by_value, abs=0.02 * by_value.max())
+
+
+def test_friction_fades_with_the_temperature() -> None:
+    faded = shoe().sliding_heat(1.0, 10, 20.0, fading=([0.0, 10.0], [1.0, 0.5]))
+    forces = np.abs(faded.forces[:, 0] / faded.forces[:, 2])
+    assert forces[0] == pytest.approx(0.1, rel=0.02)
+    assert 0.05 < forces[-1] < 0.9 * forces[0]
+    fixed = shoe(friction=0.05).sliding_heat(1.0, 10, 20.0)
+    far = shoe().sliding_heat(1.0, 10, 20.0, fading=([-10.0], [0.5]))
+    assert far.means == pytest.approx(fixed.means, rel=1e-9)
+
+
+def test_equal_steps_beyond_the_limit_say_so() -> None:
+    with pytest.warns(UserWarning, match="The steps are too long"):
+        shoe().sliding_heat(2.0, 40, 1.0, expansion=True)
+    with pytest.raises(mtb.ConvergenceError, match="no single state"):
+        shoe(friction=0.3, magnetic_pressure=3e6).sliding_heat(20.0, 2, 30.0, expansion=True)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"tolerance": 2.0}, "tolerance is 2"),
+        ({"expansion": 3}, "expansion is 3"),
+        (
+            {"expansion": True, "lower": mtb.Conductor(1, 1, 1), "upper": mtb.Conductor(1, 1, 1)},
+            "coefficient",
+        ),
+        ({"wear": -1.0}, "wear_coefficient is"),
+        ({"lower_wear": "steel"}, "lower_wear is 'steel'"),
+        ({"fading": 3.0}, "fading is 3.0"),
+        ({"fading": ([1.0, 0.0], [1.0, 1.0])}, "that rise"),
+        ({"fading": ([0.0, 1.0], [1.0])}, "one length"),
+    ],
+)
+def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=message):
+        shoe().sliding_heat(1.0, 1, 20.0, **given)  # type: ignore[arg-type]
