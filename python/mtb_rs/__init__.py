@@ -53,17 +53,13 @@ from .half_space.creep_force import (
 )
 from .half_space.creep_force_table import CreepForceTable
 from .half_space.hertzian import Hertz, hertz
+from .half_space.motions import Rolling, Shift
 from .half_space.normal import NormalResult, solve_normal
 from .half_space.pressure_field import PressureField
 from .half_space.rough import AreaLoadCurve, area_load_curve, roughness
-from .half_space.tangential import (
-    Rolling,
-    Shift,
-    TangentialResult,
-    TangentialState,
-    creep_curve,
-    solve_tangential,
-)
+from .half_space.tangential import creep_curve, solve_tangential
+from .half_space.tangential_result import TangentialResult
+from .half_space.tangential_state import TangentialState
 from .results.chart import Chart, ChartPoint
 from .results.derivatives import Gradient, Margin
 from .results.fields import Field

@@ -73,7 +73,12 @@ PLACES = {
     "sweep_checkpoint": ("studies.sweep_checkpoint",),
     "sweep_table": ("results.sweep_table", "base.units"),
     "sweeps": ("studies.sweeps", "studies.sweep_cases"),
-    "tangential": ("half_space.tangential",),
+    "tangential": (
+        "half_space.tangential",
+        "half_space.motions",
+        "half_space.tangential_result",
+        "half_space.tangential_state",
+    ),
     "threads": ("base.threads",),
     "view": ("pictures.space",),
     "wheel_result": ("results.wheel_result",),

@@ -124,3 +124,17 @@ def test_old_names_of_classes_in_old_modules_lead_to_the_new_ones() -> None:
 
     with pytest.warns(DeprecationWarning, match="take BlockOnPlane from mtb_rs.geometry.geometries"):
         assert import_module("mtb_rs.layout").BlockLayout is BlockOnPlane
+
+
+def test_rolling_that_was_pickled_before_its_modules_parted_keeps_its_derivatives() -> None:
+    pressure = np.outer([1.0, 3.0, 1.0], [1.0, 3.0, 2.0]) * 1e8
+    contact = mtb.PressureField(pressure, (1e-3, 1e-3), mtb.steel, mtb.steel)
+    result = mtb.solve_tangential(contact, mtb.Rolling((1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))
+    # text, in which the names of classes stand on lines of their own
+    data = pickle.dumps(result, protocol=2).replace(b"tangential_result\nGiven\n", b"tangential\n_Given\n")
+    for module in (b"motions", b"tangential_result", b"tangential_state"):
+        assert b"half_space." + module + b"\n" in data
+        data = data.replace(b"half_space." + module + b"\n", b"half_space.tangential\n")
+    again = pickle.loads(data)
+    assert again == result
+    assert np.array_equal(again.derivative("force", "creepage"), result.derivative("force", "creepage"))

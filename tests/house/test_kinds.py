@@ -14,7 +14,7 @@ from mtb_rs.friction.fields import Coefficients, Form
 from mtb_rs.friction.laws import WheelFriction
 from mtb_rs.friction.wear_laws import WearLaw
 from mtb_rs.geometry.geometries import Geometry
-from mtb_rs.half_space.tangential import Motion
+from mtb_rs.half_space.motions import Motion
 from mtb_rs.results.savable import Savable
 
 PACKAGE = Path(__file__).parents[2] / "python" / "mtb_rs"

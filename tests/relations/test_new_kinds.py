@@ -14,7 +14,7 @@ import mtb_rs as mtb
 from mtb_rs import _mtb_rs
 from mtb_rs.friction.fields import Asked, Form
 from mtb_rs.friction.laws import Friction
-from mtb_rs.half_space.tangential import Motion
+from mtb_rs.half_space.motions import Motion
 
 ROLLING = mtb.Rolling((1e-3, 0.0, 0.0))
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 import mtb_rs as mtb
 from mtb_rs.half_space.pressure_field import PressureField
-from mtb_rs.half_space.tangential import TangentialResult, TangentialState
+from mtb_rs.half_space.tangential_result import TangentialResult
+from mtb_rs.half_space.tangential_state import TangentialState
 
 Array = NDArray[np.float64]
 

@@ -28,7 +28,8 @@ from ..base.files import read_bytes, text_of
 from ..base.questions import gathered
 from ..base.words import Method
 from ..friction.fields import check_friction
-from ..half_space.tangential import Rolling, Shift, TangentialResult
+from ..half_space.motions import Rolling, Shift
+from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from ..results.wear_result import WearResult
 from ..scenes import ready as scenes

@@ -14,7 +14,7 @@ from ..contact.sliding_start import StartOfSliding
 from ..half_space.creep_force import FoundationResult
 from ..half_space.hertzian import Hertz
 from ..half_space.normal import NormalResult
-from ..half_space.tangential import TangentialResult
+from ..half_space.tangential_result import TangentialResult
 from ..results.fields import FIELDS, TOTALS
 from ..results.report import Report
 from ..results.result import Result

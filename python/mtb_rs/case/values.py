@@ -34,7 +34,7 @@ from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer
 from ..geometry.profiles import STANDARD_PROFILES, Profile
-from ..half_space.tangential import Forces, Rolling, Shift
+from ..half_space.motions import Forces, Rolling, Shift
 
 
 class MaterialWords(BaseModel):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,16 @@ from .problem import ContactProblem
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
+
+
+class Effect(Protocol):
+    """What some numbers (l) change in a sliding contact."""
+
+    def weighted(self, by: Gradients) -> Array:
+        """What they change (k, l) in k numbers whose gradients are given."""
+
+    def of(self, values: Array, points: int, motions: int) -> Given:
+        """What k changes (k, l) of the numbers do."""
 
 
 @dataclass(frozen=True)
@@ -164,6 +175,71 @@ class Points:
         return np.ascontiguousarray(self.of_means(np.eye(n)).T)
 
 
+class PullField:
+    """What a magnetic pressure at each point changes: gaps of bodies that it deforms, and work.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+    attraction : {"upper", "both"}
+    points : Points
+        What the numbers are over.
+    balanced : (m,) int, optional
+        The free motions that count; all of them by default.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        attraction: Attraction,
+        points: Points,
+        balanced: Sequence[int] | None = None,
+    ) -> None:
+        self._points = points
+        n, motions = problem.n, problem.relative_motions
+        self._work = np.zeros((n, len(motions)))
+        self._deformed = []
+        sides = [(problem.upper, 0)]
+        if attraction == "both":
+            sides.append((problem.lower, problem.upper.work.size))
+        for side, first in sides:
+            if side.compliance is not None and side.is_pulled_at_face:
+                self._deformed.append(side.compliance)
+            own = slice(first, first + side.work.size)
+            opening = motions[own, 2]
+            self._work[:, own] -= (np.where(side.is_pulled[:, None], opening, 0.0) * problem.area).T
+        if balanced is not None:
+            self._work = np.ascontiguousarray(self._work[:, balanced])
+
+    @property
+    def is_felt(self) -> bool:
+        """Whether it changes anything."""
+        return bool(self._deformed) or bool(self._work.any())
+
+    def weighted(self, by: Gradients) -> Array:
+        """What they change (k, l) in k numbers whose gradients are given."""
+        sums = by.work @ self._work.T
+        for compliance in self._deformed:
+            sums -= _rows(compliance.transposed, by.gap)
+        return self._points.on_grid(sums).reshape(len(sums), -1)
+
+    def of(self, values: Array, points: int, motions: int) -> Given:
+        """What k changes (k, l) of the numbers do."""
+        pulls = np.ascontiguousarray(self._points.on_points(values.reshape(-1, *self._points.shape)))
+        gap = np.zeros((len(pulls), points))
+        for compliance in self._deformed:
+            gap -= _rows(compliance.displacement, pulls)
+        return Given(gap, pulls @ self._work, np.zeros((len(pulls), 2 * points)))
+
+
+def _rows(normal: Callable[[Array], Array], rows: Array) -> Array:
+    """The normal part of a map of three components (3, n), of normal rows (k, n) each."""
+    found = np.zeros(rows.shape)
+    for out, row in zip(found, rows, strict=True):
+        out[:] = normal(np.stack([np.zeros(row.size), np.zeros(row.size), row]))[2]
+    return found
+
+
 class SlidingTangent:
     """The linearised equations of a sliding contact; see :class:`mtb_rs.results.derivatives.Tangent`.
 
@@ -193,7 +269,7 @@ class SlidingTangent:
         motions: int,
         friction: Array,
         direction: Array,
-        named: Mapping[str, tuple[Shape, Callable[[], Change]]],
+        named: Mapping[str, tuple[Shape, Callable[[], Effect]]],
         flexible: Sequence[str],
         gap: Array,
         wedging: Callable[[], float | None],
@@ -206,7 +282,7 @@ class SlidingTangent:
         self._direction = direction
         self._named = dict(named)
         self._flexible = tuple(flexible)
-        self._made: dict[str, Change] = {}
+        self._made: dict[str, Effect] = {}
         self._gap = gap
         self._wedging, self.refused = wedging, refused
         shape = points.shape
@@ -235,7 +311,7 @@ class SlidingTangent:
             wedging=self._wedging(),
         )
 
-    def change(self, name: str) -> Change:
+    def change(self, name: str) -> Effect:
         """What a unit of each number of an input changes."""
         if name not in self._made:
             self._made[name] = self._named[name][1]()
@@ -297,19 +373,3 @@ class SlidingTangent:
                     sums += given.drag(axis) * along
             return points.on_grid(sums)
         return self.change(name).weighted(given).reshape(k, *self.inputs[name])
-
-
-def by_pull_field(problem: ContactProblem, attraction: Attraction) -> Change:
-    """What a magnetic pressure at each contact point changes: gap and work on each free motion."""
-    n, m = problem.n, len(problem.relative_motions)
-    gap, work = np.zeros((n, n)), np.zeros((n, m))
-    sides = [(problem.upper, 0)]
-    if attraction == "both":
-        sides.append((problem.lower, problem.upper.work.size))
-    for side, first in sides:
-        if side.compliance is not None and side.is_pulled_at_face:
-            gap -= np.asarray(side.compliance.influence("n", "n")).T
-        own = slice(first, first + side.work.size)
-        opening = problem.relative_motions[own, 2]
-        work[:, own] -= (np.where(side.is_pulled[:, None], opening, 0.0) * problem.area).T
-    return Change(gap=gap, work=work)

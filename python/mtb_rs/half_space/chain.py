@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results.derivatives import Functional, Gradient, Shape, entry_of
-from .tangential import TangentialResult
+from .tangential_result import TangentialResult
 
 Array = NDArray[np.float64]
 

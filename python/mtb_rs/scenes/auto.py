@@ -69,6 +69,8 @@ class Level:
     problem: ContactProblem
     solution: Solution
     spacing: Spacing
+    #: Whether it was solved by convolutions, without a matrix.
+    is_convolved: bool = False
 
     @property
     def operations(self) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..base.words import Model
 from ..contact.problem import ContactProblem, frame_of
-from ..contact.tangent import Change, Points, SlidingTangent, by_pull_field
+from ..contact.tangent import Change, Effect, Points, PullField, SlidingTangent
 from ..friction.fields import Leaf, VelocityTable, as_form
 from ..results.derivatives import Functional
 from ..results.result import Result
@@ -66,11 +66,14 @@ class Derived:
     model : str
     is_coupled : bool
         Whether friction opens and closes the gap in what was solved.
+    by_products : bool
+        Whether it was solved without a matrix, by convolutions.
     """
 
     scene: PosedScene
     model: Model
     is_coupled: bool
+    by_products: bool
 
     def of(self, result: Result) -> DerivedState:
         """The contact of `result` at its state."""
@@ -145,6 +148,7 @@ class DerivedState:
             self.slope,
             np.ascontiguousarray(problem.direction),
             self.derived.is_coupled and bool(problem.direction.any()),
+            self.derived.by_products,
         )
         points = self.points()
         return SlidingTangent(
@@ -185,7 +189,7 @@ class DerivedState:
 
     # what is given
 
-    def _inputs(self) -> Iterator[tuple[str, tuple[Shape, Callable[[], Change]]]]:
+    def _inputs(self) -> Iterator[tuple[str, tuple[Shape, Callable[[], Effect]]]]:
         scene = self.scene
         for name in ("force", "approach"):
             value = getattr(scene, name)
@@ -249,18 +253,9 @@ class DerivedState:
     def _by_layer(self) -> Change:
         return by_layer(self.scene, self.problem, self.pressure)
 
-    def _by_pull_field(self) -> Change:
+    def _by_pull_field(self) -> PullField:
         """By a magnetic pressure at each point of the result, though only contact points count."""
-        problem = self.problem
-        at_points = by_pull_field(problem, self.scene.attraction)
-        if problem.kept is None:
-            return at_points
-        size = int(np.prod(self.result.pressure.shape))
-        spread = np.zeros((size, problem.n))
-        spread[problem.kept.numbers, np.arange(problem.n)] = 1.0
-        assert at_points.gap is not None
-        assert at_points.work is not None
-        return Change(gap=spread @ at_points.gap, work=spread @ at_points.work)
+        return PullField(self.problem, self.scene.attraction, self.points())
 
     def _tables(self) -> list[VelocityTable]:
         specs = (self.scene.friction, self.scene.magnetic_pressure)

@@ -171,7 +171,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         missed = f"No error can be estimated: it needs {needed}.{refused}"
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
     result = replace(result, report=report)
-    object.__setattr__(result, "_derived", Derived(fixed, chosen.model, chosen.coupled))
+    object.__setattr__(result, "_derived", Derived(fixed, chosen.model, chosen.coupled, level.is_convolved))
     return result
 
 
@@ -330,7 +330,7 @@ def level_at(
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
         by = _in_turn if coupled and is_coupled(scene, problem) else _by_convolution
-        return Level(problem, by(scene, problem, tolerance), spacing)
+        return Level(problem, by(scene, problem, tolerance), spacing, is_convolved=True)
     if not coupled:
         smooth = replace(problem.without_friction(), time_s=problem.time_s)
         solution = solve_direct(smooth, with_margin=False)

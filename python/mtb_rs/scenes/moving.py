@@ -13,8 +13,10 @@ import numpy as np
 from ..base.plain import plain
 from ..bodies.material import steel
 from ..friction.laws import Friction, law_of
+from ..half_space.motions import Rolling, Shift
 from ..half_space.pressure_field import HALF_SPACES_MOVE, PressureField
-from ..half_space.tangential import Rolling, Shift, TangentialResult, solve_tangential
+from ..half_space.tangential import solve_tangential
+from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from . import methods
 from .scene import Scene

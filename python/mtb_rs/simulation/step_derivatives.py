@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..contact.tangent import Change, Points, SlidingTangent
+from ..contact.tangent import Change, Effect, Points, SlidingTangent
 from ..results.derivatives import Functional
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class StepDerived:
     traction : (2, n) [Pa]
     velocity : (vx, vy) [m/s]
     by_field : callable or None
-        What a magnetic pressure at each point changes, of all free motions; None where there is none.
+        What a magnetic pressure at each of some points changes, of motions; None where there is none.
     by_layer : (shape, callable) or None
         Shape of the numbers that give a layer, and what they change at a pressure (n,) [Pa]; None where there
         is none, or no such numbers.
@@ -48,7 +48,7 @@ class StepDerived:
     gap: Array
     traction: Array
     velocity: tuple[float, float]
-    by_field: Callable[[], Change] | None
+    by_field: Callable[[Points, list[int]], Effect] | None
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
 
@@ -72,7 +72,7 @@ class StepDerived:
             gap, work, drag = (part[which] for part in self._inputs)
             return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n))
 
-        named: dict[str, tuple[Shape, Callable[[], Change]]] = {
+        named: dict[str, tuple[Shape, Callable[[], Effect]]] = {
             "friction": ((), lambda: Change(drag=fade * direction[None])),
             "pose": ((6,), lambda: columns(slice(0, 6))),
             "velocity": ((2,), lambda: columns(slice(6, 8))),
@@ -80,8 +80,11 @@ class StepDerived:
         }
         if any(part[8].any() for part in self._inputs):
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
+        points = Points((n,), None, geometry.tangents, geometry, self.pressure)
         if self.by_field is not None:
-            named["magnetic_pressure_field"] = ((n,), self._by_field)
+            by_field, balanced = self.by_field, self.linear.balanced()
+            assert balanced is not None
+            named["magnetic_pressure_field"] = ((n,), lambda: by_field(points, balanced))
         if self.by_layer is not None:
             shape, changed = self.by_layer
             named["normal_layer"] = (shape, lambda: changed(self.pressure))
@@ -99,7 +102,6 @@ class StepDerived:
                     "a prepared contact keeps the displacements of its bodies, and not their materials: "
                     "the result of the scene has this derivative"
                 )
-        points = Points((n,), None, geometry.tangents, geometry, self.pressure)
         # what is given fades below the standstill speed, and all that follows from it
         return SlidingTangent(
             self.linear,
@@ -119,12 +121,6 @@ class StepDerived:
         if np.isinf(factor):
             return 0.0
         return 1.0 / factor if factor > 0.0 else math.inf
-
-    def _by_field(self) -> Change:
-        assert self.by_field is not None
-        whole = self.by_field()
-        assert whole.work is not None
-        return Change(gap=whole.gap, work=whole.work[:, self.linear.balanced()])
 
     def functionals(self, area: Array, pressure: Array) -> dict[str, Callable[[], Functional]]:
         """Numbers of the step that are sums of its fields, by name; `pressure` (n,) [Pa] is the mean one."""

@@ -25,7 +25,7 @@ from ..base.words import Model
 from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, Body, displaced
-from ..contact.tangent import Change, by_pull_field
+from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
 from ..results.derivatives import Differentiable, Functional, Tangent
@@ -657,9 +657,9 @@ class Source:
         shape = numbers_of_layer(self.scene)
         return None if shape is None else (shape, partial(by_layer, self.scene, self.problem))
 
-    def by_pull_field(self) -> Change:
-        """What a magnetic pressure at each point changes; of all free motions."""
-        return by_pull_field(self.problem, self.scene.attraction)
+    def by_pull_field(self, points: Points, balanced: list[int]) -> PullField:
+        """What a magnetic pressure at each point changes, of the motions that are found from balance."""
+        return PullField(self.problem, self.scene.attraction, points, balanced)
 
     def loads(self, magnetic_pressure: Any, speed: float) -> _mtb_rs.Loading:
         """Gap before contact and generalised load on each motion under a magnetic pressure."""

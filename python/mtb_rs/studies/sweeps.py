@@ -27,7 +27,8 @@ from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
-from ..half_space.tangential import Motion, Rolling, Shift, TangentialResult
+from ..half_space.motions import Motion, Rolling, Shift
+from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, check_column
 from ..scenes import methods

@@ -595,10 +595,26 @@ pub fn memory(points: usize, frictional: bool) -> f64 {
     8.0 * matrices * (points as f64).powi(2)
 }
 
+const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
+
+/// Weights of tractions that amount to weights of displacements: the transpose of [`displacement`].
+pub fn transposed(body: &dyn Compliance, weights: [&[f64]; 3]) -> [Vec<f64>; 3] {
+    let n = body.points();
+    let mut sums = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    for (observed, weights) in AXES.into_iter().zip(weights) {
+        if weights.iter().all(|w| *w == 0.0) {
+            continue;
+        }
+        for (loaded, sums) in AXES.into_iter().zip(&mut sums) {
+            body.add_transposed(observed, loaded, 1.0, weights, sums);
+        }
+    }
+    sums
+}
+
 /// Displacement of a body's contact points under a traction field, both in its own frame
 /// `(X, Y, into)`; components without traction cost nothing.
 pub fn displacement(body: &dyn Compliance, traction: [&[f64]; 3]) -> [Vec<f64>; 3] {
-    const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
     let n = body.points();
     let mut field = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
     for (loaded, traction) in AXES.into_iter().zip(traction) {

@@ -449,6 +449,10 @@ impl Compliance for Refined {
         }
     }
 
+    fn reciprocity(&self) -> Option<Vec<f64>> {
+        Some(self.weights.clone())
+    }
+
     fn prefers_products(&self) -> bool {
         true
     }

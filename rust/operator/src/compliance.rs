@@ -43,6 +43,44 @@ pub trait Compliance: Send + Sync {
         0.0
     }
 
+    /// Areas (n) by which it is reciprocal, `area_i C_ab[i, j] = area_j C_ba[j, i]`: a load on one point moves another
+    /// as far as a load there moves the first; `None` where they are not known. (Betti)
+    fn reciprocity(&self) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Adds `scale` times the transposed influence coefficients times `weights` (n) to `sums` (n): what weights of
+    /// displacements `observed` amount to as weights of the tractions `loaded`.
+    ///
+    /// The default takes a product where areas of [reciprocity](Compliance::reciprocity) are known, and otherwise
+    /// forms the matrix.
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let n = self.points();
+        if let Some(areas) = self.reciprocity() {
+            let load: Vec<f64> = weights.iter().zip(&areas).map(|(w, a)| w / a).collect();
+            let mut moved = vec![0.0; n];
+            self.add_displacement(loaded, observed, scale, &load, &mut moved);
+            for ((sum, moved), area) in sums.iter_mut().zip(moved).zip(areas) {
+                *sum += area * moved;
+            }
+            return;
+        }
+        let mut matrix = vec![0.0; n * n];
+        self.add_influence(observed, loaded, scale, &mut matrix);
+        for (row, weight) in matrix.chunks_exact(n.max(1)).zip(weights) {
+            for (sum, a) in sums.iter_mut().zip(row) {
+                *sum += weight * a;
+            }
+        }
+    }
+
     /// Adds `scale` times the influence coefficients [m/Pa] to `matrix`, row-major,
     /// row = observed point, column = loaded point.
     ///
@@ -92,6 +130,19 @@ impl Compliance for Sum<'_> {
     ) {
         for c in &self.0 {
             c.add_displacement(observed, loaded, scale, traction, displacement);
+        }
+    }
+
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        for c in &self.0 {
+            c.add_transposed(observed, loaded, scale, weights, sums);
         }
     }
 
@@ -149,6 +200,19 @@ impl Compliance for Mirrored<'_> {
         let scale = scale * mirror(observed, loaded);
         self.0
             .add_displacement(observed, loaded, scale, traction, displacement);
+    }
+
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let scale = scale * mirror(observed, loaded);
+        self.0
+            .add_transposed(observed, loaded, scale, weights, sums);
     }
 
     fn prefers_products(&self) -> bool {

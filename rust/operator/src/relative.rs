@@ -102,6 +102,27 @@ impl Compliance for Relative {
         }
     }
 
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        if let Some(lower) = &self.lower {
+            lower.add_transposed(observed, loaded, scale, weights, sums);
+        }
+        if let Some(upper) = &self.upper {
+            Mirrored(&**upper).add_transposed(observed, loaded, scale, weights, sums);
+        }
+        if (observed, loaded) == (Component::Normal, Component::Normal) {
+            for ((sum, weight), layer) in sums.iter_mut().zip(weights).zip(&*self.layer) {
+                *sum += scale * layer * weight;
+            }
+        }
+    }
+
     fn prefers_products(&self) -> bool {
         let mut bodies = [&self.lower, &self.upper].into_iter().flatten();
         bodies.any(|c| c.prefers_products())

@@ -34,6 +34,23 @@ impl Compliance for Separate {
         }
     }
 
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let mut start = 0;
+        for body in &self.0 {
+            let part = start..start + body.points();
+            let (weights, sums) = (&weights[part.clone()], &mut sums[part.clone()]);
+            body.add_transposed(observed, loaded, scale, weights, sums);
+            start = part.end;
+        }
+    }
+
     fn prefers_products(&self) -> bool {
         self.0.iter().any(|c| c.prefers_products())
     }
@@ -123,6 +140,27 @@ impl Compliance for Reflected {
             .add_displacement(observed, loaded, scale, &load, &mut moved);
         for (u, &i) in displacement.iter_mut().zip(&self.original) {
             *u += moved[i];
+        }
+    }
+
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let n = self.points();
+        let (mut own, mut found) = (vec![0.0; n], vec![0.0; n]);
+        for (&i, w) in self.original.iter().zip(weights) {
+            own[i] = *w;
+        }
+        let scale = scale * Self::sign(observed, loaded);
+        self.inner
+            .add_transposed(observed, loaded, scale, &own, &mut found);
+        for (sum, &i) in sums.iter_mut().zip(&self.original) {
+            *sum += found[i];
         }
     }
 

@@ -73,6 +73,27 @@ impl Compliance for SymmetricHalf {
         }
     }
 
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let n = self.source.len();
+        let (mut whole, mut found) = (vec![0.0; n], vec![0.0; n]);
+        for (w, &i) in weights.iter().zip(&self.kept) {
+            whole[i] = *w;
+        }
+        self.inner
+            .add_transposed(observed, loaded, scale, &whole, &mut found);
+        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
+        for (found, &(k, image)) in found.iter().zip(&self.source) {
+            sums[k] += if image { sign * found } else { *found };
+        }
+    }
+
     fn prefers_products(&self) -> bool {
         self.inner.prefers_products()
     }
@@ -141,6 +162,26 @@ impl Compliance for SymmetricWhole {
         let sign = SymmetricHalf::sign(observed);
         for (u, &(k, image)) in displacement.iter_mut().zip(&self.source) {
             *u += if image { sign * moved[k] } else { moved[k] };
+        }
+    }
+
+    fn add_transposed(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        weights: &[f64],
+        sums: &mut [f64],
+    ) {
+        let (mut own, mut found) = (vec![0.0; self.kept.len()], vec![0.0; self.kept.len()]);
+        let sign = if observed == Component::Y { -1.0 } else { 1.0 };
+        for (w, &(k, image)) in weights.iter().zip(&self.source) {
+            own[k] += if image { sign * w } else { *w };
+        }
+        self.half
+            .add_transposed(observed, loaded, scale, &own, &mut found);
+        for (found, &i) in found.iter().zip(&self.kept) {
+            sums[i] += found;
         }
     }
 

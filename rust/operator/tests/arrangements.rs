@@ -36,7 +36,7 @@ impl Compliance for Arbitrary {
 
 const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
 
-/// `add_influence` must be the matrix of `add_displacement`.
+/// `add_influence` must be the matrix of `add_displacement`, and `add_transposed` multiply with its columns.
 fn consistent(body: &dyn Compliance) {
     let n = body.points();
     for o in AXES {
@@ -52,6 +52,13 @@ fn consistent(body: &dyn Compliance) {
                     assert!((u[i] - matrix[i * n + j]).abs() < 1e-14);
                 }
             }
+            let weights: Vec<f64> = (0..n).map(|i| (1.3 * i as f64 + 0.4).sin()).collect();
+            let mut sums = vec![0.5; n];
+            body.add_transposed(o, l, 0.7, &weights, &mut sums);
+            for (j, sum) in sums.iter().enumerate() {
+                let expected: f64 = (0..n).map(|i| weights[i] * matrix[i * n + j]).sum();
+                assert!((sum - 0.5 - expected).abs() < 1e-13);
+            }
         }
     }
 }
@@ -64,6 +71,7 @@ fn matrices_and_maps_agree() {
     consistent(&Reflected::new(a.clone(), vec![2, 0, 1]).unwrap());
     consistent(&SymmetricHalf::new(b.clone(), &[1, 0, 3, 2]).unwrap());
     consistent(&SymmetricHalf::new(a.clone(), &[2, 1, 0]).unwrap());
+    consistent(&SymmetricWhole::new(a.clone(), &[1, 0, 3, 2, 4]).unwrap());
     consistent(&Mirrored(&*a));
     let mirrored = Mirrored(&*a);
     consistent(&Sum(vec![&*a, &mirrored]));

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use mtb_contact::sliding::displacement;
+use mtb_contact::sliding::{displacement, transposed};
 use mtb_operator::{
     Compliance, Component, MEMORY_LIMIT, Reflected, Relative, Separate, SymmetricHalf,
     SymmetricWhole, check_memory,
@@ -69,6 +69,18 @@ impl PyCompliance {
         let rows = rows3(&traction, n, "traction")?;
         let field = apart(py, || displacement(&*self.0, rows));
         field.concat().into_pyarray(py).reshape([3, n])
+    }
+
+    /// The transposed map: weights (3, n) of tractions that do what weights (3, n) of displacements do.
+    fn transposed<'py>(
+        &self,
+        py: Python<'py>,
+        weights: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.0.points();
+        let rows = rows3(&weights, n, "weights")?;
+        let sums = apart(py, || transposed(&*self.0, rows));
+        sums.concat().into_pyarray(py).reshape([3, n])
     }
 
     /// Two bodies together, `None` for a rigid one: displacement of the lower one relative to the upper one by

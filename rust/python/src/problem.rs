@@ -704,7 +704,9 @@ impl PyProblem {
     }
 
     /// The equations of a sliding state linearised about it: pressure, friction, slope of friction times pressure over
-    /// the pressure (n,) and direction (2, n); unless it `is_coupled`, friction opens and closes no gap.
+    /// the pressure (n,) and direction (2, n); unless it `is_coupled`, friction opens and closes no gap; `by_products`
+    /// no matrix is formed.
+    #[allow(clippy::too_many_arguments, reason = "a state of the contact")]
     fn tangent(
         &self,
         py: Python<'_>,
@@ -713,12 +715,20 @@ impl PyProblem {
         slope: PyReadonlyArray1<'_, f64>,
         direction: PyReadonlyArray2<'_, f64>,
         is_coupled: bool,
+        by_products: bool,
     ) -> PyResult<PyTangent> {
         let (pressure, friction) = (flat(&pressure, "pressure")?, flat(&friction, "friction")?);
         let (slope, direction) = (flat(&slope, "slope")?, rows2(&direction, "direction")?);
         let linearised = enter(py, |monitor| {
             self.0.linearised(
-                pressure, friction, slope, direction, None, is_coupled, monitor,
+                pressure,
+                friction,
+                slope,
+                direction,
+                None,
+                is_coupled,
+                by_products,
+                monitor,
             )
         })?;
         let (points, motions) = (self.0.points(), self.0.motions().len());

@@ -271,6 +271,7 @@ impl Problem {
     /// The equations of a sliding state, linearised about it: `pressure` (n) [Pa], `friction` (n) and the `slope` (n)
     /// of friction times pressure over the pressure, which is the friction itself unless it follows the pressure.
     /// Its `diagonal` (n) [m/Pa] is that of the loading. Unless it `is_coupled`, friction opens and closes no gap.
+    /// No matrix is formed `by_products`, and of a problem that [is so itself](Problem::is_by_products).
     ///
     /// # Errors
     /// As [`Problem::slide`].
@@ -283,13 +284,9 @@ impl Problem {
         direction: &[f64],
         diagonal: Option<&[f64]>,
         is_coupled: bool,
+        by_products: bool,
         monitor: Monitor<'_>,
     ) -> Result<Linearised, Error> {
-        let influence = if is_coupled {
-            Influence::of(&self.pair, monitor)?
-        } else {
-            Influence::uncoupled(&self.pair, monitor)?
-        };
         let state = SlidingState {
             area: self.geometry.area.clone(),
             pressure: pressure.to_vec(),
@@ -298,6 +295,14 @@ impl Problem {
             direction: direction.to_vec(),
             motions: self.loaded(&vec![0.0; self.motions.len()]),
             diagonal: diagonal.map(<[f64]>::to_vec),
+        };
+        if by_products || self.is_by_products() {
+            return Linearised::by_products(self.pair.clone(), state, is_coupled);
+        }
+        let influence = if is_coupled {
+            Influence::of(&self.pair, monitor)?
+        } else {
+            Influence::uncoupled(&self.pair, monitor)?
         };
         Linearised::new(Arc::new(influence), state, monitor)
     }

@@ -5,7 +5,9 @@ mod active_sets;
 mod bordered;
 mod equations;
 mod factor;
+mod factored;
 mod influence;
+mod products;
 mod tangent;
 
 use std::sync::Arc;

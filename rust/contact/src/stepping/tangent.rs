@@ -5,18 +5,15 @@ use std::sync::Arc;
 
 use faer::Mat;
 use mtb_complementarity::linear::definiteness_limit;
-use mtb_operator::Monitor;
 use mtb_operator::krylov::dot;
+use mtb_operator::{Monitor, Relative};
 
 use super::bordered::{Bordered, stacked};
+use super::factored::Factored;
 use super::influence::{Influence, Terms};
+use super::products::Products;
 use crate::error::{Error, check};
 use crate::sliding::{RigidMotion, SlidingContact};
-
-/// Relative size of the last correction at which the linear equations count as solved ...
-const SOLVED: f64 = 1e-11;
-/// ... and corrections that may reach it before factors of the equations themselves are made.
-const CORRECTIONS: usize = 12;
 
 /// What a linearisation takes of a sliding state.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,13 +136,56 @@ impl SlidingState {
 /// With `A` the influence on the gaps of the points in contact, `O` the opening and `W` the work by motions,
 /// the equations are `A dp + O dc = -dg - B p d(mu d)` and `-W dp = df + T p d(mu d)`.
 pub struct Tangent<'a> {
-    influence: &'a Influence,
+    form: Form<'a>,
     state: &'a SlidingState,
-    factors: &'a mut Bordered,
     points: Vec<usize>,
     terms: Terms,
-    /// Whether the factors are those of the state's points: not everything that is asked for needs them.
-    is_turned: bool,
+}
+
+/// What is known of the pair: its matrices, with factors of about the equations, or products alone.
+enum Form<'a> {
+    Matrices(Factored<'a>),
+    Products(&'a Products),
+}
+
+impl Form<'_> {
+    /// Gaps (n) that pressures, and tractions along both tangents, open: a column each.
+    fn products(&self, pressure: &Mat<f64>, traction: [&Mat<f64>; 2]) -> Mat<f64> {
+        match self {
+            Self::Matrices(factored) => factored.influence.products(pressure, traction),
+            Self::Products(products) => products.products(pressure, traction),
+        }
+    }
+
+    /// `C_nn^T gap` for a column each.
+    fn transposed_normal(&self, gap: &Mat<f64>) -> Mat<f64> {
+        match self {
+            Self::Matrices(factored) => factored.influence.transposed_normal(gap),
+            Self::Products(products) => products.transposed_normal(gap),
+        }
+    }
+
+    /// `C_nx^T gap` or `C_ny^T gap` for a column each; `None` where it does nothing.
+    fn transposed_along(&self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
+        match self {
+            Self::Matrices(factored) => factored.influence.transposed_along(axis, gap),
+            Self::Products(products) => products.transposed_along(axis, gap),
+        }
+    }
+}
+
+/// The equations to solve: those of the points in contact of a state.
+pub(super) struct Linear<'a> {
+    pub(super) state: &'a SlidingState,
+    pub(super) points: &'a [usize],
+    pub(super) terms: &'a Terms,
+}
+
+impl Linear<'_> {
+    /// The contact whose borders they have.
+    pub(super) fn contact(&self) -> SlidingContact<'_> {
+        self.state.contact(&self.state.pressure, &self.state.slope)
+    }
 }
 
 impl<'a> Tangent<'a> {
@@ -156,27 +196,19 @@ impl<'a> Tangent<'a> {
         factors: &'a mut Bordered,
     ) -> Result<Self, Error> {
         state.check(influence.points())?;
-        Ok(Self {
-            influence,
+        Ok(Self::of(
+            Form::Matrices(Factored::new(influence, factors)),
             state,
-            factors,
+        ))
+    }
+
+    fn of(form: Form<'a>, state: &'a SlidingState) -> Self {
+        Self {
+            form,
+            state,
             points: in_contact(&state.pressure),
             terms: state.terms(),
-            is_turned: false,
-        })
-    }
-
-    fn turn(&mut self, monitor: Monitor<'_>) -> Result<(), Error> {
-        let contact = self.state.contact(&self.state.pressure, &self.state.slope);
-        self.factors
-            .turn_to(self.influence, &contact, &self.points, monitor)?;
-        self.is_turned = true;
-        Ok(())
-    }
-
-    fn refactorise(&mut self, monitor: Monitor<'_>) -> Result<(), Error> {
-        *self.factors = Bordered::new(self.influence, &self.terms, &self.points, monitor)?;
-        self.turn(monitor)
+        }
     }
 
     /// What follows small changes of what is given, one answer for each.
@@ -202,7 +234,7 @@ impl<'a> Tangent<'a> {
         let zero = Mat::zeros(n, changes.len());
         let [x, y] =
             [0, 1].map(|axis| stacked(drags.iter().map(|d| &d[axis * n..(axis + 1) * n]), n));
-        let mut opened = self.influence.products(&zero, [&x, &y]);
+        let mut opened = self.form.products(&zero, [&x, &y]);
         let mut rhs = Mat::zeros(k + m, changes.len());
         for (j, (change, drag)) in changes.iter().zip(&drags).enumerate() {
             let opened = opened.col_as_slice_mut(j);
@@ -236,7 +268,7 @@ impl<'a> Tangent<'a> {
             }
             along
         });
-        opened += self.influence.products(&pressure, [&x, &y]);
+        opened += self.form.products(&pressure, [&x, &y]);
         let mut answers = Vec::new();
         for (j, mut traction) in drags.into_iter().enumerate() {
             let moved = x.col_as_slice(j).iter().chain(y.col_as_slice(j));
@@ -356,7 +388,7 @@ impl<'a> Tangent<'a> {
         let sides = stacked(gradients.iter().map(|g| g.gap.as_slice()), n);
         for axis in [0, 1].into_iter().filter(|&axis| along[axis]) {
             let own = axis * n..(axis + 1) * n;
-            let product = self.influence.transposed_along(axis, &sides);
+            let product = self.form.transposed_along(axis, &sides);
             for (j, gradient) in gradients.iter_mut().enumerate() {
                 let drag = &mut gradient.drag[own.clone()];
                 drag.fill(0.0);
@@ -409,20 +441,26 @@ impl<'a> Tangent<'a> {
         );
         let pressure = Mat::from_fn(n, 1, |i, _| p[i]);
         let [x, y] = [0, 1].map(|axis| Mat::from_fn(n, 1, |i, _| d[axis * n + i] * mu[i] * p[i]));
-        self.influence
+        self.form
             .products(&pressure, [&x, &y])
             .col_as_slice(0)
             .to_vec()
     }
 
     /// The factor on the friction up to which the sliding state exists and is unique for every load; infinite where
-    /// friction does not open or close the gap. See [`definiteness_limit`].
+    /// friction does not open or close the gap. See [`definiteness_limit`]. Not a number where it is not known: by
+    /// products, where friction opens or closes the gap.
     ///
     /// # Errors
     /// An interruption.
     pub fn wedging_factor(&self, monitor: Monitor<'_>) -> Result<f64, Error> {
         let n = self.count();
-        let [x, y] = self.influence.along();
+        let influence = match &self.form {
+            Form::Matrices(factored) => factored.influence,
+            Form::Products(products) if products.is_coupled() => return Ok(f64::NAN),
+            Form::Products(_) => return Ok(f64::INFINITY),
+        };
+        let [x, y] = influence.along();
         if x.is_none() && y.is_none() {
             return Ok(f64::INFINITY);
         }
@@ -441,7 +479,7 @@ impl<'a> Tangent<'a> {
         let held: Vec<f64> = (state.motions.iter())
             .flat_map(|motion| motion.opening.iter().zip(&state.area).map(|(o, a)| o * a))
             .collect();
-        let stored = self.influence.normal();
+        let stored = influence.normal();
         let mut normal: Vec<f64> = (0..n * n).map(|k| stored[(k % n) * n + k / n]).collect();
         for (i, own) in state.diagonal.iter().flatten().enumerate() {
             normal[i * n + i] += own;
@@ -467,13 +505,13 @@ impl<'a> Tangent<'a> {
     /// Weights of pressures (n) that weights of gaps (n) amount to, a column each.
     fn pulled_back(&self, gap: &Mat<f64>) -> Mat<f64> {
         let n = self.count();
-        let mut sum = self.influence.transposed_normal(gap);
+        let mut sum = self.form.transposed_normal(gap);
         for axis in [0, 1] {
             let drag = &self.terms.drag[axis * n..(axis + 1) * n];
             if drag.iter().all(|d| *d == 0.0) {
                 continue;
             }
-            let Some(product) = self.influence.transposed_along(axis, gap) else {
+            let Some(product) = self.form.transposed_along(axis, gap) else {
                 continue;
             };
             for j in 0..gap.ncols() {
@@ -505,124 +543,31 @@ impl<'a> Tangent<'a> {
         if self.points.len() < self.state.motions.len() {
             return Err(Error::Singular);
         }
-        if !self.is_turned {
-            let active: Vec<bool> = self.state.pressure.iter().map(|p| *p > 0.0).collect();
-            if self.factors.is_far_from(&active) {
-                self.refactorise(monitor)?;
-            } else {
-                self.turn(monitor)?;
-            }
-        }
-        let mut x = self.factors.solve_many(rhs, &self.points, transposed);
-        if !self.factors.is_exact(&self.terms) && !self.corrected(&mut x, transposed) {
-            self.refactorise(monitor)?;
-            x = self.factors.solve_many(rhs, &self.points, transposed);
-        }
+        let of = Linear {
+            state: self.state,
+            points: &self.points,
+            terms: &self.terms,
+        };
+        let x = match &mut self.form {
+            Form::Matrices(factored) => factored.solved(&of, rhs, transposed, monitor)?,
+            Form::Products(products) => products.solved(&of, rhs, transposed, monitor)?,
+        };
         if (0..x.ncols()).any(|j| x.col(j).iter().any(|v| !v.is_finite())) {
             return Err(Error::Singular);
         }
         Ok(x)
     }
-
-    /// Improves `x` by the factors of a friction and a diagonal nearby; whether the equations hold then.
-    fn corrected(&self, x: &mut Mat<f64>, transposed: bool) -> bool {
-        let mut before = 1.0;
-        let mut change = x.clone();
-        for _ in 0..CORRECTIONS {
-            let left = self.left_over(&change, transposed);
-            change = self.factors.solve_many(&left, &self.points, transposed);
-            *x += &change;
-            // of each column by its own size, since rows have unlike units
-            let worst = (0..x.ncols()).fold(0.0_f64, |worst, j| {
-                let (change, size) = (change.col(j).norm_l2(), x.col(j).norm_l2());
-                if size > 0.0 {
-                    worst.max(change / size)
-                } else {
-                    worst
-                }
-            });
-            // what the next one would be
-            if worst * worst / before <= SOLVED {
-                return true;
-            }
-            // it would take longer than new factors
-            if worst.is_nan() || worst > 0.3 * before {
-                return false;
-            }
-            before = worst;
-        }
-        false
-    }
-
-    /// What the factors' own equations leave of the right-hand sides whose solutions they say `x` to be: they differ
-    /// from these by the influence of a change of the friction, and of the diagonal.
-    fn left_over(&self, x: &Mat<f64>, transposed: bool) -> Mat<f64> {
-        let (n, cases) = (self.count(), x.ncols());
-        let then = self.factors.terms();
-        let drags = self.terms.drag.iter().zip(&then.drag);
-        let change: Vec<f64> = drags.map(|(now, then)| now - then).collect();
-        let own: Vec<f64> = (self.points.iter())
-            .map(|&point| self.terms.own(point) - then.own(point))
-            .collect();
-        let mut left = Mat::zeros(x.nrows(), cases);
-        let mut spread = Mat::zeros(n, cases);
-        for j in 0..cases {
-            let x = x.col_as_slice(j);
-            for ((left, own), x) in left.col_as_slice_mut(j).iter_mut().zip(&own).zip(x) {
-                *left = -own * x;
-            }
-            let spread = spread.col_as_slice_mut(j);
-            for (&point, x) in self.points.iter().zip(x) {
-                spread[point] = *x;
-            }
-        }
-        if transposed {
-            for axis in [0, 1] {
-                let change = &change[axis * n..(axis + 1) * n];
-                if change.iter().all(|c| *c == 0.0) {
-                    continue;
-                }
-                let Some(product) = self.influence.transposed_along(axis, &spread) else {
-                    continue;
-                };
-                for j in 0..cases {
-                    let product = product.col_as_slice(j);
-                    let left = left.col_as_slice_mut(j).iter_mut();
-                    for (left, &point) in left.zip(&self.points) {
-                        *left -= change[point] * product[point];
-                    }
-                }
-            }
-        } else {
-            let [along, across] = [0, 1].map(|axis| {
-                let mut along = spread.clone();
-                for j in 0..cases {
-                    let change = &change[axis * n..(axis + 1) * n];
-                    for (to, change) in along.col_as_slice_mut(j).iter_mut().zip(change) {
-                        *to *= change;
-                    }
-                }
-                along
-            });
-            let none = Mat::zeros(n, cases);
-            let opened = self.influence.products(&none, [&along, &across]);
-            for j in 0..cases {
-                let opened = opened.col_as_slice(j);
-                let left = left.col_as_slice_mut(j).iter_mut();
-                for (left, &point) in left.zip(&self.points) {
-                    *left -= opened[point];
-                }
-            }
-        }
-        left
-    }
 }
 
-/// A linearised sliding state with factors of its own.
+/// A linearised sliding state with factors of its own, or without a matrix.
 pub struct Linearised {
-    influence: Arc<Influence>,
+    known: Known,
     state: SlidingState,
-    factors: Bordered,
+}
+
+enum Known {
+    Matrices(Arc<Influence>, Box<Bordered>),
+    Products(Products),
 }
 
 impl Linearised {
@@ -635,12 +580,28 @@ impl Linearised {
         state: SlidingState,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        let factors = factors_of(&influence, &state, monitor)?;
-        Ok(Self {
-            influence,
-            state,
-            factors,
-        })
+        let factors = Box::new(factors_of(&influence, &state, monitor)?);
+        let known = Known::Matrices(influence, factors);
+        Ok(Self { known, state })
+    }
+
+    /// Of a pair of which products alone are taken, with the transposed influence too: for many points, and bodies
+    /// whose products are fast and that know their [reciprocity](mtb_operator::Compliance::reciprocity). Unless it
+    /// `is_coupled`, friction opens and closes no gap.
+    ///
+    /// The equations are solved by GMRES, of one answer after the other.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn by_products(
+        pair: Relative,
+        state: SlidingState,
+        is_coupled: bool,
+    ) -> Result<Self, Error> {
+        let products = Products::new(pair, is_coupled);
+        state.check(products.points())?;
+        let known = Known::Products(products);
+        Ok(Self { known, state })
     }
 
     /// Its equations.
@@ -648,7 +609,10 @@ impl Linearised {
     /// # Errors
     /// Wrong lengths, numbers that are not finite.
     pub fn tangent(&mut self) -> Result<Tangent<'_>, Error> {
-        Tangent::new(&self.influence, &self.state, &mut self.factors)
+        match &mut self.known {
+            Known::Matrices(influence, factors) => Tangent::new(influence, &self.state, factors),
+            Known::Products(products) => Ok(Tangent::of(Form::Products(products), &self.state)),
+        }
     }
 }
 

@@ -279,6 +279,12 @@ impl Compliance for HalfSpace {
         }
     }
 
+    fn reciprocity(&self) -> Option<Vec<f64>> {
+        let grids = self.patches.iter().map(|patch| patch.grid);
+        let areas = grids.flat_map(|g| std::iter::repeat_n(g.cell_area(), g.points()));
+        Some(areas.collect())
+    }
+
     fn add_influence(
         &self,
         observed: Component,
@@ -357,6 +363,15 @@ mod tests {
                     assert!(
                         (a - b).abs() < 2e-14 * scale,
                         "{observed:?} {loaded:?}: {a} {b}"
+                    );
+                }
+                let mut sums = vec![0.0; n];
+                body.add_transposed(observed, loaded, 1.0, &p, &mut sums);
+                for (j, sum) in sums.iter().enumerate() {
+                    let expected: f64 = (0..n).map(|i| matrix[i * n + j] * p[i]).sum();
+                    assert!(
+                        (sum - expected).abs() < 4e-14 * scale,
+                        "{observed:?} {loaded:?} transposed: {sum} {expected}"
                     );
                 }
             }

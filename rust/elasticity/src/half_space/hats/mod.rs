@@ -335,6 +335,10 @@ impl Compliance for HatHalfSpace {
         }
     }
 
+    fn reciprocity(&self) -> Option<Vec<f64>> {
+        Some(self.weights())
+    }
+
     fn influence_memory(&self) -> f64 {
         8.0 * (self.points() as f64).powi(2)
     }

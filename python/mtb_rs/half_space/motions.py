@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What moves over what, and how: shifts, transient and steady rolling."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..base.check import number, numbers, pair, positive
+from ..base.owning import owning
+from ..base.plain import plain
+from ..base.renamed import renamed
+from ..base.stored import stored
+from .pressure_field import PressureField
+from .tangential_tangent import Moving
+
+Pair = tuple[float, float]
+Forces = tuple[float | None, float | None]
+
+#: Small changes of a step, over it, and of a direction [rad], by which operators are derived.
+_COURSE = 1e-3
+
+#: Shortest step, over a cell, by which the slip of steady rolling is measured.
+_SHORTEST_STEP = 0.1
+
+
+class Motion(ABC):
+    """What the tangential problem asks of a motion of the upper body over the lower one."""
+
+    #: The word for it, and for what is given along x and y and about z.
+    word: ClassVar[str]
+    rigid_word: ClassVar[str]
+    #: Units of slip and of dissipation.
+    slip_unit: ClassVar[str]
+    dissipation_unit: ClassVar[str]
+    force: Forces | None
+
+    @property
+    @abstractmethod
+    def rigid(self) -> tuple[float, float, float]:
+        """What is given along x and y, and the rotation about z."""
+
+    @property
+    @abstractmethod
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip."""
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """The kind of its operator: "steady" or "transient" rolling, or "shift"."""
+
+    @abstractmethod
+    def step_on(self, field: PressureField) -> Pair:
+        """The step (x, y) [m] of its operator on the cells of `field`, checked."""
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether it has no state before."""
+        return False
+
+    @property
+    def direction(self) -> float:
+        """Direction in which the contact moves over the bodies, from +x towards +y [rad]."""
+        return 0.0
+
+    @property
+    def advice(self) -> str:
+        """How a step that has no solution may have one, to be put behind the advice of a memory."""
+        return ""
+
+    def courses(self, field: PressureField) -> dict[str, tuple[float, Callable[[float], Pair]]]:
+        """What its operators are made for on the cells of `field`: a small change of it, and the step (x, y)
+        [m] after a change."""
+        return {}
+
+    def moving(self) -> Moving:
+        """What moves, as derivatives name it."""
+        raise ValueError(f"a {self.word} has no derivatives")
+
+    def _found(self) -> tuple[bool, bool]:
+        x, y = (is_force for _, is_force in self.drive())
+        return x, y
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a force is given along x or y."""
+        return self.force is not None and any(f is not None for f in self.force)
+
+    def drive(self) -> list[tuple[float, bool]]:
+        """What is given along x and y, and whether it is a force."""
+        forces = self.force if self.force is not None else (None, None)
+        return [
+            (float(given), False) if force is None else (float(force), True)
+            for given, force in zip(self.rigid[:2], forces, strict=True)
+        ]
+
+
+@stored
+@renamed(speed="velocity")
+@owning
+@dataclass(frozen=True)
+@plain
+class Rolling(Motion):
+    """Rolling contact: the upper body rolls over the lower one.
+
+    The rigid slip of the upper body over the lower one, relative to the rolling velocity, is
+    ``(xi - phi y, eta + phi x)``. `xi` > 0 pulls the lower body towards +x.
+
+    Parameters
+    ----------
+    creepage : (xi, eta, phi)
+        Creepage along x and along y [-], for any `angle`, and spin [1/m]. Creepages (l, t) along the rolling
+        direction and to its left give ``xi = l cos(angle) - t sin(angle)`` and
+        ``eta = l sin(angle) + t cos(angle)``.
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body. The creepage of a component with a given force is found;
+        None is for a component whose creepage is given.
+    angle : float [rad]
+        Direction of rolling from +x towards +y; a line contact rolls along +x or -x only.
+    velocity : float [m/s]
+        Velocity of rolling, for friction that depends on the slip speed.
+    transient : bool
+        Whether to solve one step from a state instead of the steady state.
+    step : float or None [m]
+        Distance rolled in a transient step, and distance over which steady slip is measured; None for one
+        cell. The rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on. For
+        shorter steps the influence of a cell's own traction on the difference vanishes, and a step below a
+        tenth of a cell is refused.
+    """
+
+    creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force: Forces | None = None
+    angle: float = 0.0
+    velocity: float = 10.0
+    transient: bool = False
+    step: float | None = None
+    word: ClassVar[str] = "rolling"
+    rigid_word: ClassVar[str] = "creepage"
+    slip_unit: ClassVar[str] = "1"
+    dissipation_unit: ClassVar[str] = "Pa"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "creepage", numbers("creepage", self.creepage, 3))
+        _check_force(self.force)
+        number("angle", self.angle, "rad")
+        positive("velocity", self.velocity, "m/s")
+        if not isinstance(self.transient, (bool, np.bool_)):
+            raise ValueError(f"transient is {self.transient!r}: True or False is needed")
+        if self.step is not None:
+            positive("step", self.step, "m")
+
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """Creepages and spin."""
+        return self.creepage
+
+    @property
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip: slip is relative to the velocity."""
+        return self.velocity
+
+    @property
+    def direction(self) -> float:
+        """Direction of rolling [rad]."""
+        return self.angle
+
+    def moving(self) -> Moving:
+        """Creepages and spin together, at a velocity."""
+        return Moving({"creepage": (0, 1, 2)}, "velocity", 1.0 / self.velocity, self._found())
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether there is no state before."""
+        return not self.transient
+
+    @property
+    def advice(self) -> str:
+        """How a step that has no solution may have one."""
+        return ", or roll over a longer step; a shorter one makes it worse" if self.transient else ""
+
+    @property
+    def kind(self) -> str:
+        """The kind of its operator."""
+        return "steady" if self.is_steady else "transient"
+
+    def step_on(self, field: PressureField) -> Pair:
+        """The step (x, y) [m] of its operator on the cells of `field`, checked."""
+        along, across = self.step_vector(field.spacing)
+        if field.reference is not None:
+            # the second spacing is a length without meaning there, and rounding of pi no reason to refuse
+            if abs(across) > 1e-9 * math.hypot(along, across):
+                raise ValueError(
+                    f"angle is {self.angle:g} rad: a line contact rolls along +x (0) or -x (pi) only"
+                )
+            across = 0.0
+        if self.step is not None and self.is_steady:
+            cell = math.hypot(*replace(self, step=None).step_vector(field.spacing))
+            if self.step < _SHORTEST_STEP * cell:
+                raise ValueError(
+                    f"step is {self.step:g} m: steady rolling needs a step of at least "
+                    f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; step=None makes it one cell "
+                    "long"
+                )
+        return along, across
+
+    def courses(self, field: PressureField) -> dict[str, tuple[float, Callable[[float], Pair]]]:
+        """Step and direction; a line contact has no other direction."""
+        length = math.hypot(*self.step_on(field))
+        courses = {
+            "step": (_COURSE * length, lambda by: replace(self, step=length + by).step_on(field)),
+            "angle": (_COURSE, lambda by: replace(self, angle=self.angle + by).step_on(field)),
+        }
+        return courses if field.reference is None else {"step": courses["step"]}
+
+    def step_vector(self, spacing: Pair) -> Pair:
+        """The step (x, y) [m] on cells of the size `spacing` [m]."""
+        c, sine = math.cos(self.angle), math.sin(self.angle)
+        length = self.step if self.step is not None else spacing[0] * c * c + spacing[1] * sine * sine
+        return (length * c, length * sine)
+
+
+@stored
+@owning
+@dataclass(frozen=True)
+@plain
+class Shift(Motion):
+    """One finite displacement of the upper body over the lower one.
+
+    Parameters
+    ----------
+    displacement : (float, float) [m]
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body. The displacement of a component with a given force is found;
+        None is for a component whose displacement is given.
+    spin : float [rad]
+        Rotation about z through (0, 0).
+    duration : float [s]
+        Duration of the shift, for friction that depends on the slip speed.
+    """
+
+    displacement: tuple[float, float] = (0.0, 0.0)
+    force: Forces | None = None
+    spin: float = 0.0
+    duration: float = 1.0
+    word: ClassVar[str] = "shift"
+    rigid_word: ClassVar[str] = "displacement"
+    slip_unit: ClassVar[str] = "m"
+    dissipation_unit: ClassVar[str] = "J/m^2"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "displacement", pair("displacement", self.displacement, "m"))
+        _check_force(self.force)
+        number("spin", self.spin, "rad")
+        positive("duration", self.duration, "s")
+
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """Displacement [m] and rotation [rad]."""
+        return (*self.displacement, self.spin)
+
+    @property
+    def slip_speed(self) -> float:
+        """Slip speed [m/s] of a unit of slip."""
+        return 1.0 / self.duration
+
+    def moving(self) -> Moving:
+        """The displacement, and the rotation, over a duration."""
+        rigid = {"displacement": (0, 1), "spin": (2,)}
+        return Moving(rigid, "duration", -1.0 / self.duration, self._found())
+
+    @property
+    def kind(self) -> str:
+        """The kind of its operator."""
+        return "shift"
+
+    def step_on(self, field: PressureField) -> Pair:
+        """There is none."""
+        return 0.0, 0.0
+
+
+def _check_force(force: Any) -> None:
+    if force is None:
+        return
+    if not isinstance(force, (tuple, list, np.ndarray)) or len(force) != 2:
+        raise ValueError(f"force is {force!r}: (Fx, Fy) [N] is needed, None for a given component")
+    for k, value in enumerate(force):
+        if value is not None:
+            number(f"force[{k}]", value, "N")

@@ -1,0 +1,424 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A solved tangential problem, and what it was solved from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import positive
+from ..base.owning import solved
+from ..base.plain import plain
+from ..base.stored import stored
+from ..base.told import Row, in_words, length
+from ..bodies.conductor import Conductor, conducting_steel
+from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
+from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
+from ..results.derivatives import Differentiable, Functional, Margin
+from ..results.fields import Field, fields_of
+from ..results.report import Report
+from ..results.result import Judged, TangentialFields
+from ..results.temperature import RollingTemperature, rolling_temperature
+from .coupled_tangent import CoupledTangent, GapByTraction
+from .motions import Motion, Rolling, Shift
+from .pressure_field import PressureField
+from .tangential_operators import Key, cut_before, earlier, key_of, operators_around
+from .tangential_state import TangentialState
+from .tangential_tangent import Course, Grids, TangentialTangent
+
+if TYPE_CHECKING:
+    from .normal import NormalResult
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+
+
+@stored
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class TangentialResult(Judged, Differentiable, TangentialFields):
+    """A solved tangential problem; vectors act on the lower body.
+
+    Attributes
+    ----------
+    points : (2, ny, nx) [m]
+        Cell centres.
+    area : (ny, nx) [m2]
+    pressure : (ny, nx) [Pa]
+    traction : (3, ny, nx) [Pa]
+        Friction on the lower body; the third component is zero.
+    slip : (2, ny, nx)
+        Slip of the upper body over the lower one: relative [-] in rolling, [m] in a shift. It is zero where
+        the surfaces do not slip.
+    status : (ny, nx) int
+        0 open, 1 stick, 2 slip, 3 plastic: the yield stress of a :class:`PlasticLayer` limits the traction.
+    friction_coefficient : (ny, nx) [-]
+        Coefficient of friction that acts at each point.
+    dissipation : (ny, nx)
+        Work of friction that turns into heat: per area and distance rolled [Pa] in rolling, per area [J/m2]
+        in a shift. The mean of the tractions of a particle before and after a step works on its slip: half of
+        the traction of a cell works on the slip there, and half of the traction before works on the slip one
+        step behind, also at a column behind the trailing edge. The sum over the cells is the work of the mean
+        traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the growth of
+        the elastic energy in a shift or a transient step. In steady rolling without spin it is exactly force
+        times creepage. The sum of traction times `slip` is more than a tenth too small on 20 cells. The work
+        of a layer that yields is part of it.
+    force : (3,) [N]
+        Friction (x, y) and minus the normal force (z).
+    spin_moment : float [N m]
+        Sum of (x q_y - y q_x) area.
+    creepage : (3,)
+        (xi, eta, phi) in rolling, (x, y [m], rotation [rad]) in a shift: given, or found for a force.
+    motion : Rolling or Shift
+        As asked for.
+    state : TangentialState
+        For the next shift or transient step.
+    plastic_slip : (2, ny, nx) or None
+        Plastic shear of a :class:`PlasticLayer`, of the upper body over the lower one, in the unit of `slip`
+        and beside it: the two add up to the whole motion of the bodies past each other that is not elastic.
+        None without such a layer.
+    accumulated_plastic_slip : (ny, nx) or None [m]
+        Length of the way of plastic slip that each particle has behind it. In steady rolling it is counted
+        from the leading edge.
+    plastic_dissipation : (ny, nx) or None
+        Part of `dissipation` that turns into heat in the layer.
+    """
+
+    points: Array
+    area: Array
+    pressure: Array
+    traction: Array
+    slip: Array
+    status: NDArray[np.int8]
+    friction_coefficient: Array
+    dissipation: Array
+    force: Array
+    spin_moment: float
+    creepage: Array
+    motion: Rolling | Shift
+    state: TangentialState
+    report: Report
+    plastic_slip: Array | None = None
+    accumulated_plastic_slip: Array | None = None
+    plastic_dissipation: Array | None = None
+    _drawn: ClassVar[tuple[str, ...]] = (
+        "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
+    )  # fmt: skip
+    _summed: ClassVar[tuple[str, ...]] = ("force", "spin_moment", "normal_force", "creepage")
+
+    @property
+    def slip_unit(self) -> str:
+        """Relative in rolling, metres in a shift."""
+        return self.motion.slip_unit
+
+    @property
+    def dissipation_unit(self) -> str:
+        """Work per area and distance rolled, or per area in a shift."""
+        return self.motion.dissipation_unit
+
+    def _units(self) -> dict[str, str]:
+        slip, heat = self.slip_unit, self.dissipation_unit
+        return {"slip": slip, "plastic_slip": slip, "dissipation": heat, "plastic_dissipation": heat}
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name, those of a layer that yields where there is one."""
+        plastic = {
+            name: values
+            for name in ("plastic_slip", "accumulated_plastic_slip", "plastic_dissipation")
+            if (values := getattr(self, name)) is not None
+        }
+        return super().fields() | fields_of(self._units(), **plastic)
+
+    def temperature(
+        self,
+        lower: Conductor = conducting_steel,
+        upper: Conductor = conducting_steel,
+        bulk: tuple[float, float] = (0.0, 0.0),
+    ) -> RollingTemperature:
+        """Temperatures of both surfaces in and behind a rolling contact.
+
+        The heat is `dissipation` times the rolling velocity. Both bodies pass through the contact at this
+        velocity and heat flows into their depth alone, so that a particle that took up the heat q dt a time t
+        ago is warmer by ``q dt / (beta sqrt(pi t))``, with the effusivity beta. In contact both surfaces have
+        one temperature [ErtzKnothe2002].
+
+        Parameters
+        ----------
+        lower, upper : Conductor
+        bulk : (float, float) [K]
+            Temperatures with which the lower and the upper body come, over any common level.
+
+        Returns
+        -------
+        RollingTemperature
+            Exact at the cell centres for the piecewise constant heat. A body that comes into contact twice
+            while the bulk temperatures differ has an error of the order of the cells.
+
+        Raises
+        ------
+        ValueError
+            For a shift or a transient step, whose surfaces have no steady temperature.
+        """
+        motion = self.motion
+        if not motion.is_steady:
+            raise ValueError(
+                f"temperature() is of steady rolling, and this is a "
+                f"{'transient step' if motion.slip_unit == '1' else 'shift'}: solve_tangential with "
+                "Rolling(..., transient=False) gives a steady one"
+            )
+        power = self.dissipation * motion.slip_speed
+        direction, bodies = motion.direction, (lower, upper)
+        given = (self.points, self.area, self.pressure, self.status)
+        return rolling_temperature(
+            *given, power, direction, motion.slip_speed, bodies, bulk, self.creepage[:2]
+        )
+
+    def left_out(self) -> list[str]:
+        """What the model leaves out, with its size."""
+        change = self.report.omitted.get("gap_change_by_traction_m")
+        if change is None:
+            return []
+        return [
+            f"the normal displacement by the traction (it changes the gap by up to {length(change)}; "
+            "coupling='full' takes it into account)"
+        ]
+
+    def told(self) -> list[Row]:
+        """What acts, how the bodies move, how well it is solved: what notebooks and the command line show."""
+        return [self._told_outcome(), *super().told(), *self._motion_told(), *self._told_of_solve()]
+
+    def _motion_told(self) -> list[Row]:
+        x, y, about_z = self.creepage
+        found = "" if not self.motion.is_driven else " (found for the force)"
+        if self.motion.slip_unit == "m":
+            return [
+                (f"shift{found}", f"x {length(x)}, y {length(y)}"),
+                (f"rotation{found}", in_words(1e3 * about_z, "mrad")),
+            ]
+        return [
+            (f"creepage{found}", f"x {1e3 * x:.6g}, y {1e3 * y:.6g} per mille"),
+            ("spin", in_words(about_z, "1/m")),
+        ]
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: the motion asked for, the report."""
+        return {"motion": self.motion, "report": self.report.as_dict()}
+
+    def wear_depth(
+        self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None
+    ) -> Array:
+        """Depth (ny,) [m] that one pass of steady or transient rolling wears off each line along x.
+
+        With Archard's law it is the wear coefficient over the friction coefficient times the `dissipation`
+        along the line, so that it sums up to the work of friction exactly.
+
+        Parameters
+        ----------
+        law : as for :func:`mtb_rs.wear`
+            Of the body that wears.
+        wheel_radius : float or None [m]
+            For the depth that a wheel loses in each metre rolled, [m/m]: it passes once a turn.
+
+        Raises
+        ------
+        ValueError
+            For a shift, which passes over nothing.
+        """
+        if self.motion.dissipation_unit != "Pa":
+            raise ValueError("a shift passes over nothing: wear_depth is of rolling, and mtb.wear of sliding")
+        if abs(np.sin(self.motion.direction)) > 1e-9:
+            raise ValueError("rolling is at an angle to the rows of cells: wear_depth needs it along x")
+        slip = np.hypot(*self.slip)
+        step = float(self.points[0, 0, 1] - self.points[0, 0, 0])
+        depth = depth_of_pass(
+            law,
+            self.dissipation,
+            self.pressure,
+            self.friction_coefficient,
+            slip,
+            self.motion.slip_speed,
+            self.points,
+            step,
+        )
+        if wheel_radius is None:
+            return depth
+        return depth / (2.0 * np.pi * positive("wheel_radius", wheel_radius, "m"))
+
+    def follows(self, before: TangentialResult) -> bool:
+        """Whether it started from the state that another one left, as far as it knows."""
+        given: Given | None = vars(self).get("_given")
+        if given is None:
+            return True
+        own, left = given.state, before.state
+        return own is not None and all(
+            np.array_equal(getattr(own, name), getattr(left, name))
+            for name in ("traction", "pressure", "coefficient", "accumulated_plastic_slip")
+        )
+
+    def _tangent(self) -> TangentialTangent | CoupledTangent:
+        given: Given | None = vars(self).get("_given")
+        if given is None:
+            raise ValueError(
+                "this result was read from a file or put together, and does not know what was given: "
+                "derivatives are those of a result that solve_tangential has just returned"
+            )
+        if self.plastic_slip is not None:
+            raise ValueError(
+                "the layer of this result yields, and derivatives do not know it: take differences of "
+                "results, or an InterfaceLayer, which stays elastic"
+            )
+        return given.tangent(self)
+
+    def _functionals(self) -> dict[str, Callable[[], Functional]]:
+        area, shape = self.area, self.pressure.shape
+        x, y = self.points
+        none = np.zeros(shape)
+        along = [np.array([area, none, none]), np.array([none, area, none]), np.zeros((3, *shape))]
+        force = {"traction": np.stack(along), "pressure": np.stack([none, none, -area])}
+        speed, total = self.motion.slip_speed, float((self.dissipation * area).sum())
+        moving = self.motion.moving()
+        return {
+            "force": lambda: Functional((3,), force),
+            **Functional.of_pressure(self.pressure, area, self.status > 0),
+            "spin_moment": lambda: Functional.of_one(traction=np.stack([-y * area, x * area, none])),
+            "friction_power": lambda: Functional(
+                (),
+                {"dissipation": speed * area[None]},
+                {moving.speed: np.array([speed * total * moving.speed_slope])},
+            ),
+        }
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()[:-1]}, {self.report.status})"
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a tangential problem was solved from, besides its motion."""
+
+    field: PressureField
+    friction: Friction
+    layer: InterfaceLayer | PlasticLayer | None
+    state: TangentialState | None
+    #: The last normal problem, where the pressure follows the traction.
+    pressed: NormalResult | None = None
+
+    def tangent(self, result: TangentialResult) -> TangentialTangent | CoupledTangent:
+        """The problem at its solution."""
+        tangential = self._tangential(result)
+        if self.pressed is None:
+            return tangential
+        return CoupledTangent(
+            self.pressed._tangent(), tangential, gap_by_traction(self.field), np.asarray(result.traction)
+        )
+
+    def _tangential(self, result: TangentialResult) -> TangentialTangent:
+        """The tangential problem, its pressure given."""
+        field, motion, friction = self.field, result.motion, self.friction
+        shape = (field.pressure.shape[0], field.pressure.shape[1])
+        operators, cut, origin = operators_around(field, motion, self.layer, self.state)
+        key = key_of(field, motion, self.layer, cut)
+        before, there = None, None
+        if self.state is not None:
+            before = (self.state.pressure.shape[0], self.state.pressure.shape[1])
+            there = cut_before(self.state, field, cut)
+        slips = result.status == 2
+        grids = Grids(shape, cut, before, there, result.status == 0)
+        core = _mtb_rs.TangentialTangent(
+            operators,
+            grids.cells(field.pressure),
+            origin,
+            motion.drive(),
+            float(motion.rigid[2]),
+            float(motion.slip_speed),
+            friction.native(shape, cut),
+            earlier(self.state, friction, there),
+            (
+                grids.cells(result.traction[:2]),
+                grids.cells(result.slip),
+                grids.cells(result.friction_coefficient, friction.at_rest()),
+                result.creepage[:2].tolist(),
+            ),
+            (shape[::-1], (cut[1].start, cut[0].start)),
+        )
+        bodies = {"lower": field.lower, "upper": field.upper}
+
+        def other_bodies(lower: Pair | None, upper: Pair | None) -> _mtb_rs.PatchOperators:
+            return _mtb_rs.PatchOperators(*key._replace(lower=lower, upper=upper, layer=0.0))
+
+        return TangentialTangent(
+            core,
+            grids,
+            motion.moving(),
+            friction.slopes(slips),
+            friction.followed(),
+            None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
+            {side: body for side, body in bodies.items() if body is not None},
+            other_bodies,
+            self._courses(motion, key),
+            self._refused(motion),
+            _margin(result),
+        )
+
+    @property
+    def _carries(self) -> bool:
+        """Whether a step carries the memory of friction along."""
+        return self.friction.depends_on_speed and not self.friction.lacks_memory
+
+    def _courses(self, motion: Motion, key: Key) -> dict[str, Course]:
+        """What operators are made for, besides the bodies."""
+
+        def operators(step: Callable[[float], Pair], by: float) -> _mtb_rs.PatchOperators:
+            return _mtb_rs.PatchOperators(*key._replace(step=step(by)))
+
+        if self._carries:
+            return {}
+        courses = motion.courses(self.field).items()
+        return {name: Course(size, partial(operators, step)) for name, (size, step) in courses}
+
+    def _refused(self, motion: Motion) -> dict[str, str]:
+        """What could be asked for as well, and why there is no derivative by it."""
+        refused: dict[str, str] = {}
+        if self.pressed is None:
+            reason = (
+                "the pressure is given, and follows from it by the normal contact: derive by 'pressure' and "
+                "take the derivatives of solve_normal, or solve with coupling='full'"
+            )
+            refused |= dict.fromkeys(("gap", "normal_force", "approach"), reason)
+        if self._carries:
+            reason = (
+                "the memory of the friction is carried along by the step, which is not derived: friction "
+                "without memory has this derivative"
+            )
+            refused |= dict.fromkeys(motion.courses(self.field), reason)
+        return refused
+
+
+def _margin(result: TangentialResult) -> Margin:
+    """How near points are to slipping or sticking; those in contact are given."""
+    size = np.hypot(*result.traction[:2])
+    bound = result.friction_coefficient * result.pressure
+    sticks, slips = result.status == 1, result.status == 2
+    slip = np.hypot(*result.slip)
+    return Margin(
+        parting=math.inf,
+        touching=math.inf,
+        slipping=float((bound - size)[sticks].min() / bound.max()) if sticks.any() else math.inf,
+        sticking=float(slip[slips].min() / slip.max()) if slips.any() else math.inf,
+    )
+
+
+def gap_by_traction(field: PressureField) -> GapByTraction:
+    """How tractions on the cells of a field open the gap."""
+    ny, nx = field.pressure.shape
+    bodies = {"lower": field.lower, "upper": field.upper}
+    elastic = {side: body for side, body in bodies.items() if body is not None}
+    return GapByTraction((ny, nx), field.spacing, elastic)
