@@ -68,3 +68,30 @@ def test_lines_are_dense_at_free_edges_and_symmetric() -> None:
                 kept = refined.elements(lines)
                 assert kept == [nodes - 1 - k for k in reversed(kept)]
                 assert set(kept) <= set(lines)
+
+
+@pytest.mark.slow
+@pytest.mark.coarse
+@pytest.mark.parametrize("name", ["shoe on its rail", "clamped block that rubs"])
+def test_derivatives_by_products_are_those_of_matrices(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, model = SCENES[name]
+    of: list[Any] = ["force", "moment", "peak_pressure"]
+
+    def gradients() -> dict[str, Any]:
+        with cache.memory_only():
+            gradient = scene.solve(model).gradient(of)
+            return {by: np.asarray(gradient[by]) for by in gradient if "ratio" not in by}
+
+    monkeypatch.setattr(refined, "DIRECT_MEMORY", 0.0)
+    monkeypatch.setattr(refined, "CELLS", 60)
+    monkeypatch.setattr(refined, "PRODUCTS_FROM", 10**9)
+    expected = gradients()
+    monkeypatch.setattr(refined, "PRODUCTS_FROM", 0)
+    found = gradients()
+    assert list(found) == list(expected)
+    for by, wanted in expected.items():
+        size = np.abs(wanted).reshape(len(wanted), -1).max(axis=1)
+        error = np.abs(found[by] - wanted).reshape(len(wanted), -1).max(axis=1)
+        # forces and moments that are given, or zero by symmetry, are rounding
+        assert error[-1] <= 1e-6 * size[-1], by
+        assert np.all(error <= 1e-6 * np.maximum(size, size[:3].max())), by

@@ -19,14 +19,44 @@ Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
 
+class Shared:
+    """What the derivatives of all steps of a prepared contact share, made once."""
+
+    def __init__(self, core: _mtb_rs.PreparedContact) -> None:
+        self._core = core
+        self._felt: dict[tuple[int, ...], bool] = {}
+
+    @cached_property
+    def geometry(self) -> _mtb_rs.ContactGeometry:
+        return self._core.geometry
+
+    @cached_property
+    def frame(self) -> Array:
+        """Tangents (2, 3, n)."""
+        return self.geometry.tangents
+
+    @cached_property
+    def resultants(self) -> Array:
+        """Weights (6, 3, n) of the unknowns in force and moment."""
+        x, y, z = self._core.reference_point
+        return self.geometry.weights_of_resultants((x, y, z))
+
+    def feels_pull(self, balanced: list[int], inputs: Callable[[], list[Array]]) -> bool:
+        """Whether a uniform magnetic pressure changes anything while these motions are found from balance."""
+        key = tuple(balanced)
+        if key not in self._felt:
+            self._felt[key] = any(bool(part[8].any()) for part in inputs())
+        return self._felt[key]
+
+
 @dataclass(frozen=True)
 class StepDerived:
     """Where the derivatives of a step come from.
 
     Attributes
     ----------
-    core : PreparedContact
-        Of the core, with its factors.
+    shared : Shared
+        With all steps of the contact.
     tangent : Tangent
         Of the core: the equations of the step.
     pressure, gap : (n,)
@@ -42,7 +72,7 @@ class StepDerived:
         Inputs by which each point gives way to its own pressure.
     """
 
-    core: _mtb_rs.PreparedContact
+    shared: Shared
     linear: _mtb_rs.Tangent
     pressure: Array
     gap: Array
@@ -62,11 +92,13 @@ class StepDerived:
     @cached_property
     def tangent(self) -> SlidingTangent:
         """The contact, linearised about the step."""
-        geometry, n = self.core.geometry, self.pressure.size
+        geometry, n = self.shared.geometry, self.pressure.size
         sliding = self.linear.sliding()
         assert sliding is not None
         (friction,), direction, ((fade,),) = sliding
-        motions = self._inputs[1].shape[1]
+        balanced = self.linear.balanced()
+        assert balanced is not None
+        motions = len(balanced)
 
         def columns(which: slice) -> Change:
             gap, work, drag = (part[which] for part in self._inputs)
@@ -78,18 +110,18 @@ class StepDerived:
             "velocity": ((2,), lambda: columns(slice(6, 8))),
             "work": ((motions,), lambda: Change(work=np.eye(motions))),
         }
-        if any(part[8].any() for part in self._inputs):
+        feels_pull = self.shared.feels_pull(balanced, lambda: self._inputs)
+        if feels_pull:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
-        points = Points((n,), None, geometry.tangents, geometry, self.pressure)
+        points = Points((n,), None, self.shared.frame, geometry, self.pressure)
         if self.by_field is not None:
-            by_field, balanced = self.by_field, self.linear.balanced()
-            assert balanced is not None
+            by_field = self.by_field
             named["magnetic_pressure_field"] = ((n,), lambda: by_field(points, balanced))
         if self.by_layer is not None:
             shape, changed = self.by_layer
             named["normal_layer"] = (shape, lambda: changed(self.pressure))
         refused = {}
-        if not any(part[8].any() for part in self._inputs):
+        if not feels_pull:
             refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
         if "normal_layer_field" in self.flexible and self.by_layer is None:
             refused["normal_layer"] = (
@@ -125,20 +157,15 @@ class StepDerived:
     def functionals(self, area: Array, pressure: Array) -> dict[str, Callable[[], Functional]]:
         """Numbers of the step that are sums of its fields, by name; `pressure` (n,) [Pa] is the mean one."""
         return {
-            "force": lambda: Functional((3,), {"unknowns": self._resultants[:3]}),
-            "moment": lambda: Functional((3,), {"unknowns": self._resultants[3:]}),
+            "force": lambda: Functional((3,), {"unknowns": self.shared.resultants[:3]}),
+            "moment": lambda: Functional((3,), {"unknowns": self.shared.resultants[3:]}),
             "friction_power": self._power,
             **Functional.of_pressure(pressure, area, self.pressure > 0.0),
         }
 
-    @cached_property
-    def _resultants(self) -> Array:
-        x, y, z = self.core.reference_point
-        return self.core.geometry.weights_of_resultants((x, y, z))
-
     def _power(self) -> Functional:
         """Heat of sliding: tractions along the velocity, by which it is derived itself as well."""
-        of_friction = self._resultants[:2].copy()
+        of_friction = self.shared.resultants[:2].copy()
         of_friction[:, 2] = 0.0
         by_velocity = np.array([(part[:2] * self.traction).sum() for part in of_friction])
         weights = np.tensordot(self.velocity, of_friction, 1)

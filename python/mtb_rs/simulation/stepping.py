@@ -34,7 +34,7 @@ from ..results.result import Pictured
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
-from .step_derivatives import StepDerived
+from .step_derivatives import Shared, StepDerived
 
 Array = NDArray[np.float64]
 
@@ -230,6 +230,7 @@ class PreparedContact:
         self._source = source
         self._grid = StepGrid(core.points, core.area, () if source is None else source.problem.patches)
         self._asked: set[str] = set()
+        self._shared = Shared(core)
 
     def __repr__(self) -> str:
         free = ", ".join(self.motions) or "nothing"
@@ -392,7 +393,7 @@ class PreparedContact:
             if self._source.scene.normal_layer is not None:
                 flexible += ("normal_layer_field",)
         return StepDerived(
-            self._core, tangent, out.pressure, out.gap, out.traction, velocity, by_field, layer, flexible
+            self._shared, tangent, out.pressure, out.gap, out.traction, velocity, by_field, layer, flexible
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
