@@ -101,7 +101,7 @@ def draw() -> None:
             left.loglog(points, times, line, color=color, label=f"{label}, {name} friction")
     left.set(xlabel="contact points", title="steps: processor time [ms]")
     left.set_xticks(points, [str(n) for n in points])
-    left.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
+    left.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])
     left.minorticks_off()
     place = np.arange(len(of_rolling))
     bars = {"products_a_newton_step": "one Newton step"}

@@ -6,7 +6,8 @@ central differences with Richardson's extrapolation. Where a point comes into co
 slips on the way there is nothing to compare, and the pair is left out and counted. An error is relative to
 the derivative, or to a fiftieth of the number over the input where the derivative is smaller than that.
 Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind, and
-fewer of those that are condensed anew at every change; some twenty minutes of processor time.
+fewer of those that are condensed anew at every change; some forty minutes of processor time. The table in
+docs/maps is that of 40.
 """
 
 from __future__ import annotations
