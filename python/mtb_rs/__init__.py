@@ -38,6 +38,7 @@ from .friction.laws import (
     TabulatedFriction,
     ThinLayer,
 )
+from .friction.magnet import Magnet
 from .friction.wear_laws import Archard, EnergyWear, Rubbing, WearLaw, WearMap
 from .geometry.pole_shoe import PoleShoe
 from .geometry.profiles import Profile
@@ -161,6 +162,7 @@ __all__ = [
     "Hertz",
     "InterfaceLayer",
     "KalkerCoefficients",
+    "Magnet",
     "Margin",
     "Material",
     "NormalResult",

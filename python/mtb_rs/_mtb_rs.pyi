@@ -72,6 +72,8 @@ class Problem:
         heating: tuple[_Array, _Array, _Array, tuple[float, float], _Array | None],
         worn: tuple[_Array, _Array] | None = None,
         start: list[bool] | None = None,
+        magnet: _Magnet | None = None,
+        from_pull: _Array | None = None,
     ) -> tuple[Outcome, _Array, _Array, int]: ...
     def thermal_factor(
         self,
@@ -92,6 +94,9 @@ class Problem:
         loading: Loading,
         direction: _Array,
         friction: _Array | Callable[[_Array], _Array],
+        magnet: _Magnet | None = None,
+        from_pull: _Array | None = None,
+        share: bool = False,
     ) -> Outcome: ...
     def stick_or_slip(
         self,
@@ -163,6 +168,8 @@ def wear_problem(
     worn: tuple[float, _Array, _Array, float | None],
     until: float,
     told: Callable[[WearStep], bool],
+    magnet: _Magnet | None = None,
+    from_pull: _Array | None = None,
 ) -> None: ...
 def wear_contact(
     contact: PreparedContact,
@@ -175,6 +182,7 @@ def wear_contact(
     worn: tuple[float, _Array, _Array, float | None],
     until: float,
     told: Callable[[WearStep], bool],
+    magnet: tuple[Problem, _Magnet] | None = None,
 ) -> None: ...
 
 @final
@@ -222,6 +230,45 @@ class Outcome:
     def residual(self) -> float: ...
     @property
     def unstable(self) -> bool: ...
+    @property
+    def settled(self) -> Settled | None: ...
+
+@final
+class MagneticCircuit:
+    def __new__(
+        cls,
+        field: _Array,
+        flux_density: _Array,
+        ampere_turns: float,
+        area: _Array,
+        points: list[int],
+        iron_share: float,
+        pole_length: float,
+        non_magnetic_gap: float,
+        yoke: tuple[float, float] | None,
+        rail: tuple[float, float] | None,
+        leakage: float,
+    ) -> MagneticCircuit: ...
+    @property
+    def limit(self) -> float: ...
+    def attract(self, gap: _Array, factor: float) -> tuple[_Array, _Array, _Array, float, list[float]]: ...
+
+_Magnet = tuple[MagneticCircuit, list[tuple[bool, bool]], float]
+
+@final
+class Settled:
+    @property
+    def pull(self) -> _Array: ...
+    @property
+    def flux(self) -> float: ...
+    @property
+    def forces(self) -> list[float]: ...
+    @property
+    def solves(self) -> int: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def share(self) -> float | None: ...
 
 @final
 class PreparedContact:
@@ -256,7 +303,7 @@ class PreparedContact:
     @property
     def is_tabulated(self) -> bool: ...
     def mean_pressure(self, pressure: _Array) -> _Array: ...
-    def resume(self, pressure: _Array, motion: _Array) -> None: ...
+    def resume(self, pressure: _Array, motion: _Array, from_pull: _Array | None = None) -> None: ...
     def step(
         self,
         pose: list[float],
@@ -266,6 +313,7 @@ class PreparedContact:
         gap: _Array | None = None,
         friction: _Array | None = None,
         diagonal: _Array | None = None,
+        magnet: tuple[Problem, _Magnet] | None = None,
     ) -> tuple[Outcome, Tangent | None]: ...
     @property
     def geometry(self) -> ContactGeometry: ...

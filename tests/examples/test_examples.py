@@ -68,6 +68,12 @@ def cattaneo_mindlin(names: dict[str, Any]) -> None:
     assert max(names["shift_error"]) < 1e-3
 
 
+def magnet_snapping_on(names: dict[str, Any]) -> None:
+    """Iron takes so little at the distance of snapping on that the closed form without it is near."""
+    assert names["snap"] == pytest.approx(names["plain"], rel=0.02)
+    assert names["plain"] == pytest.approx(9.90e-3, abs=1e-4)
+
+
 def worn_soles(names: dict[str, Any]) -> None:
     peaks = names["peaks"]
     # worn in on its own rail a sole presses about as evenly as the assumed one
@@ -221,6 +227,7 @@ CHECKS = {
         carter_rolling,
         cattaneo_mindlin,
         cattaneo_to_carter,
+        magnet_snapping_on,
         worn_soles,
         creep_forces_with_spin,
         elastomer_pad_on_steel,

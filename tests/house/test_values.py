@@ -72,6 +72,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "FoundationResult": lambda: mtb.fastsim(patch(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3)),
     "GaussianPressure": lambda: mtb.GaussianPressure(1e6, (0.0, 0.0), (0.1, 0.1)),
     "Gradient": lambda: step().gradient("force"),
+    "Magnet": lambda: mtb.Magnet(1e3, 1e-3),
     "Guide": lambda: mtb.Guide(5.0),
     "HalfSpace": lambda: mtb.HalfSpace(mtb.steel),
     "Hertz": lambda: mtb.hertz(1e3, 0.1),

@@ -25,12 +25,14 @@ Unit = str | tuple[str, ...]
 _LENGTHS = (
     "accumulated_plastic_slip approach center conforming_to element_size flange_back gap gauge gauge_depth "
     "height heights inner_edge lateral length longest memory nodes origin outer_edge radii radius radius_y "
-    "rail_length rail_position reach reference reference_point rms_height roll_off s semi_axes shift "
+    "non_magnetic_gap pole_length rail_length rail_position reach reference reference_point rms_height "
+    "roll_off s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
     "displacement displacements where"
 )
 _RATIOS = (
-    "coefficient floor friction hurst kinetic points poisson_ratio poles ratio ratios reduction relief_slope "
+    "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
+    "reduction relief_slope "
     "rms_slope static tilts tolerance"
 )
 #: Units of all public arguments that have one, by name; of a sequence whose entries differ, of each.
@@ -54,6 +56,10 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(("law", "lower_law", "wear_coefficient"), "1/Pa"),
     **dict.fromkeys(("distance", "limit"), "m"),
     **dict.fromkeys(("k", "slip", "uniformity"), "1"),
+    "ampere_turns": "A",
+    "armature": ("m", "m^2"),
+    "yoke": ("m", "m^2"),
+    "leakage": "H",
     "conductivity": "W/(m K)",
     "conductivity_slope": "W/(m K^2)",
     "expansion": "1/K",

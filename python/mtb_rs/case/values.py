@@ -8,6 +8,7 @@ import math
 import re
 import typing
 from collections.abc import Collection, Mapping
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,13 +27,14 @@ from pydantic import (
     model_validator,
 )
 
-from ..base.check import choice, path_of, reals, shortened
+from ..base.check import choice, meant, path_of, reals, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
 from ..bodies.simple import Rigid
 from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer
+from ..friction.magnet import IRONS, Branch, Magnet
 from ..geometry.profiles import STANDARD_PROFILES, Profile
 from ..half_space.motions import Forces, Rolling, Shift
 
@@ -85,7 +87,7 @@ def _field(given: Any, info: ValidationInfo) -> Any:
         return float(given)
     if isinstance(given, (list, tuple)):
         return [_field(part, info) for part in given]
-    if isinstance(given, (VelocityTable, FieldTable, GaussianPressure)):
+    if isinstance(given, (VelocityTable, FieldTable, GaussianPressure, Magnet)):
         return given
     if isinstance(given, Mapping):
         keys = set(given)
@@ -99,6 +101,8 @@ def _field(given: Any, info: ValidationInfo) -> Any:
             return table_from_file(
                 (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
             )
+        if "ampere_turns" in keys:
+            return _magnet(given, info)
         if {"peak", "center", "sigma"} <= keys <= {"peak", "center", "sigma", "floor"}:
             return GaussianPressure(
                 _number("peak", given["peak"]),
@@ -108,10 +112,25 @@ def _field(given: Any, info: ValidationInfo) -> Any:
             )
         raise ValueError(
             f"the keys {', '.join(sorted(keys)) or '(none)'} do not go together: velocity and value, or "
-            "x, y and value, or file (a CSV with these columns), or peak, center, sigma and floor (a hill) "
-            "are needed"
+            "x, y and value, or file (a CSV with these columns), or peak, center, sigma and floor (a hill), "
+            "or ampere_turns, non_magnetic_gap and what else a magnet has are needed"
         )
     raise ValueError("a number, a list with one entry per pole, or a table is needed")
+
+
+def _magnet(given: Mapping[str, Any], info: ValidationInfo) -> Magnet:
+    words = {f.name for f in fields(Magnet)}
+    for key in given:
+        if key not in words:
+            near = meant(key, sorted(words))
+            hint = f"did you mean {near}?" if near else f"{', '.join(sorted(words))} are its words"
+            raise ValueError(f"a magnet has no {key}; {hint}")
+    if "non_magnetic_gap" not in given:
+        raise ValueError("non_magnetic_gap [m] is missing: a magnet needs it and ampere_turns [A]")
+    made = dict(given)
+    if "speed_factor" in made:
+        made["speed_factor"] = _field(made["speed_factor"], info)
+    return Magnet(**made)
 
 
 def _list(given: Any) -> list[Any]:
@@ -249,6 +268,26 @@ def _field_look(number: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [part, _list_of(part)]}
 
 
+#: A magnet whose pull follows the gap.
+_MAGNET = _table(
+    ["ampere_turns", "non_magnetic_gap"],
+    ampere_turns=_POSITIVE,
+    non_magnetic_gap=_POSITIVE,
+    iron={"anyOf": [{"enum": list(IRONS)}, _tuple_of(_list_of(_NUMBER), 2)]},
+    iron_share=_POSITIVE,
+    pole_length={**_NUMBER, "minimum": 0},
+    yoke=_tuple_of(_POSITIVE, 2),
+    armature=_tuple_of(_POSITIVE, 2),
+    leakage={**_NUMBER, "minimum": 0},
+    speed_factor={
+        "anyOf": [
+            _table(["velocity", "value"], velocity=_list_of(_NUMBER), value=_list_of(_NUMBER)),
+            _table(["file"], file=_TEXT),
+        ]
+    },
+    branch={"enum": list(typing.get_args(Branch))},
+)
+
 _PROFILE = _table(
     ["file"],
     file=_TEXT,
@@ -313,7 +352,7 @@ _BY_NAME: dict[str, Any] = {
         ),
     ),
     "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),
-    "magnetic_pressure": read_by(_field, _field_look(_NUMBER)),
+    "magnetic_pressure": read_by(_field, {"anyOf": [_field_look(_NUMBER), _MAGNET]}),
     "normal_layer": read_by(_field, _field_look({**_NUMBER, "minimum": 0})),
     "sliding_direction": read_by(_pair, _PAIR),
     "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),

@@ -259,7 +259,7 @@ class HeatedSliding:
     problem : ContactProblem
     posed : function
         Friction (n,) and magnetic pressure (n,) [Pa] at a velocity [m/s] and under the pressure (n,) [Pa] of
-        the step before.
+        the step before. In place of the pressure of a magnet that follows the gap, a factor on it.
     pressure : (n,) [Pa]
         At the beginning.
     heated : Heated
@@ -268,7 +268,7 @@ class HeatedSliding:
     def __init__(
         self,
         problem: ContactProblem,
-        posed: Callable[[float, Array], tuple[Array, Array]],
+        posed: Callable[[float, Array], tuple[Array, Array | float]],
         pressure: Array,
         heated: Heated,
     ) -> None:
@@ -288,6 +288,8 @@ class HeatedSliding:
         self.worn, self.heat = np.zeros(n), np.zeros(n)
         self.flux, self.wearing = np.zeros(n), np.zeros(n)
         self.volume_lower = 0.0
+        #: Pull (n,) [Pa] from which that of a magnet is found; None: that at the gap.
+        self.attraction = None if problem.attracting is None else problem.attracting.start(n)
         self.symmetry = mirror_symmetry(problem)
         if self.symmetry is not None:
             source = self.symmetry.source
@@ -367,12 +369,16 @@ class HeatedSliding:
         rubbing = Rubbing(self.pressure, friction, np.ones(n), mean, problem.points.points)
         coefficient = np.zeros(n) if heated.wear is None else heated.wear.coefficient(rubbing)
         diagonal = way * coefficient
-        pull_lower = pull if problem.lower.pull.any() else problem.lower.pull
         speeds = mean * self.share_of_speed
         numbers = heated.resistance, heated.share
-        loading = problem.loading_by(pull, pull_lower)
+        magnet = None
+        if problem.attracting is not None:
+            loading, magnet = problem.free_loading, (*problem.attracting.given[:2], float(pull))
+        else:
+            pull = np.asarray(pull)
+            loading = problem.loading_by(pull, pull if problem.lower.pull.any() else problem.lower.pull)
         outcome, flux, surface, pressure = self._solved(
-            loading, friction, (response, before, speeds, numbers, opening), worn, diagonal
+            loading, friction, (response, before, speeds, numbers, opening), worn, diagonal, magnet
         )
         is_state = outcome.status == "solved" and not outcome.unstable
         temperatures = []
@@ -395,14 +401,21 @@ class HeatedSliding:
         )  # fmt: skip
 
     def _solved(
-        self, loading: Any, friction: Array, heating: Any, worn: Array, diagonal: Array
+        self, loading: Any, friction: Array, heating: Any, worn: Array, diagonal: Array, magnet: Any
     ) -> tuple[Any, Array, Array, Array]:
         """Outcome, fluxes, temperatures (2, n) and pressure (n,); by the half where all is symmetric."""
         response, before, speeds, numbers, opening = heating
         symmetry, core = self.symmetry, self.problem.core
         if symmetry is None or not self._is_symmetric([loading.gap, friction, worn, diagonal, *before]):
             outcome, flux, surface, _ = core.slide_heated(
-                loading, self.direction, friction, heating, (worn, diagonal), self.active.tolist()
+                loading,
+                self.direction,
+                friction,
+                heating,
+                (worn, diagonal),
+                self.active.tolist(),
+                magnet,
+                self.attraction,
             )
             return outcome, flux, surface, outcome.pressure
         kept, source = self._kept, symmetry.source
@@ -435,6 +448,8 @@ class HeatedSliding:
         problem, duration = self.problem, trial.duration
         before = self.held()
         self.time += duration
+        if trial.outcome.settled is not None:
+            self.attraction = trial.outcome.settled.pull
         self.passing.times.append(self.time)
         self.passing.distances.append(self.passing.distances[-1] + trial.way)
         losses = self.lost(trial.temperatures)

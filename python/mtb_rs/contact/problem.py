@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -55,6 +55,44 @@ class Kept:
 
 @dataclass(frozen=True)
 @plain
+class Attracting:
+    """A magnet whose pull follows the gap.
+
+    Attributes
+    ----------
+    circuit : MagneticCircuit
+    factor : float
+        Of the speed.
+    bodies : list of (bool, bool)
+        Of each body that it pulls, whether it is the upper one, and whether the pull moves its face.
+    from_touching : bool
+        Whether its state is looked for from bodies that touch.
+    under : function
+        The problem under a pull (n,) [Pa].
+    """
+
+    circuit: _mtb_rs.MagneticCircuit
+    factor: float
+    bodies: list[tuple[bool, bool]]
+    from_touching: bool
+    under: Callable[[Array], ContactProblem] = field(compare=False)
+
+    @property
+    def given(self) -> tuple[_mtb_rs.MagneticCircuit, list[tuple[bool, bool]], float]:
+        """As the core takes it."""
+        return self.circuit, self.bodies, self.factor
+
+    def at_gap(self, gap: Array) -> Array:
+        """Its pull (n,) [Pa] over gaps (n,) [m]."""
+        return self.circuit.attract(np.ascontiguousarray(gap), self.factor)[0]
+
+    def start(self, n: int, *, other: bool = False) -> Array | None:
+        """The pull to look for the state from, or for the other one; None: that at the gap of the bodies."""
+        return self.at_gap(np.zeros(n)) if self.from_touching != other else None
+
+
+@dataclass(frozen=True)
+@plain
 class ContactProblem:
     """Everything the solver needs, at the contact points.
 
@@ -82,6 +120,11 @@ class ContactProblem:
         What there is to say of the bodies, in sentences.
     layer : (n,) or None [m/Pa]
         Flexibility of a layer between the bodies at each point; None for none.
+    attracting : Attracting or None
+        A magnet whose pull follows the gap. The sides then have its pull at the gap of the problem, and
+        :meth:`settled` gives them that of a solution.
+    magnet : Settled or None
+        What was found of this magnet, where the pull is that of a solution.
     moments : (mx, my) [N m]
         That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
@@ -108,6 +151,8 @@ class ContactProblem:
     moments: tuple[float, float] = (0.0, 0.0)
     notes: tuple[str, ...] = ()
     layer: Array | None = None
+    attracting: Attracting | None = None
+    magnet: _mtb_rs.Settled | None = None
 
     @property
     def n(self) -> int:
@@ -139,6 +184,30 @@ class ContactProblem:
     def loading(self) -> _mtb_rs.Loading:
         """Gap (n,) [m] before contact and generalised loads (m,) [J] on the free motions, by all loads."""
         return self.loading_by(self.upper.pull, self.lower.pull)
+
+    @property
+    def attraction(self) -> Array:
+        """Magnetic pressure (n,) [Pa] between the bodies."""
+        return self.upper.pull
+
+    @property
+    def free_loading(self) -> _mtb_rs.Loading:
+        """The loading without attraction."""
+        return self.loading_by(np.zeros(self.n), np.zeros(self.n))
+
+    def settled(self, solution: Solution) -> ContactProblem:
+        """The problem under the pull of its solution, where a magnet follows the gap; elsewhere itself."""
+        if self.attracting is None or solution.settled is None:
+            return self
+        under = self.attracting.under(solution.settled.pull)
+        return replace(
+            self,
+            upper=under.upper,
+            lower=under.lower,
+            loads=under.loads,
+            attracting=None,
+            magnet=solution.settled,
+        )
 
     def loading_by(self, upper_pull: Array, lower_pull: Array) -> _mtb_rs.Loading:
         """The same with other attractions (n,) [Pa] of the bodies."""
@@ -225,6 +294,7 @@ class Solution:
     preconditionings: float = 0.0
     operations: float = 0.0
     notes: tuple[str, ...] = ()
+    settled: _mtb_rs.Settled | None = None
 
     def coefficients(self, problem: ContactProblem) -> Array:
         """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""

@@ -107,15 +107,20 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
     core.prepare(direction, frictional)
     problem.time_s["influence matrix"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    out = core.slide(
-        problem.loading,
-        direction,
-        law.at if law.fixed is None else np.ascontiguousarray(law.fixed),
-    )
+    coefficients = law.at if law.fixed is None else np.ascontiguousarray(law.fixed)
+    magnet = problem.attracting
+    notes: tuple[str, ...] = ()
+    if magnet is None:
+        out = core.slide(problem.loading, direction, coefficients)
+    else:
+        given = problem.free_loading, direction, coefficients, magnet.given
+        out = core.slide(*given, magnet.start(problem.n), with_margin)
+        if with_margin and out.status == "solved":
+            notes = _other_state(out, core.slide(*given, magnet.start(problem.n, other=True)), problem)
     problem.time_s["complementarity"] = time.perf_counter() - clock
     clock = time.perf_counter()
     margin: float | None = None
-    notes: tuple[str, ...] = ()
+    is_unknown = False
     if frictional and with_margin:
         factor = problem.memory.recall(
             "wedging factor",
@@ -123,7 +128,8 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
             lambda: core.wedging_factor(direction, out.friction),
         )
         if np.isnan(factor):
-            notes = (UNKNOWN_MARGIN.format(points=problem.n),)
+            is_unknown = True
+            notes = (*notes, UNKNOWN_MARGIN.format(points=problem.n))
         else:
             margin = 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
     problem.time_s["wedging margin"] = time.perf_counter() - clock
@@ -138,13 +144,40 @@ def _solve_whole(problem: ContactProblem, with_margin: bool) -> Solution:
         residual=out.residual,
         wedging_margin=margin,
         # by products no determinant is known
-        unstable=None if notes else out.unstable,
+        unstable=None if is_unknown else out.unstable or snaps(out.settled),
         notes=notes,
         operations=(
             product_operations(problem.n, out.iterations)
             if core.is_by_products
             else dense_operations(problem.n, int((out.pressure > 0.0).sum()), out.iterations)
         ),
+        settled=out.settled,
+    )
+
+
+#: Difference of the pulls of two states, in parts of the pull, from which on they are two.
+TWO_STATES = 1e-6
+
+
+def snaps(settled: _mtb_rs.Settled | None) -> bool:
+    """Whether a magnet is stiffer than what holds the bodies, so that its state does not stay."""
+    return settled is not None and settled.share is not None and settled.share >= 1.0
+
+
+def _other_state(out: _mtb_rs.Outcome, other: _mtb_rs.Outcome, problem: ContactProblem) -> tuple[str, ...]:
+    """What there is to say of a second state under a magnet."""
+    assert problem.attracting is not None
+    if other.status != "solved" or out.settled is None or other.settled is None:
+        return ()
+    here, there = (float(problem.area @ found.pull) for found in (out.settled, other.settled))
+    if abs(here - there) <= TWO_STATES * max(here, there):
+        return ()
+    found, else_ = "bodies that stood apart", "bodies that have touched"
+    if problem.attracting.from_touching:
+        found, else_ = else_, found
+    return (
+        f"The magnet has two states here. This is that of {found}, with an attraction of {here:.6g} N; "
+        f"that of {else_} has one of {there:.6g} N.",
     )
 
 
@@ -197,6 +230,7 @@ def finish(
     ConvergenceError, ResultantError
         If `solution` is none; the state is attached.
     """
+    problem = problem.settled(solution)
     points, area, n = problem.points, problem.area, problem.n
     check_finite("pressure", solution.pressure)
     coefficients = solution.coefficients(problem)
@@ -262,6 +296,7 @@ def finish(
         ),
         tipping_margin=tipping,
         notes=(*problem.notes, *solution.notes),
+        magnet=of_magnet(problem.magnet, problem.area),
         time_s=dict(problem.time_s),
     )
     result = Result(
@@ -271,6 +306,7 @@ def finish(
         pressure=put(mean[2]),
         traction=put(traction),
         gap=put(solution.gap, nodes.gap),
+        magnetic_pressure=put(problem.attraction) if problem.attraction.any() else None,
         initial_gap=nodes.gap.reshape(problem.shape),
         status=put(status),
         displacement=Displacement(*map(put, displacement)),
@@ -295,6 +331,20 @@ def finish(
         raise failure(problem, solution, result)
     ask(of_result(result, deformation, result.parts))
     return result
+
+
+def of_magnet(found: _mtb_rs.Settled | None, area: Array) -> dict[str, Any]:
+    """What a magnet that follows the gap does, for the report."""
+    if found is None:
+        return {}
+    told = {
+        "attraction": float(area @ found.pull),
+        "flux": found.flux,
+        "ampere_turns_of_poles": tuple(found.forces),
+        "solves": found.solves,
+        "residual": found.residual,
+    }
+    return told if found.share is None else told | {"snap_share": found.share}
 
 
 def _balance(
@@ -392,6 +442,11 @@ def failure(problem: ContactProblem, solution: Solution, result: Any = None) -> 
 def _explain(problem: ContactProblem, solution: Solution) -> str:
     """The status in words a user can act on."""
     if solution.status == "solved":
+        if snaps(solution.settled):
+            return (
+                "solved, but on an unstable branch: the magnet is stiffer than what holds the bodies, which "
+                "snap together or apart"
+            )
         if solution.unstable:
             return "solved, but on an unstable branch: a little more load gives less contact"
         return "solved"

@@ -72,6 +72,9 @@ def is_symmetric(problem: ContactProblem) -> bool:
 def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     """The half of a symmetric problem; None where the problem is not symmetric."""
     points, friction = problem.points, problem.friction
+    if problem.attracting is not None:
+        # the poles are in series: a half would have half of the flux
+        return None
     image = _image_of(problem)
     if image is None:
         return None

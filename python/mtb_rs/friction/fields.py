@@ -14,6 +14,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _mtb_rs
 from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
 from ..base.owning import owning
 from ..base.plain import plain
@@ -113,6 +114,8 @@ class Form(ABC):
     is_one: ClassVar[bool] = False
     #: Whether its values are known only with the pressure.
     depends_on_pressure: ClassVar[bool] = False
+    #: Whether its values are known only with the gap: that of a magnet, which has a :meth:`circuit`.
+    follows_gap: ClassVar[bool] = False
 
     @abstractmethod
     def values(self, asked: Asked) -> Array:
@@ -165,6 +168,21 @@ class Form(ABC):
     def number(self) -> float | None:
         """The number that it is; None for all other forms."""
         return None
+
+    @property
+    def from_touching(self) -> bool:
+        """Whether the state of a magnet is looked for from bodies that touch."""
+        return False
+
+    def circuit(
+        self, area: Array, patches: Grids, kept: NDArray[np.intp] | None
+    ) -> _mtb_rs.MagneticCircuit | None:
+        """The circuit of a magnet over contact points with an `area` (n,) [m2]; None of all other forms."""
+        return None
+
+    def factor(self, velocity: float | None) -> float:
+        """Factor of a speed [m/s] on the pull of a magnet."""
+        return 1.0
 
     def coefficients(self, values: Callable[[], Array]) -> Coefficients:
         """As friction of a contact problem, with `values` at its points."""

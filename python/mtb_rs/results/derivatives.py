@@ -16,6 +16,12 @@ from ..base.check import meant
 from ..base.plain import plain, same
 
 Array = NDArray[np.float64]
+
+#: Why what a magnet pulls has no derivatives.
+NO_MAGNET = (
+    "the pull of a Magnet follows the gap, and derivatives hold the pull, so they would be wrong: take "
+    "differences of solves, or give the magnetic_pressure of this result in place of the Magnet"
+)
 Shape = tuple[int, ...]
 
 #: Most numbers of a derivative of a field by a field.

@@ -94,6 +94,7 @@ FIELDS = {
         Field("area", "area", "m^2", _EMPTY, parts=()),
         Field("normal", "normal of the lower body", "1", _EMPTY, is_vector=True, parts=()),
         Field("pressure", "pressure", "Pa", _EMPTY, extent="contact"),
+        Field("magnetic_pressure", "magnetic pressure", "Pa", _EMPTY),
         Field("traction", "traction", "Pa", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
         Field("slip", "slip", "1", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),
         Field("plastic_slip", "plastic slip", "1", _EMPTY, is_vector=True, parts=_FRICTION, extent="contact"),

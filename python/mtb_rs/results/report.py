@@ -77,6 +77,13 @@ class Report(Told):
         Distance of the resultant of the loads from the middle of the contact points, divided by the distance
         at which a body tips over. Friction on a tall body shifts the resultant. 0 means the middle, and above
         1 no pressure balances the load. None if no load determines the force.
+    magnet : Mapping[str, Any]
+        Of a :class:`mtb_rs.Magnet`, otherwise empty: "attraction" [N] (sum of its pressure times area),
+        "flux" [Wb] through the poles, "ampere_turns_of_poles" [A], "solves" (states of the contact until gaps
+        and pull fitted each other), "residual" [-] (what they still differ by, relative to the largest pull)
+        and
+        "snap_share" [-] where a scene was solved: the stiffness of the magnet in parts of that of what holds
+        the bodies. From 1 on the state does not stay.
     time_s : Mapping[str, float] [s]
         Wall time by stage.
     notes : tuple of str
@@ -109,6 +116,7 @@ class Report(Told):
     operations: Mapping[str, float] = field(default_factory=dict)
     wedging_margin: float | None = None
     tipping_margin: float | None = None
+    magnet: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     time_s: Mapping[str, float] = field(default_factory=dict, compare=False)
     history: tuple[float, ...] = ()

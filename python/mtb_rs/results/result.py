@@ -455,6 +455,9 @@ class Result(Judged, Differentiable, Pictured):
         Unknowns of the solution: the traction along both tangents on the lower body, and the pressure.
     motion : (m,)
         Amplitudes of the rigid motions that only contact holds.
+    magnetic_pressure : (...) [Pa] or None
+        With which the bodies attract each other at each point, if they do: as given, or as a
+        :class:`mtb_rs.Magnet` pulls at the gaps of the state.
     summary : Mapping
         Inputs of the scene, which `summary.json` repeats: the arguments of a ready scene, or the fields of a
         scene of your own. Functions are told by their name and digest; in a loaded result large arrays,
@@ -489,6 +492,7 @@ class Result(Judged, Differentiable, Pictured):
     parts: tuple[ElasticPart, ...] = field(default=(), compare=False)
     coefficients: Array | None = None
     motion: Array | None = None
+    magnetic_pressure: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
@@ -498,7 +502,8 @@ class Result(Judged, Differentiable, Pictured):
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
         upper, lower = self.displacement
-        return super().fields() | fields_of(displacement_upper=upper, displacement_lower=lower)
+        pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
+        return super().fields() | fields_of(None, displacement_upper=upper, displacement_lower=lower, **pull)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is."""

@@ -16,7 +16,7 @@ from ..base.words import Model
 from ..contact.problem import ContactProblem, frame_of
 from ..contact.tangent import Change, Effect, Points, PullField, SlidingTangent
 from ..friction.fields import Leaf, VelocityTable, as_form
-from ..results.derivatives import Functional
+from ..results.derivatives import NO_MAGNET, Functional
 from ..results.result import Result
 from .posed import PosedScene
 
@@ -141,6 +141,8 @@ class DerivedState:
     @cached_property
     def tangent(self) -> SlidingTangent:
         """The contact, linearised about its state."""
+        if as_form(self.scene.magnetic_pressure).follows_gap:
+            raise ValueError(NO_MAGNET)
         problem, result = self.problem, self.result
         core = problem.core.tangent(
             self.pressure,

@@ -334,8 +334,10 @@ def level_at(
     if not coupled:
         smooth = replace(problem.without_friction(), time_s=problem.time_s)
         solution = solve_direct(smooth, with_margin=False)
-        return Level(problem, replace(solution, friction=problem.friction_at(solution.pressure)), spacing)
-    return Level(problem, solve_direct(problem, with_margin=not is_rough), spacing)
+        solution = replace(solution, friction=problem.friction_at(solution.pressure))
+    else:
+        solution = solve_direct(problem, with_margin=not is_rough)
+    return Level(problem.settled(solution), solution, spacing)
 
 
 def mesh_errors(level: Level) -> tuple[float, float]:
@@ -409,7 +411,12 @@ def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
 def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
     """Whether this is one flat grid of cells between half-spaces, and nothing else."""
     flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
-    return problem.model == "half-space" and flat and not beyond(scene, "convolutions")
+    return (
+        problem.model == "half-space"
+        and flat
+        and not beyond(scene, "convolutions")
+        and problem.attracting is None
+    )
 
 
 def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None) -> Solution:

@@ -180,11 +180,13 @@ class HeatedScene:
         scene, problem = self.scene, self.problem
         kept, points, patches = problem.kept, problem.points, problem.patches
 
-        def posed(velocity: float, pressure: Array) -> tuple[Array, Array]:
+        def posed(velocity: float, pressure: Array) -> tuple[Array, Array | float]:
             field = as_form(scene.friction).coefficients(
                 lambda: scene.friction_at(points, patches, kept, velocity)
             )
             friction = field.at(pressure)
+            if problem.attracting is not None:
+                return friction, share * as_form(scene.magnetic_pressure).factor(velocity)
             pull = problem.upper.pull
             if scene.magnetic_pressure is not None:
                 pull = scene.pull_at(points, patches, kept, velocity=velocity)

@@ -26,6 +26,7 @@ from ..contact.sliding_start import (
 from ..contact.solve import JAMMED, failure, solve_direct
 from ..contact.staggered import staggered, with_half_space
 from ..contact.standing import hats_of
+from ..friction.fields import as_form
 from ..results.result import Result
 from . import direct
 from .posed import PosedScene
@@ -74,6 +75,11 @@ def model_of(scene: PosedScene, model: Model, method: Method) -> Model:
     if method == "staggered" and model != "elastic-upper":
         raise ValueError(f"method is 'staggered': it needs model='elastic-upper', not {model!r}")
     refuse_beyond(scene, "load increments" if method == "incremental" else "the staggered loop")
+    if as_form(scene.magnetic_pressure).follows_gap:
+        raise ValueError(
+            f'method is {method!r}: the pull of a Magnet follows the gap, which takes "direct"; the '
+            "methods of the thesis take a magnetic_pressure as a number, a field or a table"
+        )
     return model
 
 
@@ -96,6 +102,8 @@ def slide_from_rest(
     solution = solve_direct(problem, with_margin=False)
     if solution.status != "solved":
         raise failure(problem, solution)
+    # the pull is held while the bodies are displaced along the surface
+    problem = problem.settled(solution)
     scene.check_touching(bool((solution.pressure > 0.0).any()), problem.points, problem.loads)
     scene.check_edge(problem.patches, solution.pressure)
     friction = scene.friction_from_rest(problem, solution.pressure)

@@ -27,7 +27,7 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
-from ..contact.problem import ContactProblem, Kept, Solution, sliding_direction
+from ..contact.problem import Attracting, ContactProblem, Kept, Solution, sliding_direction
 from ..contact.solids import Bodies, OwnBodies, body_contact, check_faces
 from ..contact.solve import finish, magnetic_field
 from ..contact.standing import Contact
@@ -289,8 +289,9 @@ class PosedScene(Told):
             bodies=(self.lower, self.upper),
             **known,
         )
-        self.check_touching(result.report.contact_area > 0.0, problem.points, problem.loads)
-        if self.own_model is not None:
+        is_touching = result.report.contact_area > 0.0
+        self.check_touching(is_touching, problem.points, problem.loads)
+        if self.own_model is not None and is_touching:
             check_faces(self.solids.values(), problem, result)
         self.check_edge(problem.patches, result.pressure.reshape(-1))
         return result
@@ -391,9 +392,30 @@ class PosedScene(Told):
         if not self.geometry.is_body_edge:
             contact = replace(contact, windows=contact.patches)
         points, patches, kept, n = contact.points, contact.patches, contact.kept, contact.area.size
-        pull = np.zeros(n)
-        if self.magnetic_pressure is not None:
-            pull = self.pull_at(points, patches, kept)
+        magnet = as_form(self.magnetic_pressure)
+        circuit = magnet.circuit(contact.area, patches, None if kept is None else kept.numbers)
+        if circuit is None:
+            pull = np.zeros(n)
+            if self.magnetic_pressure is not None:
+                pull = self.pull_at(points, patches, kept)
+            return self._under_pull(contact, model, time_s, pull)
+
+        def under(pull: Array) -> ContactProblem:
+            return self._under_pull(contact, model, time_s, pull)
+
+        factor = magnet.factor(self.velocity)
+        problem = under(circuit.attract(np.ascontiguousarray(points.gap), factor)[0])
+        bodies = [(True, problem.upper.is_pulled_at_face)]
+        if self.attraction == "both":
+            bodies.append((False, problem.lower.is_pulled_at_face))
+        attracting = Attracting(circuit, factor, bodies, magnet.from_touching, under)
+        return replace(problem, attracting=attracting)
+
+    def _under_pull(
+        self, contact: Contact, model: Model, time_s: dict[str, float], pull: Array
+    ) -> ContactProblem:
+        """The bodies of a contact under the loads of the scene and a magnetic pressure (n,) [Pa]."""
+        points, patches, kept, n = contact.points, contact.patches, contact.kept, contact.area.size
         load = contact.load_of(pull)
         loads: dict[str, Any] = {}
         centre = contact.upper.centre
@@ -546,7 +568,8 @@ class PosedScene(Told):
 
     def check_touching(self, is_touching: bool, points: ContactPoints, loads: Mapping[str, Any]) -> None:
         """ValueError where the bodies do not touch under the load of the scene."""
-        if is_touching:
+        if is_touching or as_form(self.magnetic_pressure).follows_gap:
+            # that a magnet does not bring the bodies together is an answer
             return
         if self.own_model is not None:
             raise ValueError(self._why_apart(points, loads))

@@ -149,7 +149,7 @@ def block_on_plane(
         Along x, along z, and along y (by default the width).
     friction : float, array, callable, table [-]
         Coefficient of the sliding.
-    magnetic_pressure : float, array, callable, table [Pa]
+    magnetic_pressure : float, array, callable, table [Pa] or Magnet
         Attracts the foot of the block.
     spacing : float or (dx, dy) [m], or None
         None: :meth:`Scene.solve` chooses it by the tolerance.
@@ -216,8 +216,9 @@ def pole_shoe_on_rail(
         1 (left, y > 0) or 2. The poles are separate bodies: each has its own approach and tilts.
     friction : float, array, callable, table [-]
         Coefficient of the sliding.
-    magnetic_pressure : float [Pa], (left, right), array, callable, table
-        Magnetic pressure on the conforming strip, along the local normal.
+    magnetic_pressure : float [Pa], (left, right), array, callable, table, or Magnet
+        Magnetic pressure on the conforming strip, along the local normal, per area of this strip. The default
+        is the force of a whole pole over its strip: the iron of a pole is wider and saturates at 1.84e6 Pa.
     velocity : float [m/s]
         For tables over the velocity.
     spacing : float or (dx, dy) [m], or None

@@ -86,11 +86,13 @@ class Scene(PosedScene):
         rigid bodies they are the moments of the load; the tilts are then free, and otherwise they are locked.
         For elastic upper bodies they act in addition to the load and are distributed over the body like
         inertia forces; the tilts that the supports do not hold are free.
-    magnetic_pressure : float, array, function or table [Pa]
+    magnetic_pressure : float, array, function, table [Pa] or Magnet
         Attraction of the upper body by the lower one along the local normal, as force over nominal area: in
-        the forms of `friction`, or a :class:`mtb_rs.GaussianPressure`. Functions, hills and tables are
-        evaluated at the contact points, so narrow cells integrate a field that varies better. It
-        is no field pressure: 3e6 would take a field of 2.75 T across an open gap (``B**2 / (2 mu_0)``).
+        the forms of `friction`, a :class:`mtb_rs.GaussianPressure`, or a :class:`mtb_rs.Magnet`, whose pull
+        follows the gap. Functions, hills and tables are evaluated at the contact points, so narrow cells
+        integrate a field that varies better. A number is no Maxwell stress: 3e6 is the force of the whole
+        pole over its contact area. Across an open gap it would take 2.75 T (``B**2 / (2 mu_0)``), but iron
+        saturates at about 2.15 T, which gives 1.84e6 Pa on the area of the iron.
     attraction : "upper" or "both"
         Which bodies the magnetic pressure acts on.
     velocity : float [m/s]

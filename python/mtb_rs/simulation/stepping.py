@@ -7,7 +7,7 @@ import contextlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,11 +24,13 @@ from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
-from ..contact.solve import JAMMED, Body, displaced
+from ..contact.solve import JAMMED, Body, displaced, of_magnet
 from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
-from ..results.derivatives import Differentiable, Functional, Tangent
+from ..results.derivatives import NO_MAGNET, Differentiable, Functional, Tangent
+from ..results.fields import Field as ResultField
+from ..results.fields import fields_of
 from ..results.plausible import of_deformation, width_of
 from ..results.result import Pictured
 from ..scenes.derived import by_layer, numbers_of_layer
@@ -57,10 +59,13 @@ class StepState:
         Unknowns of the contact points.
     motion : (m,)
         Amplitudes of the motions found from balance.
+    magnetic_pressure : (n,) [Pa] or None
+        Pull of a :class:`mtb_rs.Magnet`, from which that of the next step is found.
     """
 
     pressure: Array
     motion: Array
+    magnetic_pressure: Array | None = None
 
 
 @stored
@@ -85,6 +90,8 @@ class StepReport:
         Relative complementarity residual.
     unstable : bool
         Whether more load gives less contact here.
+    magnet : Mapping[str, Any]
+        Of a :class:`mtb_rs.Magnet`, as in :class:`mtb_rs.Report`; otherwise empty.
     """
 
     status: str
@@ -94,6 +101,7 @@ class StepReport:
     fell_back: bool
     residual: float
     unstable: bool
+    magnet: Mapping[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain Python data, ready for JSON."""
@@ -133,6 +141,8 @@ class StepResult(Differentiable, Pictured):
     state : StepState
         For the next step.
     report : StepReport
+    magnetic_pressure : (n,) [Pa] or None
+        With which a :class:`mtb_rs.Magnet` pulls at the gaps of the step; None for all other loads.
     """
 
     force: Array
@@ -146,6 +156,7 @@ class StepResult(Differentiable, Pictured):
     _grid: StepGrid = field(repr=False)
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
+    magnetic_pressure: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -176,6 +187,11 @@ class StepResult(Differentiable, Pictured):
             return np.asarray(self._pressure)
         return self._core.mean_pressure(self.state.pressure)
 
+    def fields(self) -> dict[str, ResultField]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
+        return super().fields() | fields_of(None, **pull)
+
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the report."""
         return {"report": self.report.as_dict()}
@@ -193,6 +209,8 @@ class StepResult(Differentiable, Pictured):
     def _source(self) -> StepDerived:
         # not a field: what is put together from parts of it was not solved
         source: StepDerived | None = vars(self).get("_derived")
+        if self.magnetic_pressure is not None:
+            raise ValueError(NO_MAGNET)
         if source is None:
             raise ValueError(
                 "this step was loaded, copied or is not solved: only a step that its contact has solved has "
@@ -293,7 +311,9 @@ class PreparedContact:
             Length of the step, for `friction_work`.
         magnetic_pressure : float [Pa], or as for scenes
             Pressure in place of the scene's. A number costs nothing; a field costs a product with the
-            compliance.
+            compliance. With a :class:`mtb_rs.Magnet` the pull follows the gaps of the step, pose and `gap`
+            included; it is found from that of the last step, so that bodies which have touched keep
+            together until the magnet cannot hold them.
         state : StepState
             State to start from in place of the memory.
         gap : (n,) [m]
@@ -320,8 +340,16 @@ class PreparedContact:
         if dt is not None:
             positive("dt", dt, "s")
         sliding = self._velocity(velocity)
-        uniform, given = None, None
-        if magnetic_pressure is not None:
+        uniform, given, magnet = None, None, None
+        if magnetic_pressure is None:
+            magnet = None if self._source is None else self._source.magnet(None, sliding)
+        elif as_form(magnetic_pressure).follows_gap:
+            if self._source is None:
+                raise ValueError("magnetic_pressure is a Magnet: a contact from a file takes a number [Pa]")
+            magnet = self._source.magnet(magnetic_pressure, sliding)
+        elif self._source is not None and self._source.follows_gap:
+            given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
+        else:
             if isinstance(magnetic_pressure, (int, float, np.integer, np.floating)):
                 uniform = number("magnetic_pressure", magnetic_pressure, "Pa")
             elif self._source is None:
@@ -330,14 +358,16 @@ class PreparedContact:
                 given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
         if state is not None:
             self._check_state(state)
-            self._core.resume(state.pressure, state.motion)
+            self._core.resume(state.pressure, state.motion, state.magnetic_pressure)
         n = self.area.size
         added = None if gap is None else _at_points("gap", gap, n, "m")
         rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
         own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa")
-        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing, own)
+        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing, own, magnet)
         power = out.friction_power
-        status, pull = out.status, self._pull(magnetic_pressure, uniform)
+        attraction = None if out.settled is None else out.settled.pull
+        status = out.status
+        pull = self._pull(magnetic_pressure, uniform) if attraction is None else float(self.area @ attraction)
         if status == "solved" and np.isnan(place).all() and -out.force[2] > JAMMED * pull > 0.0:
             status = (
                 f"solved, but the body has jammed: the contact force is {-out.force[2]:.3g} N, "
@@ -351,7 +381,7 @@ class PreparedContact:
             friction_power=power,
             friction_work=None if dt is None else power * dt,
             gap=out.gap,
-            state=StepState(out.pressure, out.motion),
+            state=StepState(out.pressure, out.motion, attraction),
             report=StepReport(
                 status=status,
                 iterations=out.iterations,
@@ -361,7 +391,9 @@ class PreparedContact:
                 # where nothing balances the load there is no state, and nothing of it is solved
                 residual=1.0 if out.status == "unreachable" else out.residual,
                 unstable=out.unstable,
+                magnet=of_magnet(out.settled, self.area),
             ),
+            magnetic_pressure=attraction,
             _grid=self._grid,
             _core=self._core,
         )
@@ -374,7 +406,8 @@ class PreparedContact:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
             speed = float(np.hypot(*sliding))
-            self._source.ask_once(self._asked, out.pressure, traction, magnetic_pressure, speed)
+            pulled = magnetic_pressure if attraction is None else attraction
+            self._source.ask_once(self._asked, out.pressure, traction, pulled, speed)
         return result
 
     def _derived(
@@ -416,11 +449,12 @@ class PreparedContact:
         Raises
         ------
         ValueError
-            If the path is a directory.
+            If the path is a directory, or the scene is pulled by a :class:`mtb_rs.Magnet`: a file holds a
+            pull that the gap does not change.
         OSError
             If nothing can be written there.
         """
-        write_bytes(path, self._core.to_bytes())
+        write_bytes(path, self._bytes())
 
     def save_fmu(
         self,
@@ -473,7 +507,7 @@ class PreparedContact:
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
         self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
-        write_bytes(target, fmu.packed(self._core.to_bytes(), library, target.stem, starts))
+        write_bytes(target, fmu.packed(self._bytes(), library, target.stem, starts))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:
@@ -488,7 +522,16 @@ class PreparedContact:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # finite elements stay behind: the copy is as one read from a file
-        return _from_bytes, (self._core.to_bytes(),)
+        return _from_bytes, (self._bytes(),)
+
+    def _bytes(self) -> bytes:
+        if self._source is not None and self._source.follows_gap:
+            raise ValueError(
+                "magnetic_pressure is a Magnet: files, mock-up units and other processes take a pull that "
+                "the gap does not change. Prepare the scene with the magnetic_pressure of a result, or with "
+                "a number"
+            )
+        return self._core.to_bytes()
 
     def _check_state(self, state: Any) -> None:
         if not isinstance(state, StepState):
@@ -507,7 +550,8 @@ class PreparedContact:
         forwards = self._core.sliding_direction
         if velocity is None:
             known = None if self._source is None else self._source.velocity
-            if known is None and self._core.is_tabulated:
+            tabulated = self._core.is_tabulated or (self._source is not None and self._source.is_tabulated)
+            if known is None and tabulated:
                 raise ValueError("velocity is missing: friction or magnetic pressure is a table over it")
             velocity = 1.0 if known is None else known
         if np.ndim(velocity) == 0:
@@ -606,6 +650,9 @@ class Source:
         spec = self.scene.magnetic_pressure if magnetic_pressure is None else magnetic_pressure
         if spec is None:
             return np.zeros(problem.n)
+        if isinstance(spec, np.ndarray) and spec.shape == (problem.n,):
+            # at the contact points themselves
+            return spec
         return self.scene.pull_at(
             problem.points, problem.patches, problem.kept, magnetic_pressure=spec, velocity=speed
         )
@@ -647,6 +694,39 @@ class Source:
             if questions:
                 asked.add(name)
                 ask(questions)
+
+    @property
+    def follows_gap(self) -> bool:
+        """Whether the scene is pulled by a magnet that follows the gap."""
+        return self.problem.attracting is not None
+
+    @property
+    def is_tabulated(self) -> bool:
+        """Whether such a magnet depends on the speed."""
+        return self.follows_gap and bool(_speeds(self.scene.magnetic_pressure))
+
+    @cached_property
+    def _core(self) -> _mtb_rs.Problem:
+        return self.problem.core
+
+    def magnet(
+        self, spec: Any, velocity: tuple[float, float]
+    ) -> tuple[_mtb_rs.Problem, tuple[_mtb_rs.MagneticCircuit, list[tuple[bool, bool]], float]] | None:
+        """A magnet in place of the scene's at a velocity, None for the scene's own, as the core takes it."""
+        problem, speed = self.problem, float(np.hypot(*velocity))
+        own = problem.attracting
+        form = as_form(self.scene.magnetic_pressure if spec is None else spec)
+        if spec is None:
+            if own is None:
+                return None
+            return self._core, (own.circuit, own.bodies, form.factor(speed))
+        kept = None if problem.kept is None else problem.kept.numbers
+        circuit = form.circuit(problem.area, problem.patches, kept)
+        assert circuit is not None
+        bodies = [(True, problem.upper.is_pulled_at_face)]
+        if self.scene.attraction == "both":
+            bodies.append((False, problem.lower.is_pulled_at_face))
+        return self._core, (circuit, bodies, form.factor(speed))
 
     def is_pulled(self, magnetic_pressure: Any) -> bool:
         """Whether a magnetic pressure acts, the scene's own where None is given."""
@@ -690,7 +770,7 @@ def prepare(
     }
     source = Source(scene, problem, softness)
     magnetic = None
-    if scene.magnetic_pressure is not None:
+    if scene.magnetic_pressure is not None and problem.attracting is None:
         speeds = _speeds(scene.magnetic_pressure) or [0.0]
         pulled = [(True, problem.upper.is_pulled_at_face)]
         if scene.attraction == "both":

@@ -477,16 +477,28 @@ class _Worn:
         given = law, passage, self.tolerance, worn, until, told
         if stage.prepared is not None:
             pull, loads = stage.changes.get("magnetic_pressure"), None
+            origin, magnet = stage.prepared._source, None
             if pull is not None and not isinstance(pull, (int, float)):
                 raise ValueError("magnetic_pressure of passages of a prepared contact is one number [Pa]")
-            _mtb_rs.wear_contact(stage.prepared._core, stage.velocity, pull, loads, *given)
+            if origin is not None and origin.follows_gap:
+                if pull is None:
+                    magnet = origin.magnet(None, stage.velocity)
+                else:
+                    pull, loads = None, origin.loads(pull, stage.speed or 0.0)
+            _mtb_rs.wear_contact(stage.prepared._core, stage.velocity, pull, loads, *given, magnet)
             return
         assert problem is not None
         cut = problem if symmetry is None else symmetry.half
         friction: Any = cut.friction.at if cut.friction.fixed is None else cut.friction.fixed
         if not callable(friction):
             friction = np.ascontiguousarray(friction)
-        _mtb_rs.wear_problem(cut.core, cut.loading, np.ascontiguousarray(cut.direction), friction, *given)
+        direction = np.ascontiguousarray(cut.direction)
+        attracting = cut.attracting
+        if attracting is None:
+            _mtb_rs.wear_problem(cut.core, cut.loading, direction, friction, *given)
+            return
+        pulled = attracting.given, attracting.start(cut.n)
+        _mtb_rs.wear_problem(cut.core, cut.free_loading, direction, friction, *given, *pulled)
 
     def _failure(self, out: _mtb_rs.Outcome, distance: float, stage: _Stage) -> ConvergenceError:
         why = {

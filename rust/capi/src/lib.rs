@@ -585,6 +585,6 @@ pub unsafe extern "C" fn mtb_contact_resume(contact: u64, n: u64, state: *const 
     call(|| {
         let state = take("state", state, n as usize)?;
         let handle = CONTACTS.get(contact)?;
-        Ok(lock(&handle).contact.resume(state, &[])?)
+        Ok(lock(&handle).contact.resume(state, &[], None)?)
     })
 }

@@ -8,7 +8,7 @@
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
 //! which it is kept. [`wear`]: what sliding takes off, step by step;
-//! [`steps`]: how long such a step may be.
+//! [`steps`]: how long such a step may be. [`magnet`]: a pull that follows the gap.
 //!
 //! **Not here.** No body, no mesh, no file: bodies enter as compliances on contact points.
 //!
@@ -24,6 +24,7 @@ pub mod fastsim;
 pub mod friction;
 pub mod incremental;
 pub mod kalker;
+pub mod magnet;
 pub mod normal;
 pub mod polach;
 pub mod prepared;

@@ -15,6 +15,7 @@ use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check, check_positive};
+use crate::magnet::Magnet;
 use crate::prepared::{PreparedContact, Step};
 use crate::problem::{Friction, Loading, Outcome, Problem};
 use crate::steps::{Gathered, StepControl};
@@ -47,6 +48,7 @@ pub struct SlidingProblem<'a> {
     direction: &'a [f64],
     friction: Friction<'a>,
     start: Option<Vec<bool>>,
+    magnet: Option<(Magnet<'a>, Option<Vec<f64>>)>,
 }
 
 impl<'a> SlidingProblem<'a> {
@@ -63,7 +65,15 @@ impl<'a> SlidingProblem<'a> {
             direction,
             friction,
             start: None,
+            magnet: None,
         }
+    }
+
+    /// The same under a magnet besides the load, from a pull (n) [Pa] as [`Problem::slide_attracted`].
+    #[must_use]
+    pub fn attracted(mut self, magnet: Magnet<'a>, from: Option<Vec<f64>>) -> Self {
+        self.magnet = Some((magnet, from));
+        self
     }
 }
 
@@ -79,13 +89,27 @@ impl Wearing for SlidingProblem<'_> {
         monitor: Monitor<'_>,
     ) -> Result<Outcome, Error> {
         let loading = self.loading.worn(worn, diagonal);
-        let outcome = self.problem.slide(
-            &loading,
-            self.direction,
-            self.friction,
-            self.start.take(),
-            monitor,
-        )?;
+        let (direction, friction, start) = (self.direction, self.friction, self.start.take());
+        let outcome = match &mut self.magnet {
+            None => self
+                .problem
+                .slide(&loading, direction, friction, start, monitor)?,
+            Some((magnet, from)) => {
+                let outcome = self.problem.slide_attracted(
+                    &loading,
+                    magnet,
+                    from.take(),
+                    direction,
+                    friction,
+                    start,
+                    false,
+                    monitor,
+                )?;
+                // wear goes on from the state in which it is
+                *from = outcome.settled.as_ref().map(|settled| settled.pull.clone());
+                outcome
+            }
+        };
         if outcome.solution.status == Status::Solved {
             (self.problem.geometry()).check_edge(&outcome.solution.pressure)?;
             self.start = Some(outcome.in_contact());

@@ -569,7 +569,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(unit: *mut c_void, state: *mut c_void) 
         unit.time = kept.time;
         if let Some(pressure) = &kept.last {
             unit.contact
-                .resume(pressure, &[])
+                .resume(pressure, &[], None)
                 .map_err(|error| Failure::error(error.to_string()))?;
         }
         unit.last.clone_from(&kept.last);

@@ -14,6 +14,7 @@ mod elasticity;
 mod error;
 mod geometry;
 mod heat;
+mod magnet;
 mod normal;
 mod operator;
 mod prepared;
@@ -49,6 +50,8 @@ mod _mtb_rs {
         PyConductingBody, PyConductionStep, PyStepControl, moving_half_space, rolling_temperatures,
         step_error, swelling,
     };
+    #[pymodule_export]
+    use super::magnet::{PyMagneticCircuit, PySettled};
     #[pymodule_export]
     use super::normal::{
         PyNormalOutcome, PyNormalTangent, available_address_space, available_memory, normal_memory,

@@ -4,7 +4,9 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use mtb_contact::Error;
-use mtb_contact::prepared::{Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table};
+use mtb_contact::prepared::{
+    Following, Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table,
+};
 use mtb_contact::problem::Attracted;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -16,6 +18,7 @@ use pyo3::types::PyBytes;
 
 use crate::contact::flat;
 use crate::error::{apart, bad_input, enter};
+use crate::magnet::{Given, MagnetArgument, pull};
 use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, body};
 use crate::tangent::PyTangent;
 
@@ -212,15 +215,20 @@ impl PyPreparedContact {
         Ok(mean.into_pyarray(py))
     }
 
-    /// Takes the pressures (n,) and motions of a step for the last ones.
+    /// Takes the pressures (n,), motions and pull (n,) of a step for the last ones.
+    #[pyo3(signature = (pressure, motion, from_pull=None))]
     fn resume(
         &self,
         py: Python<'_>,
         pressure: PyReadonlyArray1<'_, f64>,
         motion: PyReadonlyArray1<'_, f64>,
+        from_pull: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<()> {
         let (pressure, motion) = (flat(&pressure, "pressure")?, flat(&motion, "motion")?);
-        enter(py, |_| self.lock().resume(pressure, motion))
+        let from = pull(from_pull.as_ref())?;
+        enter(py, |_| {
+            self.lock().resume(pressure, motion, from.as_deref())
+        })
     }
 
     /// The contact points.
@@ -231,7 +239,7 @@ impl PyPreparedContact {
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
     /// equations linearised about it, if it is solved.
-    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None))]
+    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None, magnet=None))]
     #[allow(clippy::too_many_arguments, reason = "what one step is given")]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -243,8 +251,16 @@ impl PyPreparedContact {
         gap: Option<PyReadonlyArray1<'py, f64>>,
         friction: Option<PyReadonlyArray1<'py, f64>>,
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
+        magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>)>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
-        let pull = pull_of(given, magnetic_pressure);
+        let following = magnet.map(|(problem, magnet)| (problem, Given::of(magnet)));
+        let pull = match &following {
+            None => pull_of(given, magnetic_pressure),
+            Some((problem, given)) => Pull::Following(Following {
+                problem: &problem.get().0,
+                magnet: given.magnet(),
+            }),
+        };
         let gap = gap.as_ref().map(|gap| flat(gap, "gap")).transpose()?;
         let friction = friction
             .as_ref()

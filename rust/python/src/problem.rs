@@ -20,6 +20,7 @@ use pyo3::prelude::*;
 
 use crate::contact::{flat, status_name};
 use crate::error::{bad_input, enter};
+use crate::magnet::{Given, MagnetArgument, PySettled, pull};
 use crate::operator::{PyCompliance, rows3};
 use crate::tangent::{PyTangent, stacked};
 
@@ -192,6 +193,7 @@ pub(crate) struct PyOutcome {
     by_lemke: bool,
     residual: f64,
     unstable: bool,
+    settled: Option<Py<PySettled>>,
 }
 
 impl PyOutcome {
@@ -219,6 +221,10 @@ impl PyOutcome {
             by_lemke: solution.by_lemke,
             residual: solution.residual,
             unstable: solution.unstable,
+            settled: outcome
+                .settled
+                .map(|settled| PySettled::of(py, settled))
+                .transpose()?,
         })
     }
 }
@@ -494,7 +500,7 @@ impl PyProblem {
         clippy::type_complexity,
         reason = "the fields of one struct"
     )]
-    #[pyo3(signature = (loading, direction, friction, heating, worn=None, start=None))]
+    #[pyo3(signature = (loading, direction, friction, heating, worn=None, start=None, magnet=None, from_pull=None))]
     fn slide_heated<'py>(
         &self,
         py: Python<'py>,
@@ -504,6 +510,8 @@ impl PyProblem {
         heating: HeatingArgument<'_>,
         worn: Option<(PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>)>,
         start: Option<Vec<bool>>,
+        magnet: Option<MagnetArgument<'py>>,
+        from_pull: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<(
         PyOutcome,
         Bound<'py, PyArray2<f64>>,
@@ -520,9 +528,21 @@ impl PyProblem {
         }
         let direction = rows2(&direction, "direction")?;
         let friction = flat(&friction, "friction")?;
-        let found = enter(py, |monitor| {
-            self.0
-                .slide_heated(&loading, direction, friction, &heating, start, monitor)
+        let (given, from) = (magnet.map(Given::of), pull(from_pull.as_ref())?);
+        let found = enter(py, |monitor| match &given {
+            None => self
+                .0
+                .slide_heated(&loading, direction, friction, &heating, start, monitor),
+            Some(given) => self.0.slide_heated_attracted(
+                &loading,
+                &given.magnet(),
+                from,
+                direction,
+                friction,
+                &heating,
+                start,
+                monitor,
+            ),
         })?;
         let both = |[lower, upper]: [Vec<f64>; 2]| {
             [lower, upper].concat().into_pyarray(py).reshape([2, n])
@@ -620,20 +640,38 @@ impl PyProblem {
         moved.into_pyarray(py).reshape([3, n])
     }
 
-    /// The upper body slides in `direction` (2, n), every point in contact with friction.
+    /// The upper body slides in `direction` (2, n), every point in contact with friction; under a `magnet` besides the
+    /// loading, whose state is looked for from a pull (n,) [Pa], or from that at the gap of the loading. Then also, with
+    /// `share`, how much of a change of the pull comes back.
+    #[pyo3(signature = (loading, direction, friction, magnet=None, from_pull=None, share=false))]
+    #[allow(clippy::too_many_arguments, reason = "a slide, and a magnet")]
     fn slide(
         &self,
         py: Python<'_>,
         loading: &Bound<'_, PyLoading>,
         direction: PyReadonlyArray2<'_, f64>,
         friction: FrictionArgument<'_>,
+        magnet: Option<MagnetArgument<'_>>,
+        from_pull: Option<PyReadonlyArray1<'_, f64>>,
+        share: bool,
     ) -> PyResult<PyOutcome> {
         let loading = &loading.get().0;
+        let (given, from) = (magnet.map(Given::of), pull(from_pull.as_ref())?);
         let direction = rows2(&direction, "direction")?;
         let failed: Mutex<Option<PyErr>> = Mutex::new(None);
         let outcome = with_friction(&friction, &failed, |friction| {
-            enter(py, |monitor| {
-                self.0.slide(loading, direction, friction, None, monitor)
+            enter(py, |monitor| match &given {
+                None => self.0.slide(loading, direction, friction, None, monitor),
+                Some(given) => self.0.slide_attracted(
+                    loading,
+                    &given.magnet(),
+                    from,
+                    direction,
+                    friction,
+                    None,
+                    share,
+                    monitor,
+                ),
             })
         })?;
         // an error of the law itself says more than that it broke the search off

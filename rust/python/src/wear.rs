@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use mtb_complementarity::linear::Status;
 use mtb_contact::Error;
-use mtb_contact::prepared::Step;
+use mtb_contact::prepared::{Following, Pull, Step};
 use mtb_contact::wear::{
     Passage, PreparedStep, Rubbing, SlidingProblem, Wear, WearStep, Wearing, Worn,
 };
@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 
 use crate::contact::flat;
 use crate::error::enter;
+use crate::magnet::{Given as GivenMagnet, MagnetArgument, pull};
 use crate::prepared::{PyPreparedContact, pull_of};
 use crate::problem::{FrictionArgument, PyLoading, PyOutcome, PyProblem, rows2, with_friction};
 
@@ -171,8 +172,12 @@ fn outcome(found: PyResult<()>, failed: Mutex<Option<PyErr>>) -> PyResult<()> {
 }
 
 /// Wears the bodies of a problem until a sliding distance, or until `told`, which is given every step, returns true.
-/// The `law` gives the coefficients (n,) [1/Pa] of both bodies under pressure and friction (n,).
+/// The `law` gives the coefficients (n,) [1/Pa] of both bodies under pressure and friction (n,); a `magnet` pulls
+/// besides the loading, from a pull (n,) [Pa].
 #[pyfunction]
+#[pyo3(signature = (
+    problem, loading, direction, friction, law, passage, tolerance, worn, until, told, magnet=None, from_pull=None
+))]
 #[allow(clippy::too_many_arguments, reason = "a contact, and how it is worn")]
 pub(crate) fn wear_problem(
     py: Python<'_>,
@@ -186,14 +191,20 @@ pub(crate) fn wear_problem(
     worn: WornArgument<'_>,
     until: f64,
     told: Py<PyAny>,
+    magnet: Option<MagnetArgument<'_>>,
+    from_pull: Option<PyReadonlyArray1<'_, f64>>,
 ) -> PyResult<()> {
+    let (magnet, from) = (magnet.map(GivenMagnet::of), pull(from_pull.as_ref())?);
     let given = Given::new(&law, passage, tolerance, &worn, until, &told)?;
     let (problem, loading) = (&problem.get().0, loading.get().0.clone());
     let direction = rows2(&direction, "direction")?;
     let failed: Mutex<Option<PyErr>> = Mutex::new(None);
     let found = with_friction(&friction, &failed, |friction| {
         enter(py, |monitor| {
-            let contact = SlidingProblem::new(problem, loading, direction, friction);
+            let mut contact = SlidingProblem::new(problem, loading, direction, friction);
+            if let Some(magnet) = &magnet {
+                contact = contact.attracted(magnet.magnet(), from);
+            }
             given.run(contact, &failed, monitor)
         })
     });
@@ -202,6 +213,9 @@ pub(crate) fn wear_problem(
 
 /// Wears a prepared contact in one step, likewise.
 #[pyfunction]
+#[pyo3(signature = (
+    contact, velocity, magnetic_pressure, given, law, passage, tolerance, worn, until, told, magnet=None
+))]
 #[allow(clippy::too_many_arguments, reason = "a contact, and how it is worn")]
 pub(crate) fn wear_contact(
     py: Python<'_>,
@@ -215,13 +229,21 @@ pub(crate) fn wear_contact(
     worn: WornArgument<'_>,
     until: f64,
     told: Py<PyAny>,
+    magnet: Option<(Bound<'_, PyProblem>, MagnetArgument<'_>)>,
 ) -> PyResult<()> {
+    let following = magnet.map(|(problem, magnet)| (problem, GivenMagnet::of(magnet)));
     let wear = Given::new(&law, passage, tolerance, &worn, until, &told)?;
     let failed: Mutex<Option<PyErr>> = Mutex::new(None);
     let step = Step {
         pose: [f64::NAN; 6],
         velocity,
-        pull: pull_of(given, magnetic_pressure),
+        pull: match &following {
+            None => pull_of(given, magnetic_pressure),
+            Some((problem, magnet)) => Pull::Following(Following {
+                problem: &problem.get().0,
+                magnet: magnet.magnet(),
+            }),
+        },
         gap: None,
         friction: None,
         diagonal: None,

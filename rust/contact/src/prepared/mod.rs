@@ -5,12 +5,14 @@ mod bytes;
 mod derivative;
 mod table;
 
+use std::fmt;
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
+use crate::magnet::{Magnet, settle};
 use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
@@ -92,6 +94,25 @@ pub enum Pull<'a> {
         /// Work of the loads on each motion (m) [J].
         work: &'a [f64],
     },
+    /// A magnet whose pull follows the gap, besides the scene's own loads.
+    Following(Following<'a>),
+}
+
+/// A magnet on the bodies of a problem, which is that of the prepared contact.
+#[derive(Clone, Copy)]
+pub struct Following<'a> {
+    /// The bodies.
+    pub problem: &'a Problem,
+    /// The magnet.
+    pub magnet: Magnet<'a>,
+}
+
+impl fmt::Debug for Following<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Following")
+            .field("magnet", &self.magnet)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The state of motion of the upper body relative to the lower one.
@@ -117,6 +138,7 @@ pub struct Step<'a> {
 pub struct PreparedContact {
     prepared: Arc<Prepared>,
     stepper: SlidingStepper,
+    pull: Option<Vec<f64>>,
     taken: Option<Arc<Taken>>,
     jacobian: Option<Jacobian>,
 }
@@ -277,6 +299,15 @@ impl Prepared {
         Ok(())
     }
 
+    /// The motions with these numbers, under their work out of that of all (m) [J].
+    fn balanced(&self, numbers: &[usize], work: &[f64]) -> Vec<RigidMotion> {
+        let motion = |&k: &usize| RigidMotion {
+            work: work[k],
+            ..self.motions[k].motion.clone()
+        };
+        numbers.iter().map(motion).collect()
+    }
+
     /// Longest edge [m] of the box round the contact points, and of the largest of them.
     fn extent(&self) -> f64 {
         let g = &self.geometry;
@@ -296,6 +327,7 @@ impl PreparedContact {
         Self {
             prepared,
             stepper,
+            pull: None,
             taken: None,
             jacobian: None,
         }
@@ -306,11 +338,20 @@ impl PreparedContact {
         &self.prepared
     }
 
-    /// Takes `pressure` (n) and `motion` for the last step's, in place of what it remembers.
+    /// Takes `pressure` (n), `motion` and the `pull` (n) [Pa] of a magnet for the last step's, in place of what it
+    /// remembers; without a pull a magnet starts from the gaps of the step.
     ///
     /// # Errors
     /// A wrong length, numbers that are not finite, pressures below 0.
-    pub fn resume(&mut self, pressure: &[f64], motion: &[f64]) -> Result<(), Error> {
+    pub fn resume(
+        &mut self,
+        pressure: &[f64],
+        motion: &[f64],
+        pull: Option<&[f64]>,
+    ) -> Result<(), Error> {
+        if let Some(pull) = pull {
+            check("state", pull, self.prepared.influence.points())?;
+        }
         check_size("state", pressure)?;
         check_size("state", motion)?;
         if let Some(index) = pressure.iter().position(|p| *p < 0.0) {
@@ -320,7 +361,9 @@ impl PreparedContact {
                 value: pressure[index],
             });
         }
-        self.stepper.resume(pressure, motion)
+        self.stepper.resume(pressure, motion)?;
+        self.pull = pull.map(<[f64]>::to_vec);
+        Ok(())
     }
 
     /// Solves one step.
@@ -341,12 +384,17 @@ impl PreparedContact {
         if let Some(friction) = step.friction {
             check("friction", friction, n)?;
         }
-        let (friction, direction) = prepared.sliding(step.velocity, step.friction)?;
+        let rubbing = prepared.sliding(step.velocity, step.friction)?;
         let mut gap = match step.pull {
             Pull::Scene => {
                 let [x, y] = step.velocity;
                 prepared.loads.at("magnetic_pressure", x.hypot(y))?
             }
+            // in place of the scene's own pull
+            Pull::Following(_) => match &prepared.magnetic {
+                Some([base, _]) => base.clone(),
+                None => prepared.loads.at("magnetic_pressure", 0.0)?,
+            },
             Pull::Uniform(pressure) => {
                 let [base, unit] = prepared.magnetic.as_ref().ok_or(Error::NotMagnetic)?;
                 base.iter()
@@ -374,30 +422,24 @@ impl PreparedContact {
                 component.is_none_or(|c| step.pose[c].is_nan())
             })
             .collect();
-        let motions: Vec<RigidMotion> = balanced
-            .iter()
-            .map(|&k| RigidMotion {
-                work: work[k],
-                ..prepared.motions[k].motion.clone()
-            })
-            .collect();
-        let area = &prepared.geometry.area;
-        let contact = SlidingContact {
-            gap: &gap,
-            area,
-            friction: &friction,
-            direction: &direction,
-            motions: &motions,
-            diagonal: step.diagonal,
+        let loading = Loading {
+            gap,
+            work,
+            diagonal: step.diagonal.map(<[f64]>::to_vec),
         };
-        let (solution, effort) = self.stepper.solve(&contact, monitor)?;
-        let about = prepared.reference_point;
-        let mut outcome =
-            Outcome::sliding(&prepared.geometry, about, solution, friction, &direction);
+        let mut outcome = match step.pull {
+            Pull::Following(Following { problem, magnet }) => {
+                let from = magnet.first_pull(&loading, self.pull.take())?;
+                settle(&magnet, from, |pull| {
+                    let loading = problem.pulled(&loading, magnet.bodies, pull)?;
+                    self.solve(&loading, &balanced, &rubbing, monitor)
+                })?
+            }
+            _ => self.solve(&loading, &balanced, &rubbing, monitor)?,
+        };
         let by_velocity = prepared.power_by_velocity(&outcome.traction);
         outcome.friction_power =
             by_velocity[0] * step.velocity[0] + by_velocity[1] * step.velocity[1];
-        outcome.effort = effort;
         if let Pull::Uniform(pressure) = step.pull {
             outcome.magnetic_pressure = Some(pressure);
         }
@@ -409,10 +451,47 @@ impl PreparedContact {
         (self.taken, self.jacobian) = (None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
-            self.taken = Some(Arc::new(Taken::new(
-                &prepared, step, &outcome, direction, motions, balanced,
-            )));
+            if let Some(settled) = &outcome.settled {
+                // what is linear in the state leaves the magnet out
+                self.pull = Some(settled.pull.clone());
+            } else {
+                let motions = prepared.balanced(&balanced, &loading.work);
+                self.taken = Some(Arc::new(Taken::new(
+                    &prepared, step, &outcome, rubbing.1, motions, balanced,
+                )));
+            }
         }
+        Ok(outcome)
+    }
+
+    /// The sliding state under a loading, with some of the motions found from balance and with `friction` (n) in
+    /// a `direction` (2n).
+    fn solve(
+        &mut self,
+        loading: &Loading,
+        balanced: &[usize],
+        (friction, direction): &(Vec<f64>, Vec<f64>),
+        monitor: Monitor<'_>,
+    ) -> Result<Outcome, Error> {
+        let prepared = &*self.prepared;
+        let contact = SlidingContact {
+            gap: &loading.gap,
+            area: &prepared.geometry.area,
+            friction,
+            direction,
+            motions: &prepared.balanced(balanced, &loading.work),
+            diagonal: loading.diagonal.as_deref(),
+        };
+        let (solution, effort) = self.stepper.solve(&contact, monitor)?;
+        let about = prepared.reference_point;
+        let mut outcome = Outcome::sliding(
+            &prepared.geometry,
+            about,
+            solution,
+            friction.clone(),
+            direction,
+        );
+        outcome.effort = effort;
         Ok(outcome)
     }
 }

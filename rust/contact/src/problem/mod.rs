@@ -8,6 +8,7 @@
 //! points that stick and points that slip ([`Problem::stick_or_slip`]). Each answers with an [`Outcome`].
 //! A simulation asks the same of [`prepared`](crate::prepared).
 
+mod attracted;
 mod geometry;
 mod heating;
 mod loading;

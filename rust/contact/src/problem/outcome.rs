@@ -5,6 +5,7 @@ use mtb_words::{Rough, Short};
 use super::Geometry;
 use crate::coupled::{CoupledContact, CoupledState, PointState};
 use crate::error::Error;
+use crate::magnet::Settled;
 use crate::sliding::SlidingSolution;
 use crate::stepping::Effort;
 
@@ -31,6 +32,8 @@ pub struct Outcome {
     pub path_error: f64,
     /// The magnetic pressure [Pa] that a step was given in place of the scene's.
     pub magnetic_pressure: Option<f64>,
+    /// The pull of a magnet that follows the gap, where one acts.
+    pub settled: Option<Settled>,
     /// What it took.
     pub effort: Effort,
 }
@@ -127,6 +130,7 @@ impl Outcome {
             friction_power: 0.0,
             path_error: 0.0,
             magnetic_pressure: None,
+            settled: None,
             effort,
         }
     }
