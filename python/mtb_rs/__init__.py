@@ -75,6 +75,8 @@ from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
 from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
+from .studies.brake import brake
+from .studies.braking import Braking
 from .studies.sweeps import sweep
 from .studies.wear import Passages, wear
 
@@ -140,6 +142,7 @@ __all__ = [
     "Archard",
     "AreaLoadCurve",
     "BodySurface",
+    "Braking",
     "Case",
     "CaseError",
     "Chart",
@@ -211,6 +214,7 @@ __all__ = [
     "__version__",
     "animate",
     "area_load_curve",
+    "brake",
     "conducting_steel",
     "creep_curve",
     "fastsim",

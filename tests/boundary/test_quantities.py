@@ -47,6 +47,7 @@ OTHERS = {
     "K m^2/W": "K mm^2/W",
     "W/K/m^2": "kW/K/m^2",
     "W/(m K)": "kW/(m K)",
+    "kg": "t",
     "W/(m K^2)": "kW/(m K^2)",
     "1/K": "1/mK",
     "1/K^2": "1/mK^2",
@@ -226,6 +227,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "WearResult.life",
         lambda limit: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), 1e-3, 1e-13).life(limit),
         dict(limit=1e-9),
+    ),
+    (
+        "brake",
+        lambda **a: mtb.brake(mtb.scenes.block_on_plane(spacing=0.025, friction=0.1), **a).way,
+        dict(speed=0.5, mass=2e4, other_force=100.0, shares=(1.0, 0.5), tolerance=0.5),
     ),
     (
         "Conductor",

@@ -45,6 +45,16 @@ def heat_of_a_stop(names: dict[str, Any]) -> None:
     assert heat.heats_upper[20] < 0.02 * heat.friction_powers[20]
 
 
+def a_stop_with_heat_and_wear(names: dict[str, Any]) -> None:
+    stop = names["stop"]
+    assert abs(stop.open_energy) < 1e-7
+    assert stop.way[-1] == pytest.approx(names["cold"].way[-1], rel=0.02)
+    # worn as Archard has it: the coefficient times the load times the way
+    one = stop.shoes[1]
+    ways = stop.way[1:] - stop.way[:-1]
+    assert one.volumes_upper[-1] == pytest.approx(1e-13 * (abs(one.forces[:, 2]) * ways).sum(), rel=0.03)
+
+
 def braking_manoeuvre(names: dict[str, Any]) -> None:
     *rides, table = names["comparison"]
     # where the kinetic energy went: friction, other brakes, dampers, springs
@@ -235,6 +245,7 @@ CHECKS = {
         falling_friction_instability,
         friction_and_pull_from_forces,
         heat_of_a_stop,
+        a_stop_with_heat_and_wear,
         hertz,
         pictures_of_a_result,
         pole_shoe_design,

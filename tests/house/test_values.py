@@ -59,6 +59,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "CaseError": lambda: mtb.CaseError("a"),
     "Chart": chart,
     "ChartPoint": lambda: chart().points[0],
+    "Braking": lambda: mtb.brake(mtb.scenes.block_on_plane(spacing=0.025, friction=0.1), 0.2, 1e4),
     "Conductor": lambda: mtb.conducting_steel,
     "ConvergenceError": lambda: mtb.ConvergenceError("a"),
     "Coulomb": lambda: mtb.Coulomb(np.full((12, 12), 0.3)),

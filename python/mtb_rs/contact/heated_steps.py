@@ -157,12 +157,7 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
 class Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
-    def __init__(
-        self,
-        problem: ContactProblem,
-        heated: Heated,
-        table: dict[tuple[int, int], Array] | None = None,
-    ) -> None:
+    def __init__(self, problem: ContactProblem, heated: Heated) -> None:
         way = problem.direction @ problem.area
         self.way = way / np.linalg.norm(way)
         self.places, self.sizes = _rectangles(problem)
@@ -170,8 +165,12 @@ class Passing:
         self.length = float(np.ptp(self.places @ self.way))
         #: Times [s] and distances [m] of sliding so far.
         self.times, self.distances = [0.0], [0.0]
-        self._table: dict[tuple[int, int], Array] = {} if table is None else table
+        self._table: dict[tuple[int, int], Array] = {}
         self._risen: Array | None = None
+
+    def share_table(self, other: Passing) -> None:
+        """Takes what another passage below the same contact points computes."""
+        self._table = other._table
 
     def passing(self, time: float, way: float) -> float:
         """Mean speed [m/s] of what is now at the rear end, since it came to the front end.

@@ -221,6 +221,34 @@ class Steps:
         return float(self.longest * units / 2**self.HALVES)
 
 
+class Histories:
+    """What steps have added, one after the other."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, list[Any]] = {}
+        self._gained = 0.0
+        self._fields: dict[str, Array] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._rows)
+
+    def add(self, row: dict[str, Any], velocity: float) -> None:
+        """A row of :meth:`HeatedSliding.take`, with the speed [m/s] at its end."""
+        self._gained += row.pop("gained")
+        self._fields = row.pop("fields")
+        for name, value in {**row, "velocity": velocity, "stored": self._gained}.items():
+            self._rows.setdefault(name, []).append(value)
+
+    def found(self, sliding: HeatedSliding, margin: float | None) -> dict[str, Any]:
+        """All of them, and the state after the last one."""
+        return {
+            **{name: np.array(values) for name, values in self._rows.items()},
+            **self._fields,
+            "bodies": tuple(body.warm for body in sliding.bodies),
+            "thermal_margin": margin,
+        }
+
+
 def stuck(time: float, duration: float, margin: float | None) -> str:
     """What there is to say where no step is short enough."""
     heat = ""
@@ -261,9 +289,8 @@ def slide_and_heat(
     plan = Steps(duration / steps, tolerance)
     margin = sliding.thermal_margin(duration, velocity(0.0))
     left = steps * 2**plan.HALVES
-    histories: dict[str, list[Any]] = {}
+    histories = Histories()
     speed = velocity(0.0)
-    gained = 0.0
     with shares_shown(progress, "heat") as told:
         while left:
             wanted = plan.longest if plan.control is None else plan.control.length(plan.seconds(left))
@@ -284,17 +311,8 @@ def slide_and_heat(
                 if plan.control.is_stuck or units == 1:
                     raise failed(trial.outcome, stuck(sliding.time, length, margin))
                 units = plan.halved(shorter, units // 2)
-            row = sliding.take(trial)
+            histories.add(sliding.take(trial), after)
             left -= units
             speed = after
-            gained += row.pop("gained")
-            fields = row.pop("fields")
-            for name, value in {**row, "velocity": speed, "stored": gained}.items():
-                histories.setdefault(name, []).append(value)
             told(1.0 - plan.seconds(left) / duration)
-    return {
-        **{name: np.array(values) for name, values in histories.items()},
-        **fields,
-        "bodies": tuple(body.warm for body in sliding.bodies),
-        "thermal_margin": margin,
-    }
+    return histories.found(sliding, margin)

@@ -70,22 +70,13 @@ def heat(
             f"The steps are too long: one of them has an error of {errors.max():.2g} of what it adds, and "
             f"the heat is {margin or 0.0:.3g} times the thermal limit. Give tolerance, or more steps."
         )
-    problem = heated_scene.problem
-    fields: dict[str, Any] = {name: problem.on_grid(found.pop(name)) for name in OVER_CONTACT}
-    nodes = problem.points if problem.kept is None else problem.kept.nodes
-    return SlidingHeat(
-        points=nodes.points,
-        area=problem.on_grid(problem.area),
-        patches=problem.patches,
-        summary={
-            **scene.statement(),
-            **{"duration": duration, "steps": steps, "model": heated_scene.model, "tolerance": tolerance},
-            "velocity": without_functions(asked),
-            "heat": heated_scene.said,
-        },
-        **fields,
-        **found,
-    )
+    said = {
+        "duration": duration,
+        "steps": steps,
+        "tolerance": tolerance,
+        "velocity": without_functions(asked),
+    }
+    return heated_scene.result(found, said)
 
 
 def check_tolerance(tolerance: float | None) -> None:
@@ -193,6 +184,20 @@ class HeatedScene:
             return friction, share * pull
 
         return HeatedSliding(problem, posed, self.first.pressure, self.heated)
+
+    def result(self, found: dict[str, Any], said: dict[str, Any]) -> SlidingHeat:
+        """Histories and last fields of its steps, and what was asked for besides."""
+        problem = self.problem
+        fields: dict[str, Any] = {name: problem.on_grid(found.pop(name)) for name in OVER_CONTACT}
+        nodes = problem.points if problem.kept is None else problem.kept.nodes
+        return SlidingHeat(
+            points=nodes.points,
+            area=problem.on_grid(problem.area),
+            patches=problem.patches,
+            summary={**self.scene.statement(), **said, "model": self.model, "heat": self.said},
+            **fields,
+            **found,
+        )
 
     def failed(self, outcome: Any, why: str | None) -> ConvergenceError:
         """The error for a state that was not found, or for steps that do not converge."""

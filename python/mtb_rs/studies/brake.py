@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Stops: shoes that heat, expand and wear brake a vehicle, whose speed follows from their forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import number, positive, reals
+from ..base.errors import ConvergenceError
+from ..base.progress import shares_shown
+from ..base.stored import input_data, without_functions
+from ..base.units import taking_quantities
+from ..base.words import Model
+from ..contact.heated_steps import Trial
+from ..contact.sliding_heat import Histories, Steps, stuck
+from ..scenes.heating import HeatedScene, check_tolerance
+from ..scenes.scene import Scene, WheelScene
+from .braking import Braking
+
+Array = NDArray[np.float64]
+
+#: The longest step [s], and solves of a step in which its mean speed settles.
+LONGEST, SETTLING = 1.0, 20
+#: Change of the speed over that at the beginning which counts as none.
+SETTLED = 1e-12
+#: The first step [s], whose rates before it are not known.
+FIRST = 1e-3
+
+
+@taking_quantities
+def brake(
+    scene: Scene,
+    speed: float,
+    mass: float,
+    other_force: float | Callable[[float], float] = 0.0,
+    *,
+    shares: Sequence[float] = (1.0,),
+    tolerance: float = 0.1,
+    model: Model = "auto",
+    progress: Callable[[float], Any] | Literal[True] | None = None,
+    **heat: Any,
+) -> Braking:
+    """Brakes a vehicle by shoes until it stands.
+
+    Each step is one contact problem of each shoe, with its heat, expansion and wear, and the speed at its end
+    follows from all forces. Friction and pull are those at the speed that the step before promises, under
+    pressure and temperature of the step before. The mean speed of a step is that of its forces, so that the
+    energy closes.
+
+    Parameters
+    ----------
+    scene : Scene
+        A shoe that slides along its direction, with a magnetic pressure; tables over the velocity follow the
+        speed.
+    speed : float [m/s]
+        At the beginning.
+    mass : float [kg]
+        Of the vehicle, or of its share on these shoes, rotating masses included.
+    other_force : float or function [N]
+        Force of all other brakes, or a function of the speed [m/s] that gives it.
+    shares : sequence of float [-]
+        Share of the magnetic pressure of each shoe. Shoes with the same one are solved once.
+    tolerance : float [-]
+        Error of each step by which their lengths are chosen.
+    model : "auto", "elastic-upper" or "elastic-both"
+    progress : callable or True
+        Called with the share of the kinetic energy that is gone. True shows a bar (extra ``notebook``).
+    **heat
+        Conductors, expansion, wear and the like, as of :meth:`Scene.sliding_heat`.
+
+    Returns
+    -------
+    Braking
+
+    Raises
+    ------
+    ValueError
+        For bad input, and where nothing brakes.
+    ConvergenceError
+        If a step has no solution, or none is short enough.
+    """
+    if isinstance(scene, WheelScene) or not isinstance(scene, Scene):
+        raise ValueError(f"scene is {scene!r}: a Scene that slides is needed")
+    if scene.magnetic_pressure is None:
+        raise ValueError("magnetic_pressure is None: the shoes of a brake are pulled by one")
+    speed, mass = positive("speed", speed, "m/s"), positive("mass", mass, "kg")
+    check_tolerance(tolerance)
+    pulls = reals("shares", list(shares))
+    if pulls.ndim != 1 or pulls.size == 0 or (pulls <= 0.0).any():
+        raise ValueError(f"shares is {shares!r}: a positive number for each shoe is needed")
+    if set(heat) & {"duration", "steps", "velocity"}:
+        raise ValueError("duration, steps and velocity follow from the stop: leave them out")
+    # tables over the velocity are those at the beginning until the first step
+    posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
+    shoe = HeatedScene.of(posed, model, **heat)
+    ride = _Ride(shoe, speed, mass, other_force, pulls, tolerance)
+    with shares_shown(progress, "braking") as told:
+        ride.run(told)
+    said = {
+        **{"speed": speed, "mass": mass, "other_force": without_functions(other_force)},
+        **{"shares": pulls.tolist(), "tolerance": tolerance},
+    }
+    return ride.result(said)
+
+
+class _Ride:
+    """A stop on its way."""
+
+    def __init__(
+        self,
+        shoe: HeatedScene,
+        speed: float,
+        mass: float,
+        other: float | Callable[[float], float],
+        pulls: Array,
+        tolerance: float,
+    ) -> None:
+        self.shoe, self.mass, self.other, self.first = shoe, mass, other, speed
+        self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
+        self.sliding = [shoe.sliding(float(share)) for share in self.shares]
+        for other_one in self.sliding[1:]:
+            # the rail answers all shoes alike
+            other_one.passing.share_table(self.sliding[0].passing)
+        self.margin = [one.thermal_margin(LONGEST, speed) for one in self.sliding]
+        self.plan = Steps(LONGEST, tolerance)
+        self.histories = [Histories() for _ in self.sliding]
+        self.time, self.speed, self.way = [0.0], [speed], [0.0]
+        self.forces: list[Array] = []
+        self.others: list[float] = []
+        self.errors: list[float] = []
+        self.deceleration: float | None = None
+
+    def run(self, told: Callable[[float], Any]) -> None:
+        control = self.plan.control
+        assert control is not None
+        most = 2**self.plan.HALVES
+        while self.speed[-1] > 1e-9 * self.first:
+            wanted = control.length(LONGEST) if self.forces else FIRST
+            units = self.plan.halved(wanted, most)
+            while True:
+                length, trials, force, after, other = self._tried(self.plan.seconds(units))
+                states = [trial.is_state for trial in trials]
+                error = self._error(length, trials, force) if all(states) else float("nan")
+                judged = 0.0 if not self.forces and all(states) else error
+                shorter = control.judge(length, LONGEST, judged)
+                if shorter is None:
+                    break
+                if control.is_stuck or units == 1:
+                    bad = trials[states.index(False)] if not all(states) else trials[0]
+                    raise self.shoe.failed(bad.outcome, stuck(self.time[-1], length, self.margin[0]))
+                units = self.plan.halved(shorter, units // 2)
+            for sliding, history, trial in zip(self.sliding, self.histories, trials, strict=True):
+                history.add(sliding.take(trial), after)
+            self.deceleration = force / self.mass
+            self.time.append(self.time[-1] + length)
+            self.way.append(self.way[-1] + trials[0].way)
+            self.speed.append(after)
+            self.forces.append(self._along(trials))
+            self.others.append(other)
+            self.errors.append(error)
+            told(1.0 - (after / self.first) ** 2)
+
+    def _along(self, trials: list[Trial]) -> Array:
+        way = self.sliding[0].passing.way
+        return np.array([float(trial.force[:2] @ way) for trial in trials])
+
+    def _other(self, speed: float) -> float:
+        given = self.other(speed) if callable(self.other) else self.other
+        found = number("other_force", given, "N")
+        if found < 0.0:
+            raise ValueError(f"other_force is {found:g} N at {speed:g} m/s: it must not be negative")
+        return found
+
+    def _tried(self, length: float) -> tuple[float, list[Trial], float, float, float]:
+        """A step of at most a length: this, its shoes, the force, the speed at its end, the other force."""
+        before = self.speed[-1]
+        slowed = before - length * (self.deceleration or 0.0)
+        promised = max(slowed, 0.0)
+        other = self._other(promised)
+        after = promised
+        for _ in range(SETTLING):
+            if slowed <= 0.0:
+                after = 0.0
+            mean = 0.5 * (before + after)
+            trials = [one.tried(length, promised, mean) for one in self.sliding]
+            force = float(self._along(trials) @ self.counts) + other
+            if not force > 0.0:
+                raise ConvergenceError(f"nothing brakes at {self.time[-1]:.4g} s: the force is {force:.4g} N")
+            now = before - length * force / self.mass
+            if now <= 1e-9 * self.first:
+                # it stands before the step ends
+                slowed, stop = 0.0, before * self.mass / force
+                if abs(stop - length) <= SETTLED * length:
+                    return length, trials, force, 0.0, other
+                length = stop
+                continue
+            if abs(now - after) <= SETTLED * self.first:
+                break
+            after = now
+        return length, trials, force, max(now, 0.0), other
+
+    def _error(self, length: float, trials: list[Trial], force: float) -> float:
+        one = np.ones(1)
+        before = np.array([self.first - self.speed[-1]])
+        known = force / self.mass if self.deceleration is None else self.deceleration
+        of_speed = _mtb_rs.step_error(one, before, length, known * one, force / self.mass * one)
+        return max(of_speed, *(trial.error for trial in trials))
+
+    def result(self, said: dict[str, Any]) -> Braking:
+        parts = zip(self.sliding, self.histories, self.margin, self.shares, strict=True)
+        shoes = [
+            self.shoe.result(history.found(sliding, margin), {**said, "share_of_pull": float(share)})
+            for sliding, history, margin, share in parts
+        ]
+        return Braking(
+            time=np.array(self.time),
+            speed=np.array(self.speed),
+            way=np.array(self.way),
+            forces=np.array(self.forces)[:, self.of],
+            other_force=np.array(self.others),
+            errors=np.array(self.errors),
+            mass=self.mass,
+            shoes=tuple(shoes[k] for k in self.of),
+            summary=input_data(said),
+        )

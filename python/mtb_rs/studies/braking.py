@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A vehicle that brakes: its way, and its shoes over the time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.owning import solved
+from ..base.plain import plain
+from ..base.told import Row, in_words
+from ..contact.sliding_heat import SlidingHeat
+
+Array = NDArray[np.float64]
+
+
+@solved
+@dataclass(frozen=True, repr=False)
+@plain
+class Braking:
+    """A vehicle that brakes by shoes and by other brakes; see :func:`mtb_rs.brake`.
+
+    Arrays with k + 1 entries begin with the beginning; those with k entries have one for each step.
+
+    Attributes
+    ----------
+    time : (k + 1,) [s]
+    speed : (k + 1,) [m/s]
+    way : (k + 1,) [m]
+    forces : (k, m) [N]
+        Brake force of each shoe.
+    other_force : (k,) [N]
+        Of the other brakes.
+    errors : (k,) [-]
+        Estimated error of each step: the largest of those of the shoes (:attr:`SlidingHeat.errors`) and that
+        of the speed.
+    mass : float [kg]
+    shoes : tuple of SlidingHeat
+        Each shoe over the steps; those with the same pull are the same.
+    summary : Mapping
+        What was asked for.
+    """
+
+    time: Array
+    speed: Array
+    way: Array
+    forces: Array
+    other_force: Array
+    errors: Array
+    mass: float
+    shoes: tuple[SlidingHeat, ...]
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def friction_energy(self) -> float:
+        """Heat of friction of all shoes [J]."""
+        steps = np.diff(self.time)
+        return float(sum(shoe.friction_powers @ steps for shoe in self.shoes))
+
+    @property
+    def open_energy(self) -> float:
+        """What is left of the kinetic energy that was lost, less the work of the brakes, in parts of it."""
+        lost = 0.5 * self.mass * (self.speed[0] ** 2 - self.speed[-1] ** 2)
+        work = float(self.other_force @ np.diff(self.way))
+        return float((lost - work - self.friction_energy) / lost)
+
+    @property
+    def worn_volume(self) -> tuple[float, float]:
+        """Volume worn off all shoes and off the rails [m3]."""
+        upper = sum(float(shoe.volumes_upper[-1]) for shoe in self.shoes)
+        return upper, sum(float(shoe.volumes_lower[-1]) for shoe in self.shoes)
+
+    def told(self) -> list[Row]:
+        """What happened, in words."""
+        upper, lower = (1e9 * volume for volume in self.worn_volume)
+        return [
+            ("from", f"{in_words(float(self.speed[0]), 'm/s')} to {in_words(float(self.speed[-1]), 'm/s')}"),
+            ("time", f"{in_words(float(self.time[-1]), 's')} in {self.time.size - 1} steps"),
+            ("way", in_words(float(self.way[-1]), "m")),
+            ("heat of the shoes", in_words(self.friction_energy, "J")),
+            ("hottest contact", in_words(max(float(shoe.peaks.max()) for shoe in self.shoes), "K")),
+            ("worn off", f"{upper:.4g} mm3 of the shoes, {lower:.4g} mm3 of the rails"),
+            ("error of a step", f"{100.0 * float(np.median(self.errors)):.2g} % (median)"),
+        ]
+
+    def __repr__(self) -> str:
+        return (
+            f"Braking({self.speed[0]:.4g} to {self.speed[-1]:.3g} m/s in {self.time[-1]:.4g} s, "
+            f"{self.way[-1]:.5g} m, {len(self.shoes)} shoes)"
+        )
