@@ -58,6 +58,7 @@ from .half_space.motions import Rolling, Shift
 from .half_space.normal import NormalResult, solve_normal
 from .half_space.pressure_field import PressureField
 from .half_space.rough import AreaLoadCurve, area_load_curve, roughness
+from .half_space.rough_layer import RoughLayer
 from .half_space.tangential import creep_curve, solve_tangential
 from .half_space.tangential_result import TangentialResult
 from .half_space.tangential_state import TangentialState
@@ -185,6 +186,7 @@ __all__ = [
     "Rigid",
     "Rolling",
     "RollingTemperature",
+    "RoughLayer",
     "Rubbing",
     "Scene",
     "Shift",

@@ -57,6 +57,8 @@ class Problem:
         is_pulled: list[bool] | None = None,
         products_from: int = ...,
         layer: _Array | None = None,
+        hardness: _Array | None = None,
+        rough: tuple[float, float] | tuple[list[float], list[float]] | None = None,
     ) -> Problem: ...
     @property
     def pair(self) -> Compliance: ...
@@ -1132,4 +1134,5 @@ def solve_normal(
     method: str,
     layer: float = 0.0,
     hardness: float | None = None,
+    rough: tuple[float, float] | tuple[list[float], list[float]] | None = None,
 ) -> NormalOutcome: ...

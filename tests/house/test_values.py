@@ -86,6 +86,7 @@ MADE: dict[str, Callable[[], Any]] = {
     ),
     "Passages": lambda: mtb.Passages(30.0, 10, {"velocity": 5.0}),
     "PictureWarning": lambda: mtb.PictureWarning("a"),
+    "RoughLayer": lambda: mtb.RoughLayer.exponential(1e9, 1e-6),
     "ThinLayer": lambda: mtb.ThinLayer(1e-3, 1e9, 0.3),
     "PlasticLayer": lambda: mtb.PlasticLayer(1e-3, 1e9, 1e6),
     "PoleShoe": lambda: mtb.PoleShoe(),

@@ -86,6 +86,8 @@ CHANGES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "velocity": (TABLE | {"velocity": 2.0}, TABLE | {"velocity": 5.0}),
     "layer": ({}, {"layer": mtb.InterfaceLayer(thickness=20e-6, shear_modulus=50e6)}),
     "normal_layer": ({}, {"normal_layer": 1e-15}),
+    # any pressure reaches it
+    "hardness": ({}, {"hardness": 4e5}),
     "supports": ({}, {"supports": "points"}),
     "element_size": ({}, {"element_size": 0.01}),
 }

@@ -64,6 +64,8 @@ SCENES: dict[str, tuple[mtb.Scene, Any]] = {
     "at rest": (shoe(sliding_direction=None), "elastic-upper"),
     "block that may tilt": (block(supports="driven-top", friction=0.1), "elastic-upper"),
     "clamped block": (block(), "elastic-upper"),
+    "hard": (shoe(hardness=7e6), "elastic-upper"),
+    "rough": (shoe(normal_layer=mtb.RoughLayer.exponential(1e10, 1e-6)), "elastic-upper"),
     "block on a rigid plane": (block(lower=mtb.Rigid()), "elastic-upper"),
 }
 

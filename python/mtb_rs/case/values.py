@@ -37,6 +37,7 @@ from ..friction.laws import InterfaceLayer
 from ..friction.magnet import IRONS, Branch, Magnet
 from ..geometry.profiles import STANDARD_PROFILES, Profile
 from ..half_space.motions import Forces, Rolling, Shift
+from ..half_space.rough_layer import RoughLayer
 
 
 class MaterialWords(BaseModel):
@@ -293,6 +294,30 @@ _PROFILE = _table(
     file=_TEXT,
     **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()},
 )
+#: JSON schema of a rough layer: by the exponential law, or by a table.
+_ROUGH = {
+    "anyOf": [
+        _table(
+            ["contact_pressure", "length"],
+            **dict.fromkeys(("contact_pressure", "length", "height"), _POSITIVE),
+        ),
+        _table(["gap", "pressure"], gap=_list_of(_NUMBER), pressure=_list_of(_NUMBER)),
+    ]
+}
+
+
+def _normal_layer(given: Any, info: ValidationInfo) -> Any:
+    """A flexibility in any form of a field, or a rough layer."""
+    if isinstance(given, RoughLayer):
+        return given
+    if isinstance(given, Mapping):
+        if "contact_pressure" in given:
+            return RoughLayer.exponential(**given)
+        if {"gap", "pressure"} == set(given):
+            return RoughLayer(**given)
+    return _field(given, info)
+
+
 #: JSON schemas of the types of the arguments of a motion.
 _BY_HINT: dict[Any, dict[str, Any]] = {
     float: _NUMBER,
@@ -353,7 +378,8 @@ _BY_NAME: dict[str, Any] = {
     ),
     "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),
     "magnetic_pressure": read_by(_field, {"anyOf": [_field_look(_NUMBER), _MAGNET]}),
-    "normal_layer": read_by(_field, _field_look({**_NUMBER, "minimum": 0})),
+    "normal_layer": read_by(_normal_layer, {"anyOf": [_field_look({**_NUMBER, "minimum": 0}), _ROUGH]}),
+    "hardness": read_by(_field, _field_look(_POSITIVE)),
     "sliding_direction": read_by(_pair, _PAIR),
     "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),
     "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],

@@ -17,6 +17,7 @@ from ..base.plain import plain
 from ..base.words import Model
 from ..bodies.sides import ElasticPart, Side
 from ..friction.fields import Coefficients
+from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import ContactPoints, Patch
 from . import refined
 
@@ -125,6 +126,10 @@ class ContactProblem:
         :meth:`settled` gives them that of a solution.
     magnet : Settled or None
         What was found of this magnet, where the pull is that of a solution.
+    hardness : (n,) or None [Pa]
+        Pressure at which one body flows, at each point; None for bodies that stay elastic.
+    rough : RoughLaw or None
+        Law of a rough layer between the bodies.
     moments : (mx, my) [N m]
         That the scene states for a body whose forces are not those of a part of the problem: for messages.
     memory : Memory
@@ -153,6 +158,8 @@ class ContactProblem:
     layer: Array | None = None
     attracting: Attracting | None = None
     magnet: _mtb_rs.Settled | None = None
+    hardness: Array | None = None
+    rough: RoughLaw | None = None
 
     @property
     def n(self) -> int:
@@ -177,6 +184,7 @@ class ContactProblem:
         made_from = (
             *(*bodies, self.geometry, motions, of_upper),
             *(is_pulled, refined.PRODUCTS_FROM, self.layer),
+            *(self.hardness, None if self.rough is None else self.rough.core),
         )
         return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 

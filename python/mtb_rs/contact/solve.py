@@ -24,6 +24,7 @@ from ..bodies.sides import Side
 from ..friction.fields import field as load_field
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
+from ..half_space.normal import FLOW
 from ..results.plausible import of_result
 from ..results.report import Report
 from ..results.result import Displacement, Result
@@ -258,6 +259,8 @@ def finish(
     def put(values: NDArray[Any], rest: NDArray[Any] | float = 0.0) -> NDArray[Any]:
         return problem.on_grid(values, rest).reshape(*values.shape[:-1], *problem.shape)
 
+    # where one body has flowed the gap of the core is below zero
+    flowed = None if problem.hardness is None else np.maximum(-solution.gap, 0.0)
     converged = solution.status == "solved"
     tipping = tipping_margin(problem, solution.friction)
     pull = problem.pressing
@@ -282,7 +285,8 @@ def finish(
         force_balance=balance,
         reactions=reactions,
         # the size of what was left out is unknown where the fuller model has no solution
-        omitted={k: v if v != np.inf else UNKNOWN for k, v in (omitted or {}).items()},
+        omitted={k: v if v != np.inf else UNKNOWN for k, v in (omitted or {}).items()}
+        | ({} if problem.hardness is None else {"plastic flow": FLOW}),
         error_estimates={k: v for k, v in (errors or {}).items() if np.isfinite(v)},
         aim=aim,
         spacing=spacing,
@@ -305,7 +309,7 @@ def finish(
         normal=nodes.normal.reshape(3, *problem.shape),
         pressure=put(mean[2]),
         traction=put(traction),
-        gap=put(solution.gap, nodes.gap),
+        gap=put(np.maximum(solution.gap, 0.0) if flowed is not None else solution.gap, nodes.gap),
         magnetic_pressure=put(problem.attraction) if problem.attraction.any() else None,
         initial_gap=nodes.gap.reshape(problem.shape),
         status=put(status),
@@ -326,6 +330,7 @@ def finish(
         parts=problem.parts,
         coefficients=coefficients,
         motion=solution.motion,
+        plastic_indentation=None if flowed is None else put(flowed),
     )
     if not converged:
         raise failure(problem, solution, result)
@@ -451,6 +456,8 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
             return "solved, but on an unstable branch: a little more load gives less contact"
         return "solved"
     mu = float(solution.friction.max(initial=0.0))
+    if (overloaded := _overloaded(problem, solution)) is not None:
+        return overloaded
     if solution.status == "unreachable":
         return (
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
@@ -473,6 +480,30 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
     if solution.solver.startswith(BY_PRODUCTS):
         outcome += "; so many points have no other method. Solve on wider cells"
     return f"{outcome}{_lost_digits(problem)})"
+
+
+def _overloaded(problem: ContactProblem, solution: Solution) -> str | None:
+    """Why the points bear no such load at their hardness; None where this is not why there is no solution."""
+    hard = problem.hardness
+    if hard is None or (solution.wedging_margin or 0.0) > 1.0:
+        return None
+    at, loads = f"at a hardness of {float(hard.max()):.6g} Pa", _loads_in_words(problem)
+    if solution.status == "no solution":
+        return (
+            f"no equilibrium: {at} the contact does not bear this load where it acts ({loads}), or the body "
+            f"wedges at its friction of {float(solution.friction.max(initial=0.0)):g}"
+        )
+    along = problem.friction_at(hard) * problem.direction
+    traction = np.concatenate([along, np.ones((1, problem.n))]) * (problem.area * hard)
+    work = np.einsum("cn,mcn->mn", traction, problem.relative_motions)
+    wanted = problem.loading.work
+    borne = np.maximum(-np.sign(wanted)[:, None] * work, 0.0).sum(axis=1)
+    if solution.status != "unreachable" or np.all((borne > np.abs(wanted)) | (wanted == 0.0)):
+        return None
+    return (
+        f"the load is more than the contact bears: {at} the contact points carry "
+        f"{float(problem.area @ hard):.6g} N, and less while one of them is open ({loads})"
+    )
 
 
 def _friction_is_idle(problem: ContactProblem) -> bool:

@@ -535,7 +535,18 @@ class ThinLayer:
 
 
 def normal_flexibility(normal_layer: Any) -> Any:
-    """A normal layer by its flexibility [m/Pa]; a number or a field is one already."""
+    """A normal layer by its flexibility [m/Pa]; a number, a field or a rough layer is one already.
+
+    Raises
+    ------
+    ValueError
+        For a layer that shears and does not give way under the pressure.
+    """
+    if isinstance(normal_layer, ShearLayer):
+        raise ValueError(
+            f"normal_layer is {normal_layer!r}, which shears and does not give way under the pressure: a "
+            "flexibility [m/Pa], a ThinLayer or a RoughLayer is needed"
+        )
     return normal_layer.normal_flexibility if isinstance(normal_layer, ThinLayer) else normal_layer
 
 

@@ -25,6 +25,7 @@ from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple, as_body
 from ..friction.laws import ThinLayer, normal_flexibility
+from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import slip_of_gap
 from ..results.derivatives import Differentiable, Functional, Margin
@@ -89,7 +90,7 @@ class NormalResult(Judged, Differentiable, Pictured):
         contact, where the error is largest, so that it can be several times smaller than that of a scene,
         which has the border.
     report : Report
-    normal_layer : float [m/Pa]
+    normal_layer : float or RoughLayer [m/Pa]
         Flexibility of the layer between the bodies; 0 for none.
     hardness : float or None [Pa]
         As given.
@@ -114,7 +115,7 @@ class NormalResult(Judged, Differentiable, Pictured):
     periodic: bool
     error_estimate: float | None
     report: Report
-    normal_layer: float = 0.0
+    normal_layer: float | RoughLaw = 0.0
     hardness: float | None = None
     plastic_indentation: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "initial_gap", "status")
@@ -151,6 +152,10 @@ class NormalResult(Judged, Differentiable, Pictured):
             raise ValueError(
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
+            )
+        if isinstance(self.normal_layer, RoughLaw):
+            raise ValueError(
+                "normal_layer is a RoughLayer, which derivatives do not know: take differences of results"
             )
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
@@ -209,7 +214,7 @@ def solve_normal(
     edge: Edge = "auto",
     method: Convolution = "auto",
     moments: Sequence[float | None] | None = None,
-    normal_layer: float | ThinLayer = 0.0,
+    normal_layer: float | ThinLayer | RoughLaw = 0.0,
     hardness: float | None = None,
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
@@ -246,9 +251,10 @@ def solve_normal(
         cells the dense method solves what these do not, as strips of long cells under an eccentric load.
     moments : (float or None, float or None) [N m]
         Old spelling: first moments of the pressure along x and along y, which are (my, -mx).
-    normal_layer : float or ThinLayer [m/Pa]
-        A layer between the bodies in which each cell gives way by this flexibility times its pressure. The
-        approach contains its compression, of a periodic contact the mean too.
+    normal_layer : float, ThinLayer or RoughLayer [m/Pa]
+        A layer between the bodies in which each cell gives way by this flexibility times its pressure, or by
+        the law of a :class:`mtb_rs.RoughLayer`, whose first touch the gap counts from. The approach contains
+        its compression, of a periodic contact the mean too.
     hardness : float or None [Pa]
         Pressure at which the softer body flows, some three times its yield stress: the pressure stays below
         it, and the contact grows instead. What the flow piles up around the contact, and its
@@ -320,7 +326,9 @@ def solve_normal(
         raise ValueError(f"tolerance is {tolerance:g}: a number from 1e-14 to below 1 is needed")
     if not isinstance(periodic, bool):
         raise ValueError(f"periodic is {periodic!r}: True or False is needed")
-    layer = number("normal_layer", normal_flexibility(normal_layer), "m/Pa")
+    given = normal_flexibility(normal_layer)
+    rough = given if isinstance(given, RoughLaw) else None
+    layer = 0.0 if rough is not None else number("normal_layer", given, "m/Pa")
     if layer < 0.0:
         raise ValueError(f"normal_layer is {layer:g} m/Pa: a flexibility of at least 0 is needed")
     hardness = None if hardness is None else positive("hardness", hardness, "Pa")
@@ -332,7 +340,9 @@ def solve_normal(
         )
     if hardness is not None and method == "dense":
         raise ValueError('method is "dense", which does not take a hardness: "auto" or "fft" is needed')
-    if periodic and approach is not None and approach >= heights.mean() and not layer:
+    if rough is not None and method == "dense":
+        raise ValueError('method is "dense", which does not take a RoughLayer: "auto" or "fft" is needed')
+    if periodic and approach is not None and approach >= heights.mean() and not layer and rough is None:
         raise ValueError(
             f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
             "where all points touch; a smaller one, or a force, is needed"
@@ -343,7 +353,7 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
-    problem = _Problem(sides, elastic, force, approach, first, periodic, method, layer, hardness)
+    problem = _Problem(sides, elastic, force, approach, first, periodic, method, layer, hardness, rough)
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
     if edge == "auto":
@@ -380,7 +390,10 @@ def _opened(result: NormalResult) -> Array:
     x, y, _ = result.points
     along, across = result.tilts
     opened: Array = result.gap - result.initial_gap + result.approach + along * x + across * y
-    opened = opened - result.normal_layer * result.pressure
+    layer = result.normal_layer
+    opened = opened - (
+        layer.opening(result.pressure) if isinstance(layer, RoughLaw) else layer * result.pressure
+    )
     return opened if result.plastic_indentation is None else opened - result.plastic_indentation
 
 
@@ -397,6 +410,7 @@ class _Problem:
     method: str
     layer: float
     hardness: float | None
+    rough: RoughLaw | None
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
@@ -419,6 +433,7 @@ class _Problem:
             self.method,
             self.layer,
             self.hardness,
+            None if self.rough is None else self.rough.core,
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
@@ -443,7 +458,7 @@ class _Problem:
 
 
 #: What a hardness leaves out.
-_FLOW = "the bodies harden, and pile up around the contact, not at all"
+FLOW = "the bodies harden, and pile up around the contact, not at all"
 
 
 def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
@@ -667,7 +682,7 @@ def _result(
         preconditionings=solution.preconditionings,
         force_balance=balance,
         error_estimates={} if error is None else {"pressure": error},
-        omitted=({} if problem.hardness is None else {"plastic flow": _FLOW})
+        omitted=({} if problem.hardness is None else {"plastic flow": FLOW})
         | {
             "friction": "the pressure does not depend on it where the bodies are of like materials",
             "curvature": "both bodies are half-spaces: the contact must be small against their radii",
@@ -698,7 +713,7 @@ def _result(
         periodic=problem.periodic,
         error_estimate=error,
         report=report,
-        normal_layer=problem.layer,
+        normal_layer=problem.layer if problem.rough is None else problem.rough,
         hardness=problem.hardness,
         plastic_indentation=indentation,
     )

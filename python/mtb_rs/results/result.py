@@ -458,6 +458,8 @@ class Result(Judged, Differentiable, Pictured):
     magnetic_pressure : (...) [Pa] or None
         With which the bodies attract each other at each point, if they do: as given, or as a
         :class:`mtb_rs.Magnet` pulls at the gaps of the state.
+    plastic_indentation : (...) or None [m]
+        Depth to which one body has flowed, where the pressure is the hardness; None without a hardness.
     summary : Mapping
         Inputs of the scene, which `summary.json` repeats: the arguments of a ready scene, or the fields of a
         scene of your own. Functions are told by their name and digest; in a loaded result large arrays,
@@ -494,6 +496,7 @@ class Result(Judged, Differentiable, Pictured):
     motion: Array | None = None
     magnetic_pressure: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
+    plastic_indentation: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
     )  # fmt: skip
@@ -503,7 +506,9 @@ class Result(Judged, Differentiable, Pictured):
         """Its fields over the contact points, by name: values with unit and label."""
         upper, lower = self.displacement
         pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
-        return super().fields() | fields_of(None, displacement_upper=upper, displacement_lower=lower, **pull)
+        flowed = {} if self.plastic_indentation is None else {"plastic_indentation": self.plastic_indentation}
+        moved = {"displacement_upper": upper, "displacement_lower": lower}
+        return super().fields() | fields_of(None, **moved, **pull, **flowed)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is."""

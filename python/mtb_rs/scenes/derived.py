@@ -35,8 +35,10 @@ _BEHIND = ((0, -1, -2, -3, -4), (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25))
 
 def numbers_of_layer(scene: PosedScene) -> Shape | None:
     """Shape of the numbers that give the layer of a scene; None where there are none, or not such."""
+    if scene.normal_layer is None or scene.rough is not None:
+        return None
     form = as_form(scene.normal_layer)
-    numbers = None if scene.normal_layer is None else form.leaves()
+    numbers = form.leaves()
     if numbers is None:
         return None
     return () if form.is_one else (len(numbers),)
@@ -160,7 +162,7 @@ class DerivedState:
             self.friction,
             problem.direction,
             dict(self._inputs()),
-            () if self.scene.normal_layer is None else ("normal_layer_field",),
+            () if self.problem.layer is None else ("normal_layer_field",),
             points.on_points(result.gap, 0),
             lambda: result.report.wedging_margin,
             self._refused(),
@@ -169,12 +171,16 @@ class DerivedState:
     def _refused(self) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
         refused = {}
-        if self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
+        if self.scene.rough is not None:
+            refused["normal_layer"] = "it was given as a RoughLayer, a law and no flexibility"
+        elif self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
             given = type(self.scene.normal_layer).__name__
             refused["normal_layer"] = (
                 f"it was given as a {given}, whose numbers are not known: 'normal_layer_field' is the "
                 "derivative by its value at each point"
             )
+        if self.scene.hardness is not None:
+            refused["hardness"] = "points that come to flow change sides by it: take differences of results"
         for name in ("friction", "magnetic_pressure"):
             spec = getattr(self.scene, name)
             if spec is not None and as_form(spec).leaves() is None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice, positive, warn
+from ..base.check import choice, positive, shortened, warn
 from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
@@ -96,6 +96,13 @@ def slide_from_rest(
     scene.check_model(model)
     if model == "auto":
         model = "elastic-upper" if "elastic-upper" in scene.geometry.models else "half-space"
+    if pressure == "follows":
+        for name in ("hardness", "normal_layer"):
+            if getattr(scene, name) is not None and (name == "hardness" or scene.rough is not None):
+                raise ValueError(
+                    f"{name} is {shortened(getattr(scene, name))}: a start of sliding in which the pressure "
+                    'follows cannot take it; pressure="held" takes it'
+                )
     problem = scene.problem(model, may_halve=False)
     check_room(problem.n)
     problem = replace(problem, direction=np.zeros((2, problem.n)))

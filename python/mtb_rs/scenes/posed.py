@@ -42,6 +42,7 @@ from ..friction.fields import (
 )
 from ..friction.fields import field as field_at
 from ..friction.laws import InterfaceLayer, normal_flexibility, of_friction
+from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
@@ -49,6 +50,9 @@ from ..results.plausible import of_scene
 from ..results.result import Result, percent, png
 
 Array = NDArray[np.float64]
+
+#: Least hardness [Pa]: softer bodies bear no load that numbers tell from nothing.
+LEAST_HARDNESS = 1e-9
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,7 @@ class PosedScene(Told):
     velocity: float | None = None
     layer: InterfaceLayer | None = None
     normal_layer: Any = None
+    hardness: Any = None
     supports: Any = None
     element_size: float | None = None
     # none is given where it follows from the gap and the bodies
@@ -148,8 +153,12 @@ class PosedScene(Told):
             raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
         if self.normal_layer is not None:
             put(self, "normal_layer", normal_flexibility(self.normal_layer))
-            nowhere = Asked("normal_layer", np.empty((3, 0)), (), None, 0.0)
-            nowhere.check_range(as_form(self.normal_layer).placed("normal_layer"))
+            if self.rough is None:
+                nowhere = Asked("normal_layer", np.empty((3, 0)), (), None, 0.0)
+                nowhere.check_range(as_form(self.normal_layer).placed("normal_layer"))
+        if self.hardness is not None:
+            nowhere = Asked("hardness", np.empty((3, 0)), (), None, LEAST_HARDNESS)
+            nowhere.check_range(as_form(self.hardness).placed("hardness"))
         choice("attraction", self.attraction, Attraction)
         if self.sliding_direction is not None:
             put(self, "sliding_direction", pair("sliding_direction", self.sliding_direction))
@@ -177,6 +186,11 @@ class PosedScene(Told):
             grid = self.geometry.grid(spacing)
             for name, form in fields.items():
                 ask(form.doubts(Asked(name, grid.points, grid.patches, self.velocity)))
+
+    @property
+    def rough(self) -> RoughLaw | None:
+        """The law of the layer between the bodies, where it is a rough one."""
+        return self.normal_layer if isinstance(self.normal_layer, RoughLaw) else None
 
     @property
     def simple(self) -> tuple[Simple, Simple]:
@@ -451,6 +465,8 @@ class PosedScene(Told):
             memory=contact.memory,
             windows=contact.windows,
             layer=self.normal_layer_at(points, patches, kept),
+            hardness=self._hardness(points, patches, kept),
+            rough=self.rough,
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:
@@ -478,11 +494,19 @@ class PosedScene(Told):
         self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None
     ) -> Array | None:
         """Flexibilities (n,) [m/Pa] of the layer between the bodies at contact points."""
-        if self.normal_layer is None:
+        if self.normal_layer is None or self.rough is not None:
             return None
         numbers = None if kept is None else kept.numbers
         spec = self._on(patches, self.normal_layer)
         return field_at("normal_layer", spec, points.points, patches, None, 0.0, kept=numbers)
+
+    def _hardness(self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None) -> Array | None:
+        """Pressures (n,) [Pa] at which one body flows at contact points."""
+        if self.hardness is None:
+            return None
+        numbers = None if kept is None else kept.numbers
+        spec = self._on(patches, self.hardness)
+        return field_at("hardness", spec, points.points, patches, None, LEAST_HARDNESS, kept=numbers)
 
     def friction_from_rest(self, problem: ContactProblem, pressure: Array) -> Array:
         """Friction coefficients (n,) of bodies that rest and start to slide under a pressure (n,) [Pa]."""
@@ -517,7 +541,8 @@ class PosedScene(Told):
     def on_cells(self, spacing: tuple[float, float]) -> Self:
         """The same scene on other cells, to which fields given on its own grid are carried."""
         changes: dict[str, Any] = {"spacing": spacing}
-        given = ("friction", "magnetic_pressure", "normal_layer")
+        given = ["friction", "magnetic_pressure", "hardness"]
+        given += ["normal_layer"] if self.rough is None else []
         fields = {name: as_form(getattr(self, name)) for name in given}
         if any(form.has_arrays for form in fields.values()):
             own, other = self.geometry.grid(self.known_spacing), self.geometry.grid(spacing)

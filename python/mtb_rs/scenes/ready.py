@@ -140,6 +140,7 @@ def block_on_plane(
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
     normal_layer: Any = None,
+    hardness: Any = None,
 ) -> Scene:
     """A block sliding over a plane, its top held in y and z: thesis 3.2.1.
 
@@ -163,8 +164,10 @@ def block_on_plane(
         Of the upper body over the lower one; None: it does not slide.
     upper, lower : Material, HalfSpace or Rigid
         The bodies above and below.
-    normal_layer : float, array, callable, table or ThinLayer [m/Pa]
+    normal_layer : float, array, callable, table, ThinLayer or RoughLayer [m/Pa]
         Third body that gives way under the pressure, by this flexibility times the pressure at each point.
+    hardness : float, array, callable or table [Pa]
+        Pressure at which the softer body flows; the pressure stays below it.
     """
     given = _those_of(Scene, locals())
     width, height = positive("width", width, "m"), positive("height", height, "m")
@@ -197,6 +200,7 @@ def pole_shoe_on_rail(
     rail_length: float = 0.18,
     layer: InterfaceLayer | None = None,
     normal_layer: Any = None,
+    hardness: Any = None,
 ) -> Scene:
     """The pole shoe of a magnetic track brake on its rail: thesis 3.1.2, 3.2.2, 4.
 
@@ -239,8 +243,10 @@ def pole_shoe_on_rail(
     layer : InterfaceLayer
         Third body between shoe and rail. It has no influence in gross sliding, and it softens the start of
         sliding.
-    normal_layer : float, array, callable, table or ThinLayer [m/Pa]
+    normal_layer : float, array, callable, table, ThinLayer or RoughLayer [m/Pa]
         Third body that gives way under the pressure, by this flexibility times the pressure at each point.
+    hardness : float, array, callable or table [Pa]
+        Pressure at which the softer body flows; the pressure stays below it.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
     upper, lower : Material, HalfSpace or Rigid

@@ -101,11 +101,17 @@ class Scene(PosedScene):
     layer : InterfaceLayer
         A third body that shears between the two. It changes nothing in gross sliding, and it softens the
         start of sliding; see :meth:`start_of_sliding`.
-    normal_layer : float, array, function, table or ThinLayer [m/Pa]
-        A third body that gives way under the pressure: each point by this flexibility times its own pressure.
+    normal_layer : float, array, function, table, ThinLayer or RoughLayer [m/Pa]
+        A third body that gives way under the pressure: each point by this flexibility times its own pressure,
+        or by the law of a :class:`mtb_rs.RoughLayer`, whose first touch the gap then counts from.
         It belongs to neither body, so displacements are without it, and the approach with it. Wheels in
         steps, Hertz' closed form, convolutions (large grids are then solved by dense matrices or refused) and
-        the methods of the thesis do not take it.
+        the methods of the thesis do not take it. The start of sliding takes a flexibility, and no RoughLayer.
+    hardness : float, array, function or table [Pa]
+        Pressure at which the softer body flows, some three times its yield stress. The pressure stays below
+        it, the contact grows instead, and friction is that of this pressure. What the flow piles up around
+        the contact, and its hardening, are left out. The ways that do not take `normal_layer` do not take it
+        either, nor does the start of sliding.
     supports : str or sequence of Support
         Supports of the elastic bodies of block_on_plane and pole_shoe_on_rail. The half-space model has no
         top and ignores them.

@@ -138,11 +138,14 @@ class StepResult(Differentiable, Pictured):
     friction_work : float or None [J]
         `friction_power` times `dt`.
     gap : (n,) [m]
+        Deformed gap, >= 0.
     state : StepState
         For the next step.
     report : StepReport
     magnetic_pressure : (n,) [Pa] or None
         With which a :class:`mtb_rs.Magnet` pulls at the gaps of the step; None for all other loads.
+    plastic_indentation : (n,) or None [m]
+        Depth to which one body has flowed; None where none has, as without a hardness.
     """
 
     force: Array
@@ -157,6 +160,7 @@ class StepResult(Differentiable, Pictured):
     _core: _mtb_rs.PreparedContact | None = field(repr=False, compare=False)
     _pressure: Array | None = field(default=None, repr=False, compare=False)
     magnetic_pressure: Array | None = None
+    plastic_indentation: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -190,7 +194,8 @@ class StepResult(Differentiable, Pictured):
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
         pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
-        return super().fields() | fields_of(None, **pull)
+        flowed = {} if self.plastic_indentation is None else {"plastic_indentation": self.plastic_indentation}
+        return super().fields() | fields_of(None, **pull, **flowed)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the report."""
@@ -380,7 +385,7 @@ class PreparedContact:
             reference_point=self.reference_point,
             friction_power=power,
             friction_work=None if dt is None else power * dt,
-            gap=out.gap,
+            gap=np.maximum(out.gap, 0.0),
             state=StepState(out.pressure, out.motion, attraction),
             report=StepReport(
                 status=status,
@@ -396,12 +401,14 @@ class PreparedContact:
             magnetic_pressure=attraction,
             _grid=self._grid,
             _core=self._core,
+            plastic_indentation=-np.minimum(out.gap, 0.0) if out.gap.min() < 0.0 else None,
         )
         if tangent is not None:
             source = self._derived(tangent, out, sliding, magnetic_pressure, diagonal is not None)
             object.__setattr__(result, "_derived", source)
         if out.status != "solved":
-            raise _failure(out, result, uniform)
+            hard = None if self._source is None else self._source.problem.hardness
+            raise _failure(out, result, uniform, hard)
         if self._source is not None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
@@ -423,7 +430,7 @@ class PreparedContact:
         if self._source is not None:
             by_field = self._source.by_pull_field if self._source.is_pulled(pull) else None
             layer = self._source.by_layer
-            if self._source.scene.normal_layer is not None:
+            if self._source.problem.layer is not None:
                 flexible += ("normal_layer_field",)
         return StepDerived(
             self._shared, tangent, out.pressure, out.gap, out.traction, velocity, by_field, layer, flexible
@@ -597,7 +604,9 @@ def _from_bytes(data: bytes) -> PreparedContact:
     return PreparedContact(_mtb_rs.PreparedContact.from_bytes(data))
 
 
-def _failure(out: _mtb_rs.Outcome, result: StepResult, magnetic_pressure: float | None) -> ConvergenceError:
+def _failure(
+    out: _mtb_rs.Outcome, result: StepResult, magnetic_pressure: float | None, hardness: Array | None
+) -> ConvergenceError:
     mu = float(out.friction.max(initial=0.0))
     if out.status == "unreachable":
         apart = ""
@@ -605,9 +614,10 @@ def _failure(out: _mtb_rs.Outcome, result: StepResult, magnetic_pressure: float 
             apart = (
                 f". magnetic_pressure is {magnetic_pressure:g} Pa, and a negative one pushes the bodies apart"
             )
+        hard = "" if hardness is None else f", and at most the hardness of {hardness.max():.6g} Pa,"
         return ResultantError(
-            "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
-            f"{out.friction.size} contact points balances it{apart}",
+            "the resultant of the load lies outside what the contact can carry: no pressure "
+            f">= 0{hard} on the {out.friction.size} contact points balances it{apart}",
             result,
         )
     if out.status == "no solution":

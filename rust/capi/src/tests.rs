@@ -7,6 +7,7 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock};
 
+use mtb_contact::interface::Interface;
 use mtb_contact::prepared::{NamedMotion, Prepared, Table};
 use mtb_contact::problem::Geometry;
 use mtb_contact::sliding::RigidMotion;
@@ -60,6 +61,7 @@ fn springs() -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
+        interface: Interface::default(),
     }
 }
 

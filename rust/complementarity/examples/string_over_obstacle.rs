@@ -30,6 +30,7 @@ fn main() -> Result<(), mtb_complementarity::Error> {
         offset: &gap,
         border: None,
         symmetric: true,
+        limit: None,
     };
     let by_sets = linear::solve(&problem, &linear::Options::default(), &unmonitored)?;
     assert_eq!(by_sets.status, linear::Status::Solved);

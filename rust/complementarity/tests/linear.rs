@@ -53,7 +53,7 @@ proptest! {
         let scale = 10.0_f64.powi(exponent);
         let a: Vec<f64> = matrix(n, &entries, skew).iter().map(|v| v * scale).collect();
         let problem =
-            Problem { matrix: &a, offset: &offset[..n], border: None, symmetric: skew == 0.0 };
+            Problem { matrix: &a, offset: &offset[..n], border: None, symmetric: skew == 0.0, limit: None };
         let by_sets = solve(&problem, &Options::default(), &unmonitored).unwrap();
         let by_pivots = lemke(&problem, &unmonitored).unwrap();
         prop_assert_eq!(by_sets.status, Status::Solved);
@@ -78,7 +78,7 @@ proptest! {
         columns.extend(&x);
         let border =
             Border { motion: &columns, balance: &columns, target: &[10.0, 10.0 * at] };
-        let problem = Problem { matrix: &a, offset: &gap, border: Some(border), symmetric: false };
+        let problem = Problem { matrix: &a, offset: &gap, border: Some(border), symmetric: false, limit: None };
         let s = solve(&problem, &Options::default(), &unmonitored).unwrap();
         prop_assert_eq!(s.status, Status::Solved);
         assert_solves(&problem, &s.pressure, &s.motion);
@@ -101,6 +101,7 @@ fn a_problem_without_solution_is_named() {
         offset: &[-1.0],
         border: None,
         symmetric: false,
+        limit: None,
     };
     let s = solve(&problem, &Options::default(), &unmonitored).unwrap();
     assert_eq!(s.status, Status::NoSolution);
@@ -113,6 +114,7 @@ fn gauss_seidel_agrees_on_a_symmetric_problem() {
         offset: &[-2.0, 1.0],
         border: None,
         symmetric: true,
+        limit: None,
     };
     let s = gauss_seidel(&problem, 1.0, 1e-12, 1000, &unmonitored).unwrap();
     assert_eq!(s.status, Status::Solved);
@@ -167,6 +169,7 @@ fn bad_data_is_named() {
         offset: &[1.0],
         border: None,
         symmetric: true,
+        limit: None,
     };
     let error = solve(&problem, &Options::default(), &unmonitored).unwrap_err();
     assert_eq!(error.to_string(), "matrix has 2 entries, expected 1");
@@ -175,6 +178,7 @@ fn bad_data_is_named() {
         offset: &[1.0],
         border: None,
         symmetric: true,
+        limit: None,
     };
     let error = solve(&problem, &Options::default(), &unmonitored).unwrap_err();
     assert_eq!(
@@ -216,6 +220,7 @@ fn a_body_on_one_row_of_points_stands() {
                 target: &target,
             }),
             symmetric: true,
+            limit: None,
         };
         let solution = solve(&problem, &Options::default(), &unmonitored).unwrap();
         assert_eq!(solution.status, Status::Solved);
@@ -241,6 +246,7 @@ fn a_body_on_one_row_of_points_rolls_until_another_holds_it() {
             target: &target,
         }),
         symmetric: true,
+        limit: None,
     };
     let solution = solve(&problem, &Options::default(), &unmonitored).unwrap();
     assert_eq!(solution.status, Status::Solved);
@@ -264,7 +270,7 @@ proptest! {
         let a: Vec<f64> = matrix(n, &entries, skew).iter().map(|v| v * scale).collect();
         let (motion, target) = (vec![3.0; n], [2.0]);
         let border = is_free.then_some(Border { motion: &motion, balance: &motion, target: &target });
-        let problem = Problem { matrix: &a, offset: &offset[..n], border, symmetric: false };
+        let problem = Problem { matrix: &a, offset: &offset[..n], border, symmetric: false, limit: None };
         let multiply = |x: &[f64], out: &mut [f64]| {
             for (out, row) in out.iter_mut().zip(a.chunks_exact(n)) {
                 *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
@@ -272,7 +278,7 @@ proptest! {
         };
         let diagonal: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
         let by_products =
-            ByProducts { multiply: &multiply, diagonal: &diagonal, offset: problem.offset, border };
+            ByProducts { multiply: &multiply, diagonal: &diagonal, offset: problem.offset, border, limit: None };
         let expected = solve(&problem, &Options::default(), &unmonitored).unwrap();
         let found = solve_by_products(&by_products, None, &unmonitored).unwrap();
         prop_assert_eq!(found.status, Status::Solved);
@@ -303,6 +309,7 @@ fn sets_that_return_end_with_single_changes() {
         diagonal: &[1.0; 3],
         offset: &offset,
         border: None,
+        limit: None,
     };
     for start in 0..8 {
         let start: Vec<bool> = (0..3).map(|i| start >> i & 1 == 1).collect();

@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         load: Load::Force(force),
         moments: [None, None],
         hardness: None,
+        rough: None,
     };
     let options = Options {
         tolerance: Some(1e-8),

@@ -100,6 +100,32 @@ pub enum Error {
         "a diagonal compliance is given, but only sliding and its steps take one into account, each its own"
     )]
     NoDiagonal,
+    /// A hardness or a rough layer where none is taken into account.
+    #[error(
+        "a hardness or a rough layer is given, but only sliding and its steps take one into account"
+    )]
+    NoInterface,
+    /// A law whose numbers do not rise from zero.
+    #[error("{name}[{index}] is {}: the numbers of a law must rise from zero", Short(*.value))]
+    NotRising {
+        /// Name of the array.
+        name: &'static str,
+        /// Position of the entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A pressure beyond the end of the law of a rough layer.
+    #[error(
+        "the pressure comes to {} Pa, but the table of the rough layer ends at {} Pa: a table to higher pressures is needed",
+        Short(*.pressure), Short(*.largest)
+    )]
+    BeyondLaw {
+        /// The pressure [Pa].
+        pressure: f64,
+        /// The end of the law [Pa].
+        largest: f64,
+    },
     /// An entry is not positive where it must be.
     #[error("{name}[{index}] is {}, it must be positive", Short(*.value))]
     NotPositive {

@@ -6,6 +6,7 @@
 //! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
+//! [`interface`]: hardness and rough layers between the bodies.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
 //! which it is kept. [`wear`]: what sliding takes off, step by step;
 //! [`steps`]: how long such a step may be. [`magnet`]: a pull that follows the gap.
@@ -23,6 +24,7 @@ mod error;
 pub mod fastsim;
 pub mod friction;
 pub mod incremental;
+pub mod interface;
 pub mod kalker;
 pub mod magnet;
 pub mod normal;

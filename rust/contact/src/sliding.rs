@@ -10,12 +10,14 @@ use mtb_complementarity::linear::{
 use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
 
 use crate::error::{Error, check};
+use crate::interface::{Interface, Linearisation, ROUNDS, SETTLED};
 
 /// Two bodies whose contact slides everywhere.
 ///
 /// With Coulomb friction `q = mu p d` on the lower body the gap is linear in the pressure alone,
 /// `g = g0 + (C_nn + mu C_nt d) p + sum c_k o_k`, and the contact conditions are one, generally
 /// non-symmetric, linear complementarity problem [Klarbring1990].
+#[derive(Clone, Copy)]
 pub struct SlidingContact<'a> {
     /// Gap of the unloaded pair (n) [m], > 0 open; prescribed motions and attraction included.
     pub gap: &'a [f64],
@@ -31,6 +33,8 @@ pub struct SlidingContact<'a> {
     /// It may differ from solve to solve. Below zero a point closes under its own pressure, as a pull does that
     /// follows the gap; less than the compliance of the bodies there, or the point snaps shut.
     pub diagonal: Option<&'a [f64]>,
+    /// Hardness and rough layer; `None` where there are none.
+    pub interface: Option<&'a Interface>,
 }
 
 /// A rigid motion of one of the bodies that only the contact holds.
@@ -53,7 +57,7 @@ pub struct SlidingSolution {
     pub status: Status,
     /// Pressure (n) [Pa].
     pub pressure: Vec<f64>,
-    /// Deformed gap (n) [m].
+    /// Deformed gap (n) [m]; where the pressure is the hardness, minus the depth to which a body has flowed.
     pub gap: Vec<f64>,
     /// Amplitude of each rigid motion.
     pub motion: Vec<f64>,
@@ -352,6 +356,47 @@ impl SlidingMatrix {
         if let Some(feedback) = feedback {
             check("feedback", feedback, n * n)?;
         }
+        let Some(law) = contact.interface.and_then(|i| i.rough.as_ref()) else {
+            return self.solve_linear(contact, feedback, start, monitor);
+        };
+        let own = |i: usize| match &self.form {
+            Form::Dense { normal, .. } => normal[i * (n + 1)],
+            Form::Products { diagonal, .. } => *diagonal,
+        };
+        let mut rough = Linearisation::new(law, contact.gap, own, Some(contact.mean_pressure()));
+        let mut start = start;
+        let mut iterations = 0;
+        for round in 1.. {
+            let (gap, diagonal) = rough.linear(contact.gap, contact.diagonal);
+            let linear = SlidingContact {
+                gap: &gap,
+                diagonal: Some(&diagonal),
+                ..*contact
+            };
+            let mut found = self.solve_linear(&linear, feedback, start, monitor)?;
+            iterations += found.iterations;
+            found.iterations = iterations;
+            if found.status != Status::Solved || rough.turn(&found.pressure, SETTLED)? {
+                return Ok(found);
+            }
+            if round == ROUNDS {
+                found.status = Status::IterationLimit;
+                return Ok(found);
+            }
+            start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
+        }
+        unreachable!("the rounds end")
+    }
+
+    /// The same with a law of a rough layer left out.
+    fn solve_linear(
+        &self,
+        contact: &SlidingContact<'_>,
+        feedback: Option<&[f64]>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
+        let n = self.points;
         let (normal, coupling) = match &self.form {
             Form::Dense { normal, coupling } => (normal, coupling),
             Form::Products {
@@ -492,6 +537,7 @@ impl SlidingContact<'_> {
             offset: &conditions.offset,
             border: conditions.border(),
             symmetric,
+            limit: self.limit(),
         };
         let solution = solve(&problem, &Options { start }, monitor)?;
         Ok(SlidingSolution::from(solution, &weight))
@@ -523,6 +569,7 @@ impl SlidingContact<'_> {
             diagonal: &diagonal,
             offset: &conditions.offset,
             border: conditions.border(),
+            limit: self.limit(),
         };
         let solution = solve_by_products(&problem, start, monitor)?;
         Ok(SlidingSolution::from(solution, &weight))
@@ -546,6 +593,21 @@ impl SlidingContact<'_> {
             found.target.push(motion.work);
         }
         found
+    }
+
+    /// Largest pressures (n) [Pa].
+    pub(crate) fn limit(&self) -> Option<&[f64]> {
+        self.interface.and_then(|i| i.limit.as_deref())
+    }
+
+    /// Pressure [Pa] that carries the load of some motion, the same at all points; zeros where none is loaded.
+    pub(crate) fn mean_pressure(&self) -> Vec<f64> {
+        let means = self.motions.iter().filter_map(|motion| {
+            let parts = motion.opening.iter().zip(self.area);
+            let lever: f64 = parts.map(|(o, a)| (o * a).abs()).sum();
+            (lever > 0.0).then_some(motion.work.abs() / lever)
+        });
+        vec![means.fold(0.0, f64::max); self.gap.len()]
     }
 
     /// Work of a unit pressure at `point`, with its friction, on a unit of `motion`.
@@ -577,6 +639,9 @@ impl SlidingContact<'_> {
         }
         if let Some(diagonal) = self.diagonal {
             check("diagonal", diagonal, n)?;
+        }
+        if let Some(interface) = self.interface {
+            interface.check(n)?;
         }
         for motion in self.motions {
             check("opening", &motion.opening, n)?;

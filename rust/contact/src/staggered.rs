@@ -190,6 +190,7 @@ impl Staggered<'_> {
             offset: &offset,
             border,
             symmetric: false,
+            limit: None,
         };
         Ok(solve(&problem, &Options { start }, monitor)?)
     }

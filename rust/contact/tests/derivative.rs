@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
 use mtb_contact::Error;
+use mtb_contact::interface::Interface;
 use mtb_contact::prepared::{
     INPUTS, NamedMotion, OUTPUTS, Prepared, PreparedContact, Pull, Step, Table,
 };
@@ -121,6 +122,7 @@ fn bumpy(random: &mut TestRng, standstill_speed: Option<f64>) -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.1, -0.2, 1.5],
         standstill_speed,
+        interface: Interface::default(),
     }
 }
 

@@ -62,6 +62,7 @@ fn state(random: &mut TestRng) -> SlidingState {
         direction: field(0.0, 0.7).into_iter().chain(field(0.0, 0.7)).collect(),
         motions: vec![lift, tilt],
         diagonal: Some(field(5e-15, 4e-15)),
+        limit: None,
     }
 }
 

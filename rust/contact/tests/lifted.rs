@@ -169,6 +169,7 @@ proptest! {
                 direction: &direction,
                 motions: &motions,
                 diagonal: None,
+                interface: None,
             };
             let (step, _) = stepper.solve(&contact, &unmonitored).unwrap();
             let cold = matrix.solve(&contact, None, &unmonitored).unwrap();
@@ -212,6 +213,7 @@ fn products_give_the_state_of_the_matrices() {
             direction: &direction,
             motions: &motions,
             diagonal,
+            interface: None,
         };
         let dense = SlidingMatrix::new(&*pair, &direction, true, &unmonitored).unwrap();
         let products = SlidingMatrix::by_products(pair.clone(), &direction, true).unwrap();

@@ -51,6 +51,7 @@ impl Case {
             load: self.load,
             moments: self.moments,
             hardness: self.hardness,
+            rough: None,
         })
     }
 

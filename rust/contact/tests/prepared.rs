@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
+use mtb_contact::interface::{Interface, RoughLaw};
 use mtb_contact::prepared::{
     Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
 };
@@ -60,6 +61,7 @@ fn springs() -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
+        interface: Interface::default(),
     }
 }
 
@@ -313,8 +315,8 @@ fn bytes_come_back_and_changes_are_found() {
     }
     // the signs of two numbers: a sum that only carries upwards takes them for the same
     let mut changed = bytes.clone();
-    // behind the reference point come whether there is a standstill speed, and how many grids
-    for at in [bytes.len() - 17, bytes.len() - 25] {
+    // behind the reference point come whether there are a standstill speed, grids, a hardness and a rough layer
+    for at in [bytes.len() - 33, bytes.len() - 41] {
         changed[at] ^= 0x80;
     }
     assert!(Prepared::from_bytes(&changed).is_err());
@@ -378,22 +380,49 @@ fn what_a_grid_cuts_off_is_refused_wherever_the_bytes_have_been() {
 }
 
 #[test]
-fn files_of_the_version_before_are_read() {
+fn files_of_earlier_versions_are_read() {
     let prepared = springs();
     let bytes = prepared.to_bytes();
-    // without the count of grids, of which there are none
-    let body = &bytes[24..bytes.len() - 8];
-    let mut old = Vec::from(b"MTBC".as_slice());
-    old.extend(2_u32.to_le_bytes());
-    old.extend((body.len() as u64).to_le_bytes());
-    old.extend(u64::from(crc32fast::hash(body)).to_le_bytes());
-    old.extend(body);
-    assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
-    for unknown in [1_u8, 4] {
+    let mut old = Vec::new();
+    // without the flags of a hardness and of a rough layer, and before also without the count of grids; there are none
+    for (version, without) in [(3_u32, 16), (2, 24)] {
+        let body = &bytes[24..bytes.len() - without];
+        old = Vec::from(b"MTBC".as_slice());
+        old.extend(version.to_le_bytes());
+        old.extend((body.len() as u64).to_le_bytes());
+        old.extend(u64::from(crc32fast::hash(body)).to_le_bytes());
+        old.extend(body);
+        assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
+    }
+    for unknown in [1_u8, 5] {
         old[4] = unknown;
         let message = Prepared::from_bytes(&old).unwrap_err().to_string();
         assert!(message.ends_with("it is of another version"), "{message}");
     }
+}
+
+/// Springs of stiffness 1 under 3 N, of which one bears 0.5 Pa at most, on a layer that gives way by ln(1 + p).
+#[test]
+fn hardness_and_rough_layer_are_kept() {
+    let law = RoughLaw::exponential(1.0, 1.0).unwrap();
+    let prepared = Prepared {
+        interface: Interface {
+            limit: Some(vec![0.5, 2.0, 2.0]),
+            rough: Some(law.clone()),
+        },
+        ..springs()
+    };
+    let read = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+    assert_eq!(read, prepared);
+    let mut contact = PreparedContact::new(Arc::new(read));
+    let step = step(FREE, [5.0, 0.0], Pull::Scene);
+    let found = contact.step(&step, &unmonitored).unwrap().solution;
+    assert_eq!(found.status, Status::Solved);
+    // the rest of the load divides evenly, as nothing couples the points
+    assert_eq!(found.pressure[0], 0.5);
+    assert!((found.pressure[1] - 1.25).abs() < 1e-9 && (found.pressure[2] - 1.25).abs() < 1e-9);
+    let down = 1.25 + law.opening(1.25);
+    assert!((found.gap[0] - (0.5 + law.opening(0.5) - down)).abs() < 1e-9);
 }
 
 proptest! {

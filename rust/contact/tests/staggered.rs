@@ -50,6 +50,7 @@ fn the_fixed_point_counts_both_compliances() {
         offset: &gap,
         border: None,
         symmetric: true,
+        limit: None,
     };
     let direct = solve(&direct, &Options::default(), &unmonitored).unwrap();
     for options in [options(None, 0), options(None, 5), options(Some(1.0), 8)] {

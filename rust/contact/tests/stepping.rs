@@ -152,6 +152,7 @@ fn run(plate: &Plate, walk: &[Walk]) -> Result<Vec<Effort>, TestCaseError> {
             direction: &direction,
             motions: &motions[..w.free],
             diagonal: (w.diagonal != 0.0).then_some(&diagonal),
+            interface: None,
         };
         let cold = SlidingMatrix::new(plate, &direction, true, &unmonitored)
             .unwrap()
@@ -261,6 +262,7 @@ fn sets_that_go_round_in_circles_end_one_point_at_a_time() {
         direction: &[0.0; 6],
         motions: &[],
         diagonal: None,
+        interface: None,
     };
     let (found, effort) = stepper.solve(&contact, &unmonitored).unwrap();
     assert_eq!(found.status, Status::Solved);
@@ -329,6 +331,7 @@ fn a_point_that_snaps_shut_is_refused() {
             direction: &[0.0; 4],
             motions: &[],
             diagonal: Some(&diagonal),
+            interface: None,
         };
         stepper.solve(&contact, &unmonitored)
     };

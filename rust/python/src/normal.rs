@@ -2,6 +2,7 @@
 //! Frictionless contact on regular grids.
 
 use mtb_complementarity::bounded::Status;
+use mtb_contact::interface::RoughLaw;
 use mtb_contact::normal::{
     Load, Method, NormalChange, NormalContact, NormalResponse, NormalState, Options, Surface,
     adjoint, forward, memory, solve_normal as solve,
@@ -17,6 +18,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
+use crate::problem::{RoughArgument, law_of};
 
 /// Where a frictionless contact ended; fields (ny, nx).
 #[pyclass(frozen, get_all, name = "NormalOutcome", module = "mtb_rs._mtb_rs")]
@@ -41,10 +43,11 @@ pub(crate) struct PyNormalOutcome {
 /// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio of each elastic body; exactly one of
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
 /// `method`: "auto", "dense" or "fft"; `layer`: flexibility of a layer between the bodies [m/Pa]; `hardness`: pressure
-/// at which a body flows [Pa].
+/// at which a body flows [Pa]; `rough`: law of a rough layer, as of a `Problem`.
 #[pyfunction]
 #[pyo3(signature = (
-    gap, spacing, bodies, force, approach, moments, tolerance, is_periodic, method, layer=0.0, hardness=None
+    gap, spacing, bodies, force, approach, moments, tolerance, is_periodic, method, layer=0.0, hardness=None,
+    rough=None
 ))]
 #[allow(clippy::too_many_arguments, reason = "one contact problem")]
 pub(crate) fn solve_normal<'py>(
@@ -60,7 +63,9 @@ pub(crate) fn solve_normal<'py>(
     method: &str,
     layer: f64,
     hardness: Option<f64>,
+    rough: Option<RoughArgument>,
 ) -> PyResult<PyNormalOutcome> {
+    let rough = rough.map(law_of).transpose()?;
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
     let values = gap
         .as_slice()
@@ -74,6 +79,7 @@ pub(crate) fn solve_normal<'py>(
             &pair,
             layer,
             hardness,
+            rough.as_ref(),
             is_periodic,
             values,
             grid,
@@ -126,6 +132,7 @@ fn posed<T>(
     pair: &Material,
     layer: f64,
     hardness: Option<f64>,
+    rough: Option<&RoughLaw>,
     is_periodic: bool,
     gap: &[f64],
     grid: Grid,
@@ -150,6 +157,7 @@ fn posed<T>(
         load,
         moments,
         hardness,
+        rough,
     })
 }
 
@@ -373,6 +381,7 @@ impl PyNormalTangent {
                 &self.pair,
                 self.layer,
                 self.hardness,
+                None,
                 self.is_periodic,
                 &initial_gap,
                 grid,

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_contact::Error;
 use mtb_contact::coupled::{Held, PointState};
+use mtb_contact::interface::{Interface, RoughLaw};
 use mtb_contact::problem::{
     Attracted, Body, FreeMotion, Friction, Geometry, Heating, Load, Loading, Means, Outcome,
     Problem, Window,
@@ -353,6 +354,21 @@ impl PyLoading {
     }
 }
 
+/// Law of a rough layer: a length [m] and a pressure [Pa] of the exponential one, or openings [m] and pressures [Pa].
+#[derive(FromPyObject)]
+pub(crate) enum RoughArgument {
+    Exponential(f64, f64),
+    Table(Vec<f64>, Vec<f64>),
+}
+
+pub(crate) fn law_of(argument: RoughArgument) -> PyResult<RoughLaw> {
+    let law = match argument {
+        RoughArgument::Exponential(length, floor) => RoughLaw::exponential(length, floor),
+        RoughArgument::Table(opening, pressure) => RoughLaw::table(opening, &pressure),
+    };
+    law.map_err(|e| bad_input(&e))
+}
+
 /// Coefficients (n,), or a function of the pressure (n,).
 #[derive(FromPyObject)]
 pub(crate) enum FrictionArgument<'py> {
@@ -410,10 +426,12 @@ impl PyProblem {
     /// `lower`, `upper`: `None` for a rigid body; `motions` (m, 3, n): displacement of the contact points by a unit
     /// of each free motion, common frame; `of_upper`: whether each moves the upper body; `is_pulled`: whether a
     /// pull on that body works on it, by default so; `products_from`: points from which on bodies that allow it are
-    /// solved by products; `layer` (n,): flexibilities of a layer between the bodies [m/Pa].
+    /// solved by products; `layer` (n,): flexibilities of a layer between the bodies [m/Pa]; `hardness` (n,): pressures
+    /// at which a body flows [Pa]; `rough`: see `RoughArgument`.
     #[new]
     #[pyo3(signature = (
-        lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM, layer=None
+        lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM, layer=None,
+        hardness=None, rough=None
     ))]
     #[allow(
         clippy::too_many_arguments,
@@ -428,6 +446,8 @@ impl PyProblem {
         is_pulled: Option<Vec<bool>>,
         products_from: usize,
         layer: Option<PyReadonlyArray1<'_, f64>>,
+        hardness: Option<PyReadonlyArray1<'_, f64>>,
+        rough: Option<RoughArgument>,
     ) -> PyResult<Self> {
         let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
         let mut pair = Relative::new(lower, upper).map_err(|e| bad_input(&e))?;
@@ -458,6 +478,17 @@ impl PyProblem {
             .collect();
         let motions = motions.map_err(|e| bad_input(&e))?;
         let problem = Problem::new(pair, geometry, motions).map_err(|e| bad_input(&e))?;
+        let limit = match &hardness {
+            None => None,
+            Some(limit) => Some(crate::contact::flat(limit, "hardness")?),
+        };
+        let interface = Interface {
+            limit: limit.map(<[f64]>::to_vec),
+            rough: rough.map(law_of).transpose()?,
+        };
+        let problem = problem
+            .with_interface(interface)
+            .map_err(|e| bad_input(&e))?;
         Ok(Self(problem.by_products_from(products_from)))
     }
 

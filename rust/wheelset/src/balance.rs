@@ -74,6 +74,7 @@ pub(crate) fn trial(
                 load: Load::Approach(approach),
                 moments: [None, None],
                 hardness: None,
+                rough: None,
             };
             let options = Options {
                 tolerance: Some(ready.accuracy.normal),

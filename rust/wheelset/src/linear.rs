@@ -245,6 +245,7 @@ impl PatchLinear {
             load: Load::Approach(approach),
             moments: [None, None],
             hardness: None,
+            rough: None,
         };
         let state = NormalState {
             pressure: &self.pressure,

@@ -60,6 +60,7 @@ fn reference(a: &[f64], offset: &[f64], modes: &[Mode]) -> Result<linear::Soluti
         offset,
         border: (!modes.is_empty()).then_some(border),
         symmetric: true,
+        limit: None,
     };
     linear::solve(&problem, &linear::Options::default(), &unmonitored)
 }

@@ -8,6 +8,7 @@ use mtb_operator::{Monitor, report, reset_workers};
 use super::dense::Factor;
 use super::existence::reachable;
 use super::lemke::lemke;
+use super::limited::{ROUNDING, Sides, carries, lemke_limited, rest};
 use super::problem::{Border, Problem, Solution, Status};
 use super::springs::by_springs;
 use crate::error::Error;
@@ -19,8 +20,6 @@ pub struct Options {
     pub start: Option<Vec<bool>>,
 }
 
-/// Relative size below which a negative pressure or slack counts as rounding.
-const ROUNDING: f64 = 1e-12;
 /// Residual above which a set was singular: its signs mean nothing.
 pub(super) const SINGULAR: f64 = 1e-9;
 /// Stiffness of a motion, in parts of that of the stiffest, below which a set does not hold it at all: two rows
@@ -33,7 +32,7 @@ const SETS: usize = 200;
 ///
 /// The active-set method solves with the pressures believed positive, then moves every pressure and
 /// every slack with the wrong sign to the other side, which is Newton's method on
-/// `min(p, w) = 0` [Hintermueller2002]. A set that returns means that it will not end; Lemke's method
+/// `min(p, w) = 0` [Hintermueller2002]. Pressures beyond their limit are held there, until their slack is above zero. A set that returns means that it will not end; Lemke's method
 /// [Cottle2009, section 4.4] then decides whether a solution exists.
 ///
 /// # Errors
@@ -48,6 +47,7 @@ const SETS: usize = 200;
 ///     offset: &[-2.0, 1.0],
 ///     border: None,
 ///     symmetric: true,
+///     limit: None,
 /// };
 /// let solution = solve(&problem, &Options::default(), &mtb_operator::unmonitored)?;
 /// assert_eq!(solution.status, Status::Solved);
@@ -63,11 +63,12 @@ pub fn solve(
     problem.check()?;
     let n = problem.dim();
     if let Some(border) = problem.border
-        && !reachable(border.balance, border.target)
+        && !(reachable(border.balance, border.target)
+            && problem.limit.is_none_or(|limit| carries(border, limit)))
     {
         return Ok(nothing(problem, Status::Unreachable));
     }
-    let mut active = match &options.start {
+    let active = match &options.start {
         Some(start) if start.len() != n => {
             return Err(Error::Shape {
                 name: "start",
@@ -78,12 +79,14 @@ pub fn solve(
         Some(start) if start.iter().filter(|&&a| a).count() > problem.motions() => start.clone(),
         _ => vec![true; n],
     };
+    let mut sides = Sides::of(active);
     let mut visited = HashSet::new();
     for iteration in 1..=SETS {
-        let Some(mut point) = stationary(problem, &active, monitor)? else {
+        let Some(mut point) = on_sides(problem, &sides, monitor)? else {
             break;
         };
-        let changes = flip(&mut active, &point);
+        let needed = problem.motions().max(1);
+        let changes = flip(&mut sides, &point, problem.limit, needed);
         if changes == 0 {
             point = settled(problem, point);
             point.iterations = iteration;
@@ -94,9 +97,12 @@ pub fn solve(
             break;
         }
         report(monitor, iteration, changes as f64 / n as f64)?;
-        if !visited.insert(active.clone()) || active.iter().all(|a| !a) && problem.motions() > 0 {
+        if !visited.insert(sides.clone()) || sides.is_open() && problem.motions() > 0 {
             break;
         }
+    }
+    if let Some(limit) = problem.limit {
+        return lemke_limited(problem, limit, monitor);
     }
     let found = lemke(problem, monitor)?;
     if found.status == Status::IterationLimit
@@ -119,6 +125,37 @@ fn nothing(problem: &Problem<'_>, status: Status) -> Solution {
         by_lemke: false,
         determinant_sign: 1.0,
     }
+}
+
+/// Pressures that close every gap that is closed and meet the balance, while others are held at the limit; `None`
+/// where they do not exist.
+fn on_sides(
+    problem: &Problem<'_>,
+    sides: &Sides,
+    monitor: Monitor<'_>,
+) -> Result<Option<Solution>, Error> {
+    if !sides.is_held() {
+        return stationary(problem, &sides.closed, monitor);
+    }
+    let load = sides.load(problem.limit);
+    let (offset, target) = rest(problem, &load);
+    let others = Problem {
+        offset: &offset,
+        border: problem.border.map(|border| Border {
+            target: &target,
+            ..border
+        }),
+        ..*problem
+    };
+    let mut found = stationary(&others, &sides.closed, monitor)?;
+    if let Some(point) = &mut found {
+        point
+            .pressure
+            .iter_mut()
+            .zip(&load)
+            .for_each(|(p, l)| *p += l);
+    }
+    Ok(found)
 }
 
 /// Pressures that close every gap of the active set and meet the balance; `None` where they do not exist.
@@ -244,26 +281,19 @@ pub(super) fn balanced(
     Ok((motion, sign))
 }
 
-/// Moves what has the wrong sign to the other side; returns how much that was.
-pub(super) fn flip(active: &mut [bool], point: &Solution) -> usize {
+/// Moves what is beyond its bounds to the other side; returns how much that was.
+pub(super) fn flip(
+    sides: &mut Sides,
+    point: &Solution,
+    limit: Option<&[f64]>,
+    needed: usize,
+) -> usize {
     let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let (p_eps, w_eps) = (
+    let least = [
         ROUNDING * largest(&point.pressure),
         ROUNDING * largest(&point.slack),
-    );
-    let mut changes = 0;
-    for (i, active) in active.iter_mut().enumerate() {
-        let wrong = if *active {
-            point.pressure[i] < -p_eps
-        } else {
-            point.slack[i] < -w_eps
-        };
-        if wrong {
-            *active = !*active;
-            changes += 1;
-        }
-    }
-    changes
+    ];
+    sides.turn(&point.pressure, &point.slack, limit, least, needed)
 }
 
 /// The point without what is rounding: with what is negative, and pressures that are nothing else, set to zero. Its
@@ -275,8 +305,14 @@ pub(super) fn settled(problem: &Problem<'_>, mut point: Solution) -> Solution {
     for p in &mut point.pressure {
         *p = if *p > least { *p } else { 0.0 };
     }
-    for w in &mut point.slack {
-        *w = w.max(0.0);
+    if let Some(limit) = problem.limit {
+        for (p, limit) in point.pressure.iter_mut().zip(limit) {
+            *p = p.min(*limit);
+        }
+    }
+    for (i, w) in point.slack.iter_mut().enumerate() {
+        let is_held = problem.limit.is_some_and(|l| point.pressure[i] >= l[i]);
+        *w = if is_held { w.min(0.0) } else { w.max(0.0) };
     }
     point.residual = point.residual.max(before).max(of(&point));
     point

@@ -36,7 +36,8 @@ pub fn gauss_seidel(
             let row = &problem.matrix[i * n..(i + 1) * n];
             let w: f64 =
                 problem.offset[i] + row.iter().zip(&pressure).map(|(a, p)| a * p).sum::<f64>();
-            pressure[i] = (pressure[i] - omega * w / row[i]).max(0.0);
+            let limit = problem.limit.map_or(f64::INFINITY, |limit| limit[i]);
+            pressure[i] = (pressure[i] - omega * w / row[i]).clamp(0.0, limit);
         }
         let slack = problem.slack(&pressure, &[]);
         residual = problem.residual(&pressure, &slack, &[]);

@@ -10,6 +10,8 @@ const LEVER: f64 = 1e-3;
 
 /// Find `p >= 0` and `c` with `w = A p + b - N c >= 0`, `w . p = 0` and `K^T p = f`.
 ///
+/// With a limit, `p` is also at most as large: where it is, `w` may be below zero, and is not above it.
+///
 /// In a contact, `p` are pressures, `w` gaps, `c` free rigid motions (approach, tilts) that close the
 /// gap by `N c`, and `K^T p = f` the balance of forces and moments on them.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,8 @@ pub struct Problem<'a> {
     pub border: Option<Border<'a>>,
     /// Whether `A` is symmetric (its factorisation then costs half).
     pub symmetric: bool,
+    /// Largest values that `p` may have, positive (n); `None` where there is no limit.
+    pub limit: Option<&'a [f64]>,
 }
 
 /// Free rigid motions and the balance that determines them.
@@ -56,7 +60,7 @@ pub struct Solution {
     pub status: Status,
     /// `p`, n.
     pub pressure: Vec<f64>,
-    /// `w`, n; exactly zero where `p > 0`.
+    /// `w`, n; exactly zero where `p > 0`, and zero or less where `p` is at its limit.
     pub slack: Vec<f64>,
     /// `c`, m.
     pub motion: Vec<f64>,
@@ -91,6 +95,9 @@ impl Problem<'_> {
             check("target", border.target, m)?;
             check("motion", border.motion, n * m)?;
             check("balance", border.balance, n * m)?;
+        }
+        if let Some(limit) = self.limit {
+            check("limit", limit, n)?;
         }
         Ok(())
     }
@@ -141,8 +148,13 @@ impl Problem<'_> {
         let w_scale = self.slack_scale(slack, motion);
         let relative = |x: f64, scale: f64| if scale > 0.0 { x / scale } else { x };
         let mut worst = 0.0_f64;
-        for (p, w) in pressure.iter().zip(slack) {
-            worst = worst.max(relative(*p, p_scale).min(relative(*w, w_scale)).abs());
+        for (i, (p, w)) in pressure.iter().zip(slack).enumerate() {
+            let mut rest = relative(*p, p_scale).min(relative(*w, w_scale));
+            if let Some(limit) = self.limit {
+                // where the limit is reached the slack may be below zero
+                rest = rest.max(relative(*p - limit[i], p_scale));
+            }
+            worst = worst.max(rest.abs());
         }
         if let Some(border) = self.border {
             for (column, f) in border.balance.chunks_exact(n.max(1)).zip(border.target) {

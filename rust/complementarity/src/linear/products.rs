@@ -8,6 +8,7 @@ use mtb_operator::{Monitor, krylov::gmres, report};
 
 use super::active_set::balanced;
 use super::existence::reachable;
+use super::limited::{Sides, carries, targets};
 use super::problem::{Border, Problem, Solution, Status};
 use crate::error::{Error, check};
 
@@ -21,6 +22,8 @@ pub struct ByProducts<'a> {
     pub offset: &'a [f64],
     /// The free motions.
     pub border: Option<Border<'a>>,
+    /// Largest pressures, as in [`Problem`] (n).
+    pub limit: Option<&'a [f64]>,
 }
 
 /// Residual of a set, in parts of its right-hand side: while many points change sides, while some do, and in the
@@ -236,6 +239,9 @@ pub fn solve_by_products(
     let n = problem.offset.len();
     check("offset", problem.offset, n)?;
     check("diagonal", problem.diagonal, n)?;
+    if let Some(limit) = problem.limit {
+        check("limit", limit, n)?;
+    }
     let m = problem.border.map_or(0, |b| b.target.len());
     // the residual of a solution asks for no matrix
     let conditions = Problem {
@@ -243,6 +249,7 @@ pub fn solve_by_products(
         offset: problem.offset,
         border: problem.border,
         symmetric: false,
+        limit: problem.limit,
     };
     let mut point = Solution {
         status: Status::IterationLimit,
@@ -258,12 +265,13 @@ pub fn solve_by_products(
         check("target", border.target, m)?;
         check("motion", border.motion, n * m)?;
         check("balance", border.balance, n * m)?;
-        if !reachable(border.balance, border.target) {
+        let is_carried = problem.limit.is_none_or(|limit| carries(border, limit));
+        if !(is_carried && reachable(border.balance, border.target)) {
             point.status = Status::Unreachable;
             return Ok(point);
         }
     }
-    let mut active = match start {
+    let active = match start {
         Some(start) if start.len() != n => {
             return Err(Error::Shape {
                 name: "start",
@@ -274,6 +282,7 @@ pub fn solve_by_products(
         Some(start) if start.iter().filter(|a| **a).count() > m => start.to_vec(),
         _ => vec![true; n],
     };
+    let mut sides = Sides::of(active);
     let mut visited = HashSet::new();
     let mut stage = 0;
     let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
@@ -281,7 +290,26 @@ pub fn solve_by_products(
     let mut scale = f64::INFINITY;
     for round in 1..=SETS {
         let (tolerance, is_last) = (TOLERANCES[stage], stage + 1 == TOLERANCES.len());
-        let unknowns = Unknowns::new(problem, &active, monitor)?;
+        let load = sides.load(problem.limit);
+        let mut offset = vec![0.0; n];
+        if sides.is_held() {
+            (problem.multiply)(&load, &mut offset);
+            point.iterations += 1;
+        }
+        offset
+            .iter_mut()
+            .zip(problem.offset)
+            .for_each(|(o, b)| *o += b);
+        let target = targets(problem.border, &load);
+        let others = ByProducts {
+            offset: &offset,
+            border: problem.border.map(|border| Border {
+                target: &target,
+                ..border
+            }),
+            ..*problem
+        };
+        let unknowns = Unknowns::new(&others, &sides.closed, monitor)?;
         let k = unknowns.set.len();
         if k < m || k == 0 && m > 0 {
             break;
@@ -319,7 +347,8 @@ pub fn solve_by_products(
         if let Some(error) = failure {
             return Err(error);
         }
-        let (pressure, motion) = unknowns.open(&x);
+        let (mut pressure, motion) = unknowns.open(&x);
+        pressure.iter_mut().zip(&load).for_each(|(p, l)| *p += l);
         if pressure.iter().chain(&motion).any(|v| !v.is_finite()) {
             break;
         }
@@ -346,22 +375,26 @@ pub fn solve_by_products(
         point.motion = motion;
         point.slack = slack;
         point.residual = if scale > 0.0 { left / scale } else { left };
-        let wrong: Vec<usize> = (0..n)
-            .filter(|&i| {
-                if active[i] {
-                    point.pressure[i] < -least_pressure
-                } else {
-                    point.slack[i] < -least_slack
-                }
-            })
-            .collect();
-        let changes = wrong.len();
+        let mut turned = sides.clone();
+        let least = [least_pressure, least_slack];
+        let changes = turned.turn(
+            &point.pressure,
+            &point.slack,
+            problem.limit,
+            least,
+            m.max(1),
+        );
         report(monitor, round, changes as f64 / n as f64)?;
         if changes == 0 && is_last {
-            for (i, active) in active.iter().enumerate() {
-                if *active {
+            for i in 0..n {
+                if sides.closed[i] {
                     point.slack[i] = 0.0;
                     point.pressure[i] = point.pressure[i].max(0.0);
+                    if let Some(limit) = problem.limit {
+                        point.pressure[i] = point.pressure[i].min(limit[i]);
+                    }
+                } else if sides.held[i] {
+                    point.slack[i] = point.slack[i].min(0.0);
                 } else {
                     point.slack[i] = point.slack[i].max(0.0);
                 }
@@ -373,10 +406,7 @@ pub fn solve_by_products(
             }
             break;
         }
-        let mut next = active.clone();
-        for &i in &wrong {
-            next[i] = !next[i];
-        }
+        let mut next = turned.clone();
         let is_new = visited.insert((stage, next.clone()));
         if is_last {
             if changes < fewest {
@@ -385,24 +415,29 @@ pub fn solve_by_products(
                 patience = patience.saturating_sub(1);
             }
         }
-        let holds = |set: &[bool]| set.iter().filter(|a| **a).count() >= m.max(1);
+        let holds = |set: &Sides| set.count() >= m.max(1);
         if is_last && patience == 0 || m > 0 && !holds(&next) {
             // one at a time, and never fewer points than hold the body
-            next.clone_from(&active);
-            for &i in wrong.iter().rev() {
-                next[i] = !next[i];
+            next.clone_from(&sides);
+            for i in turned.changed(&sides).into_iter().rev() {
+                next.take(&turned, i);
                 if m == 0 || holds(&next) {
                     break;
                 }
-                next[i] = !next[i];
+                next.take(&sides, i);
             }
         }
-        active = next;
+        sides = next;
         // few changes: the set is worth more digits; a set that returns, or none: all of them
         if changes == 0 || !is_new || stage == 0 && 50 * changes <= n {
             stage = (stage + 1).min(TOLERANCES.len() - 1);
         }
         point.pressure.iter_mut().for_each(|p| *p = p.max(0.0));
+        if let Some(limit) = problem.limit {
+            for (p, limit) in point.pressure.iter_mut().zip(limit) {
+                *p = p.min(*limit);
+            }
+        }
     }
     Ok(point)
 }

@@ -6,6 +6,7 @@ use mtb_operator::{Monitor, reset_workers};
 
 use super::active_set::{Options, SINGULAR, balanced, closed, flip, settled, solve};
 use super::dense::Factor;
+use super::limited::Sides;
 use super::problem::{Border, Problem, Solution, Status};
 use crate::error::Error;
 
@@ -67,6 +68,7 @@ pub(super) fn by_springs(
             offset: &offset,
             border: None,
             symmetric: false,
+            limit: None,
         };
         let found = solve(&held, &Options { start }, monitor)?;
         if found.status != Status::Solved {
@@ -81,10 +83,10 @@ pub(super) fn by_springs(
                 .sum();
             motion[j] += (border.target[j] - sum) / (soft * stiffness[j]);
         }
-        let mut active: Vec<bool> = found.pressure.iter().map(|p| *p > 0.0).collect();
-        let released = released(problem, border, &active, &motion, monitor)?;
+        let mut active = Sides::of_pressure(&found.pressure, None);
+        let released = released(problem, border, &active.closed, &motion, monitor)?;
         if let Some(mut point) = released
-            && flip(&mut active, &point) == 0
+            && flip(&mut active, &point, None, 0) == 0
         {
             point = settled(problem, point);
             point.by_lemke = found.by_lemke;
@@ -92,7 +94,7 @@ pub(super) fn by_springs(
                 return Ok(Some(point));
             }
         }
-        start = Some(active);
+        start = Some(active.closed);
         soft *= SOFTER;
     }
     Ok(None)

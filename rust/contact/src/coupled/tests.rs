@@ -50,6 +50,7 @@ fn frictionless(pair: &Relative, force: f64) -> (Vec<f64>, Vec<f64>) {
         direction: &direction,
         motions: &[pressed(force)],
         diagonal: None,
+        interface: None,
     };
     let found = matrix.solve(&contact, None, &unmonitored).unwrap();
     assert_eq!(found.status, Status::Solved);

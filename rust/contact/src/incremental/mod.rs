@@ -386,6 +386,7 @@ impl<'a> Run<'a> {
             offset: &offset,
             border: None,
             symmetric: self.is_symmetric,
+            limit: None,
         };
         let start = Some(offset.iter().map(|d| *d < 0.0).collect());
         let solution = solve(&problem, &Options { start }, monitor)?;

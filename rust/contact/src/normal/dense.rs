@@ -99,6 +99,7 @@ fn on_level(
         offset: &offset,
         border: (!modes.is_empty()).then_some(border),
         symmetric: true,
+        limit: None,
     };
     debug_assert_eq!(offset.len(), n);
     let mut solution = linear::solve(&problem, &linear::Options::default(), monitor)?;

@@ -18,6 +18,7 @@ use mtb_complementarity::bounded::Status;
 use mtb_operator::{Compliance, Grid, Monitor, check_factors};
 
 use crate::error::{Error, check, check_number, check_positive};
+use crate::interface::RoughLaw;
 
 pub use tangent::{Derived, NormalChange, NormalResponse, adjoint, forward};
 
@@ -59,6 +60,8 @@ pub struct NormalContact<'a> {
     pub moments: [Option<f64>; 2],
     /// Pressure [Pa] at which the softer body flows; `None` for bodies that stay elastic.
     pub hardness: Option<f64>,
+    /// Law of a rough layer between the bodies.
+    pub rough: Option<&'a RoughLaw>,
 }
 
 /// Which algorithm solves, and how well.
@@ -209,6 +212,9 @@ pub fn solve_normal(
             "the dense method does not take it",
         )?;
     }
+    if contact.rough.is_some() && options.method == Method::Dense {
+        return Err(Error::NoInterface);
+    }
     if let Some(tolerance) = options.tolerance {
         let is_possible = (1e-14..1.0).contains(&tolerance);
         check_number(
@@ -243,7 +249,12 @@ pub fn solve_normal(
             check_factors(points, needed)?;
             dense::solve(contact, options.tolerance, monitor)
         }
-        Method::Auto if !is_periodic && points <= DENSE_UP_TO && contact.hardness.is_none() => {
+        Method::Auto
+            if !is_periodic
+                && points <= DENSE_UP_TO
+                && contact.hardness.is_none()
+                && contact.rough.is_none() =>
+        {
             dense::solve(contact, options.tolerance, monitor)
         }
         _ => {

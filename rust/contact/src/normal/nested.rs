@@ -10,8 +10,9 @@ use mtb_operator::{Buffers, Grid, Monitor, Progress, check_memory, report};
 use super::inverse::{Inverse, costs};
 use super::level::{Level, Region, half_sides};
 use super::product::Product;
-use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, memory};
+use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, Surface, memory};
 use crate::Error;
+use crate::interface::{Linearisation, ROUNDS};
 
 /// Relative error of the pressure that a coarse grid may have from its residual: enough to start from and
 /// to tell the discretisation error by; without and with cells in contact along all sides, whose
@@ -145,6 +146,11 @@ fn outside(
         for (mode, c) in modes.iter().zip(&solution.motion) {
             gap[i] -= c * mode.shape[i];
         }
+        if let Some(law) = contact.rough {
+            let opened = law.opening(pressure[i]);
+            gap[i] += opened;
+            displacement[i] += opened;
+        }
         // what flows may go deeper
         let flows = contact.hardness.is_some_and(|h| pressure[i] >= h);
         let slack = if flows { gap[i].max(0.0) } else { gap[i] };
@@ -252,37 +258,105 @@ fn on_region(
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
     let product = Product::influence(contact.surface, grid, shape, &work.buffers, monitor);
     let is_full = start.iter().all(|p| *p > 0.0);
-    let inverse = Inverse::new(
-        contact.surface,
-        grid,
-        shape,
-        is_full,
-        &work.buffers,
-        monitor,
-    );
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
-    let apply = |x: &[f64], y: &mut [f64]| product.apply(x, y, monitor);
-    let invert = |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
-    let problem = bounded::Problem {
-        offset: &offset,
-        modes: &modes,
-    };
     let options = bounded::Options {
         tolerance,
         max_iterations: MAX_ITERATIONS,
     };
-    let solution = match contact.hardness {
-        None => bounded::solve(&apply, &invert, &problem, start, options, monitor)?,
-        Some(cap) => {
-            bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)?
-        }
+    let buffers = work.buffers.clone();
+    // with a diagonal (n) [m/Pa] besides, about `layer` where the bodies touch
+    let mut solved = |diagonal: &[f64], layer: f64, offset: &[f64], start: Vec<f64>| {
+        let rectangle;
+        let wave;
+        let surface = match contact.surface {
+            Surface::FreeSpace(influence) => {
+                rectangle = move |offset: [f64; 2], cell: [f64; 2]| {
+                    let own = if offset == [0.0; 2] { layer } else { 0.0 };
+                    own + influence(offset, cell)
+                };
+                Surface::FreeSpace(&rectangle)
+            }
+            Surface::Periodic(by) => {
+                wave = move |k: f64| layer + by(k);
+                Surface::Periodic(&wave)
+            }
+            Surface::Body(body) => Surface::Body(body),
+        };
+        let inverse = Inverse::new(surface, grid, shape, is_full, &buffers, monitor);
+        report(monitor, 0, f64::NAN)?;
+        let apply = |x: &[f64], y: &mut [f64]| {
+            product.apply(x, y, monitor);
+            for ((y, x), d) in y.iter_mut().zip(x).zip(diagonal) {
+                *y += d * x;
+            }
+        };
+        let invert = |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
+        let problem = bounded::Problem {
+            offset,
+            modes: &modes,
+        };
+        let solution = match contact.hardness {
+            None => bounded::solve(&apply, &invert, &problem, start, options, monitor)?,
+            Some(cap) => {
+                bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)?
+            }
+        };
+        report(monitor, solution.iterations, solution.residual)?;
+        work.products += solution.products as f64 * product.size();
+        work.preconditionings += solution.preconditionings as f64 * inverse.size();
+        Ok::<_, Error>(solution)
     };
-    report(monitor, solution.iterations, solution.residual)?;
-    work.products += solution.products as f64 * product.size();
-    work.preconditionings += solution.preconditionings as f64 * inverse.size();
-    Ok(solution)
+    let Some(law) = contact.rough else {
+        return solved(&[], 0.0, &offset, start);
+    };
+    let mut unit = vec![0.0; offset.len()];
+    unit[0] = 1.0;
+    let mut own = vec![0.0; offset.len()];
+    product.apply(&unit, &mut own, monitor);
+    let guess = match contact.load {
+        Load::Force(force) => {
+            // a start without a coarser grid is of any size
+            let sum: f64 = start.iter().sum::<f64>() * grid.cell_area();
+            let by = if sum > 0.0 { force / sum } else { 0.0 };
+            start.iter().map(|p| p * by).collect()
+        }
+        Load::Approach(_) => start.clone(),
+    };
+    let mut rough = Linearisation::new(law, &offset, |_| own[0], Some(guess));
+    let mut pressure = start;
+    let (mut iterations, mut history) = (0, Vec::new());
+    for round in 1.. {
+        let (linear, diagonal) = rough.linear(&offset, None);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for d in diagonal
+            .iter()
+            .zip(&pressure)
+            .filter(|(_, p)| **p > 0.0)
+            .map(|(d, _)| d.ln())
+        {
+            (sum, count) = (sum + d, count + 1.0);
+        }
+        let layer = if count > 0.0 {
+            f64::exp(sum / count)
+        } else {
+            0.0
+        };
+        let mut found = solved(&diagonal, layer, &linear, pressure)?;
+        iterations += found.iterations;
+        history.extend(&found.history);
+        let has_settled = rough.turn(&found.pressure, tolerance)?;
+        if found.status != Status::Solved || has_settled || round == ROUNDS {
+            if !has_settled && found.status == Status::Solved {
+                found.status = Status::IterationLimit;
+            }
+            (found.iterations, found.history) = (iterations, history);
+            return Ok(found);
+        }
+        pressure = found.pressure;
+    }
+    unreachable!("the rounds end")
 }
 
 /// Approach [m] and tilts from the amplitudes of the free motions.

@@ -189,6 +189,9 @@ impl<'a> Place<'a> {
         solution: &NormalState<'a>,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
+        if contact.rough.is_some() {
+            return Err(Error::NoInterface);
+        }
         let (grid, points) = (contact.grid, contact.grid.points());
         check("pressure", solution.pressure, points)?;
         check("gap of the solution", solution.gap, points)?;

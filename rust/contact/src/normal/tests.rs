@@ -58,6 +58,7 @@ fn run(
         load,
         moments,
         hardness: None,
+        rough: None,
     };
     solve_normal(
         &contact,
@@ -154,6 +155,7 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
                 load,
                 moments: [None, None],
                 hardness: None,
+                rough: None,
             };
             let found = solve_normal(&contact, options, &unmonitored)?;
             assert_eq!(found.status, Status::Solved);
@@ -193,6 +195,7 @@ fn whenever_it_is_asked_to_stop_it_stops() {
         load: Load::Force(1.0),
         moments: [None, None],
         hardness: None,
+        rough: None,
     };
     let options = Options {
         tolerance: Some(1e-6),
@@ -239,6 +242,7 @@ fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
         load: Load::Force(0.5),
         moments: [None, None],
         hardness: None,
+        rough: None,
     };
     let options = Options {
         tolerance: Some(1e-12),
@@ -294,6 +298,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
                     load,
                     moments: [None, None],
                     hardness: None,
+                    rough: None,
                 };
                 let options = Options {
                     tolerance: Some(1e-11),
@@ -334,6 +339,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
         load: Load::Force(1.0),
         moments: [None, None],
         hardness: None,
+        rough: None,
     };
     let options = Options {
         tolerance: None,
@@ -368,6 +374,7 @@ fn two_bodies_as_a_compliance_follow_hertz() {
         load: Load::Force(force),
         moments: [None, None],
         hardness: None,
+        rough: None,
     };
     let options = Options {
         tolerance: Some(1e-9),

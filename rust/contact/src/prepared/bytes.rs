@@ -5,14 +5,17 @@ use std::sync::Arc;
 
 use super::{NamedMotion, Prepared, Table};
 use crate::error::Error;
+use crate::interface::{Interface, RoughLaw};
 use crate::problem::{Geometry, Means, Window};
 use crate::record::{Damaged, Reader, Writer};
 use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 3;
-/// The version before, which did not hold where the bodies go on beyond their points.
+const VERSION: u32 = 4;
+/// The version before, which knew of no hardness and no rough layer.
+const WITHOUT_INTERFACE: u32 = 3;
+/// The version before that one, which did not hold where the bodies go on beyond their points.
 const WITHOUT_WINDOWS: u32 = 2;
 
 impl Prepared {
@@ -60,18 +63,26 @@ impl Prepared {
         for window in &g.windows {
             out.counts(&[window.start, window.nx, window.ny]);
         }
+        out.option(self.interface.limit.as_ref(), |out, limit| out.array(limit));
+        out.option(self.interface.rough.as_ref(), |out, law| {
+            let (floor, level, opening, last) = law.parts();
+            out.array(&[floor, last]);
+            out.array(level);
+            out.array(opening);
+        });
         out.finish(MARK, VERSION)
     }
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
-    /// One of the version before does not know whether its bodies go on beyond their points, and takes it that they
+    /// One of an earlier version has no hardness and no rough layer; one of version 2 does not know whether its bodies go on beyond their points, and takes it that they
     /// end there.
     ///
     /// # Errors
     /// Bytes that are none, of another version, cut short, changed, or that do not fit together.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (version, mut body) = Reader::open_any(bytes, MARK, &[VERSION, WITHOUT_WINDOWS])?;
+        let (version, mut body) =
+            Reader::open_any(bytes, MARK, &[VERSION, WITHOUT_INTERFACE, WITHOUT_WINDOWS])?;
         let area = body.array()?;
         let mut geometry = Geometry {
             points: body.array()?,
@@ -107,6 +118,11 @@ impl Prepared {
                 (0..count).map(|_| window(&mut body)).collect();
             geometry.windows = windows?;
         }
+        let mut interface = Interface::default();
+        if version == VERSION {
+            interface.limit = body.option(Reader::array)?;
+            interface.rough = body.option(law)?;
+        }
         body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
@@ -118,6 +134,7 @@ impl Prepared {
             sliding_direction,
             reference_point,
             standstill_speed,
+            interface,
         };
         prepared.check()?;
         Ok(prepared)
@@ -128,6 +145,11 @@ fn table(body: &mut Reader<'_>) -> Result<Table, Error> {
     let speed = body.array()?;
     let rows: Result<Vec<Vec<f64>>, Damaged> = speed.iter().map(|_| body.array()).collect();
     Table::new(speed, rows?)
+}
+
+fn law(body: &mut Reader<'_>) -> Result<RoughLaw, Error> {
+    let [floor, last] = body.numbers()?;
+    RoughLaw::of_parts(floor, body.array()?, body.array()?, last)
 }
 
 fn window(body: &mut Reader<'_>) -> Result<Window, Damaged> {

@@ -91,7 +91,8 @@ impl Taken {
                 slope: outcome.friction.clone(),
                 direction,
                 motions,
-                diagonal: step.diagonal.map(<[f64]>::to_vec),
+                diagonal: (prepared.interface).softened(step.diagonal, &outcome.solution.pressure),
+                limit: prepared.interface.limit.clone(),
             },
             balanced,
         }

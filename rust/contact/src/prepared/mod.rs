@@ -12,6 +12,7 @@ use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
+use crate::interface::Interface;
 use crate::magnet::{Magnet, settle};
 use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
@@ -58,6 +59,8 @@ pub struct Prepared {
     pub reference_point: [f64; 3],
     /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
+    /// Hardness and rough layer.
+    pub interface: Interface,
 }
 
 /// A magnetic pressure that presses the bodies of a problem together.
@@ -205,6 +208,7 @@ impl Prepared {
             sliding_direction: sliding.direction,
             reference_point,
             standstill_speed: sliding.standstill_speed,
+            interface: problem.interface().clone(),
         };
         prepared.check()?;
         Ok(prepared)
@@ -229,6 +233,7 @@ impl Prepared {
         for part in self.magnetic.iter().flatten() {
             check("magnetic", part, n + self.motions.len())?;
         }
+        self.interface.check(n)?;
         check("sliding_direction", &self.sliding_direction, 2)?;
         check("reference_point", &self.reference_point, 3)
     }
@@ -481,6 +486,7 @@ impl PreparedContact {
             direction,
             motions: &prepared.balanced(balanced, &loading.work),
             diagonal: loading.diagonal.as_deref(),
+            interface: Some(&prepared.interface),
         };
         let (solution, effort) = self.stepper.solve(&contact, monitor)?;
         let about = prepared.reference_point;

@@ -195,6 +195,7 @@ impl Problem {
                 direction,
                 motions: &motions,
                 diagonal: loading.diagonal.as_deref(),
+                interface: Some(self.interface()),
             };
             let feedback = fed.as_ref().map(|(feedback, _)| feedback.as_slice());
             let mut solution =
@@ -284,6 +285,8 @@ impl Problem {
             direction,
             motions: &motions,
             diagonal,
+            // a pressure that is held or a layer that gives way takes part in no runaway
+            interface: None,
         };
         kept.matrix
             .feedback_factor(&contact, &feedback, active, monitor)

@@ -23,6 +23,7 @@ use mtb_operator::{Compliance, Monitor, Relative};
 
 use crate::coupled::{Coupled, CoupledContact, PATH_TOLERANCE};
 use crate::error::{Error, check};
+use crate::interface::Interface;
 use crate::sliding::{PRODUCTS_FROM, SlidingContact, SlidingMatrix};
 use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
@@ -57,6 +58,7 @@ pub struct Problem {
     motions: Vec<FreeMotion>,
     kept: Mutex<Option<Arc<Kept>>>,
     products_from: usize,
+    interface: Interface,
 }
 
 /// The matrices of sliding in a direction.
@@ -90,7 +92,23 @@ impl Problem {
             motions,
             kept: Mutex::new(None),
             products_from: PRODUCTS_FROM,
+            interface: Interface::default(),
         })
+    }
+
+    /// The same problem with a hardness, a rough layer, or both.
+    ///
+    /// # Errors
+    /// As [`Interface::check`].
+    pub fn with_interface(mut self, interface: Interface) -> Result<Self, Error> {
+        interface.check(self.points())?;
+        self.interface = interface;
+        Ok(self)
+    }
+
+    /// What lies between the bodies beyond springs.
+    pub fn interface(&self) -> &Interface {
+        &self.interface
     }
 
     /// The same problem, solved by products from so many points on instead of [`PRODUCTS_FROM`].
@@ -220,6 +238,7 @@ impl Problem {
                 direction,
                 motions: &motions,
                 diagonal: loading.diagonal.as_deref(),
+                interface: Some(&self.interface),
             };
             let mut solution = kept.matrix.solve(&contact, active, monitor)?;
             iterations += solution.iterations;
@@ -271,8 +290,9 @@ impl Problem {
 
     /// The equations of a sliding state, linearised about it: `pressure` (n) [Pa], `friction` (n) and the `slope` (n)
     /// of friction times pressure over the pressure, which is the friction itself unless it follows the pressure.
-    /// Its `diagonal` (n) [m/Pa] is that of the loading. Unless it `is_coupled`, friction opens and closes no gap.
-    /// No matrix is formed `by_products`, and of a problem that [is so itself](Problem::is_by_products).
+    /// Its `diagonal` (n) [m/Pa] is that of the loading; a rough layer adds its slope. Unless it `is_coupled`, friction
+    /// opens and closes no gap. No matrix is formed `by_products`, and of a problem that
+    /// [is so itself](Problem::is_by_products).
     ///
     /// # Errors
     /// As [`Problem::slide`].
@@ -295,7 +315,8 @@ impl Problem {
             slope: slope.to_vec(),
             direction: direction.to_vec(),
             motions: self.loaded(&vec![0.0; self.motions.len()]),
-            diagonal: diagonal.map(<[f64]>::to_vec),
+            diagonal: self.interface.softened(diagonal, pressure),
+            limit: self.interface.limit.clone(),
         };
         if by_products || self.is_by_products() {
             return Linearised::by_products(self.pair.clone(), state, is_coupled);
@@ -312,7 +333,8 @@ impl Problem {
     /// each of `displacements` (3n) [m], common frame, such as [`Geometry::uniform`]: points stick until friction
     /// `friction` (n) gives way, and the pressure follows.
     ///
-    /// A `layer` [m/Pa] between the bodies softens the tangents; a diagonal compliance of the loading is refused.
+    /// A `layer` [m/Pa] between the bodies softens the tangents; a diagonal compliance of the loading, a hardness and a
+    /// rough layer are refused.
     /// One outcome a step; the steps end where no state was found. Each step is reached in parts, so many of them that it adds an error of at most
     /// [`PATH_TOLERANCE`]; see [`CoupledContact::follow`].
     ///
@@ -331,6 +353,9 @@ impl Problem {
         let n = g.points();
         if loading.diagonal.is_some() {
             return Err(Error::NoDiagonal);
+        }
+        if !self.interface.is_empty() {
+            return Err(Error::NoInterface);
         }
         let pressed = self.press(loading, monitor)?;
         if pressed.solution.status != Status::Solved {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::collections::HashSet;
 
-use mtb_complementarity::linear::{Border, Problem, Status};
+use mtb_complementarity::linear::{Border, Problem, ROUNDING, Sides, Status};
 use mtb_operator::{Monitor, report};
 
 use super::bordered::Bordered;
@@ -9,12 +9,10 @@ use super::equations::{ACCEPTED, Equations, ROUGH, TOLERANCE};
 use super::influence::{Terms, largest};
 use super::{Effort, Point, SlidingStepper};
 use crate::error::Error;
-use crate::sliding::{SlidingContact, SlidingSolution};
+use crate::sliding::{RigidMotion, SlidingContact, SlidingSolution};
 
 /// Relative residual of a solution; each balance is relative to its own parts.
 const SOLVED: f64 = 1e-9;
-/// Relative size below which a negative pressure or gap counts as rounding.
-const ROUNDING: f64 = 1e-12;
 /// Active sets tried before the general solver takes over.
 const SETS: usize = 60;
 
@@ -25,6 +23,13 @@ struct OnSet {
     sign: f64,
     /// Relative residual.
     error: f64,
+}
+
+/// Gap and motions of the points that are not held at the limit, under the pressures `load` of those that are.
+struct Held {
+    gap: Vec<f64>,
+    motions: Vec<RigidMotion>,
+    load: Vec<f64>,
 }
 
 impl SlidingStepper {
@@ -38,12 +43,13 @@ impl SlidingStepper {
     ) -> Result<Option<SlidingSolution>, Error> {
         let n = self.influence.points();
         let m = contact.motions.len();
-        let mut active: Vec<bool> = match &self.memory.last {
-            Some(last) => last.pressure.iter().map(|p| *p > 0.0).collect(),
-            None => vec![true; n],
+        let limit = contact.limit();
+        let mut active = match &self.memory.last {
+            Some(last) => Sides::of_pressure(&last.pressure, limit),
+            None => Sides::of(vec![true; n]),
         };
-        if active.iter().filter(|a| **a).count() <= m {
-            active.fill(true);
+        if active.count() <= m {
+            active = Sides::of(vec![true; n]);
         }
         self.scratch.known.clear();
         let mut visited = HashSet::new();
@@ -54,16 +60,28 @@ impl SlidingStepper {
         let mut fewest = usize::MAX;
         for iteration in 1..=SETS {
             effort.sets = iteration;
+            let held = self.held(contact, terms, &active);
+            let others = held.as_ref().map_or(*contact, |held| SlidingContact {
+                gap: &held.gap,
+                motions: &held.motions,
+                ..*contact
+            });
             // roughly, until the set holds or comes again
             let (mut next, changes, OnSet { point, sign, .. }) = loop {
+                let closed = &active.closed;
                 let found =
-                    self.on_set(contact, terms, &active, &guess, tolerance, effort, monitor)?;
+                    self.on_set(&others, terms, closed, &guess, tolerance, effort, monitor)?;
                 let Some(mut found) = found else {
                     return Ok(None);
                 };
+                if let Some(held) = &held {
+                    let pairs = found.point.pressure.iter_mut().zip(&held.load);
+                    pairs.for_each(|(p, load)| *p += load);
+                }
                 let unclipped = found.point.clone();
                 let mut next = active.clone();
-                let changes = flip(&mut next, &mut found.point.pressure, &mut self.scratch.gap);
+                let pressure = &mut found.point.pressure;
+                let changes = flip(&mut next, pressure, &mut self.scratch.gap, limit, m.max(1));
                 if found.error <= ACCEPTED || (changes > 0 && !visited.contains(&next)) {
                     break (next, changes, found);
                 }
@@ -87,7 +105,7 @@ impl SlidingStepper {
             if is_single {
                 keep_last_change(&active, &mut next);
             }
-            if m > 0 && next.iter().all(|a| !a) {
+            if m > 0 && next.is_open() {
                 return Ok(None);
             }
             if visited.insert(next.clone()) {
@@ -110,6 +128,29 @@ impl SlidingStepper {
             guess = point;
         }
         Ok(None)
+    }
+
+    /// What the points held at the limit leave for the others; `None` where none is.
+    fn held(&self, contact: &SlidingContact<'_>, terms: &Terms, sides: &Sides) -> Option<Held> {
+        if !sides.is_held() {
+            return None;
+        }
+        let load = sides.load(contact.limit());
+        let mut gap = contact.gap.to_vec();
+        self.influence.add_product(&load, terms, &mut gap);
+        let motions = contact.motions.iter().map(|motion| {
+            let carried = |(i, p): (usize, &f64)| contact.work_of_pressure(motion, i) * p;
+            let carried: f64 = load.iter().enumerate().map(carried).sum();
+            RigidMotion {
+                work: motion.work + carried,
+                ..motion.clone()
+            }
+        });
+        Some(Held {
+            motions: motions.collect(),
+            gap,
+            load,
+        })
     }
 
     #[allow(
@@ -189,12 +230,10 @@ impl SlidingStepper {
 ///
 /// Changes of all wrong signs at once may go round in circles. One at a time, always the last one, they end for
 /// every P-matrix [Murty1974], so both together do [JudicePires1994].
-fn keep_last_change(active: &[bool], next: &mut [bool]) {
-    let last = (0..active.len()).rev().find(|&i| active[i] != next[i]);
-    for (i, (next, active)) in next.iter_mut().zip(active).enumerate() {
-        if Some(i) != last {
-            *next = *active;
-        }
+fn keep_last_change(active: &Sides, next: &mut Sides) {
+    if let Some(last) = next.changed(active).pop() {
+        let all = std::mem::replace(next, active.clone());
+        next.take(&all, last);
     }
 }
 
@@ -209,17 +248,21 @@ pub(super) fn factorisable(points: &[usize], n: usize) -> Vec<usize> {
 }
 
 /// Moves what has the wrong sign to the other side; returns how much that was, and clips what is rounding.
-fn flip(active: &mut [bool], pressure: &mut [f64], gap: &mut [f64]) -> usize {
-    let (p_eps, g_eps) = (ROUNDING * largest(pressure), ROUNDING * largest(gap));
-    let mut changes = 0;
-    for ((active, p), g) in active.iter_mut().zip(pressure).zip(gap) {
-        if if *active { *p < -p_eps } else { *g < -g_eps } {
-            *active = !*active;
-            changes += 1;
-        }
+fn flip(
+    active: &mut Sides,
+    pressure: &mut [f64],
+    gap: &mut [f64],
+    limit: Option<&[f64]>,
+    needed: usize,
+) -> usize {
+    let least = [ROUNDING * largest(pressure), ROUNDING * largest(gap)];
+    let changes = active.turn(pressure, gap, limit, least, needed);
+    for (i, (p, g)) in pressure.iter_mut().zip(gap).enumerate() {
         // a point that carries rounding only does not touch
-        *p = if *p > p_eps { *p } else { 0.0 };
-        *g = g.max(0.0);
+        *p = if *p > least[0] { *p } else { 0.0 };
+        let most = limit.map_or(f64::INFINITY, |limit| limit[i]);
+        *g = if *p >= most { g.min(0.0) } else { g.max(0.0) };
+        *p = p.min(most);
     }
     changes
 }
@@ -249,6 +292,7 @@ fn finished(
             target: &target,
         }),
         symmetric: false,
+        limit: contact.limit(),
     };
     SlidingSolution {
         status: Status::Solved,

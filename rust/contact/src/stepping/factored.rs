@@ -40,7 +40,7 @@ impl<'a> Factored<'a> {
         monitor: Monitor<'_>,
     ) -> Result<Mat<f64>, Error> {
         if !self.is_turned {
-            let active: Vec<bool> = of.state.pressure.iter().map(|p| *p > 0.0).collect();
+            let active = of.state.sides().closed;
             if self.factors.is_far_from(&active) {
                 self.refactorise(of, monitor)?;
             } else {

@@ -16,6 +16,7 @@ use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
+use crate::interface::{Linearisation, ROUNDS, SETTLED};
 use crate::sliding::{SlidingContact, SlidingSolution, check_own};
 use active_sets::factorisable;
 use bordered::{Bordered, Making, PARTS};
@@ -125,8 +126,51 @@ impl SlidingStepper {
         contact: &SlidingContact<'_>,
         monitor: Monitor<'_>,
     ) -> Result<(SlidingSolution, Effort), Error> {
+        contact.check(self.influence.points())?;
+        let Some(law) = contact.interface.and_then(|i| i.rough.as_ref()) else {
+            return self.solve_linear(contact, monitor);
+        };
+        let normal = self.influence.normal();
+        let own = |i: usize| normal[i * (contact.gap.len() + 1)];
+        let last = self.resumed.as_ref().or(self.memory.last.as_ref());
+        let at = last.map_or_else(|| contact.mean_pressure(), |point| point.pressure.clone());
+        let mut rough = Linearisation::new(law, contact.gap, own, Some(at));
+        let mut all = Effort::default();
+        for round in 1.. {
+            let (gap, diagonal) = rough.linear(contact.gap, contact.diagonal);
+            let linear = SlidingContact {
+                gap: &gap,
+                diagonal: Some(&diagonal),
+                ..*contact
+            };
+            if round > 1 {
+                // not a further step: nothing is ahead
+                self.memory.before = None;
+            }
+            let (mut found, effort) = self.solve_linear(&linear, monitor)?;
+            all.sets += effort.sets;
+            all.factorisations += effort.factorisations;
+            all.products += effort.products;
+            all.fell_back |= effort.fell_back;
+            found.iterations = all.sets;
+            if found.status != Status::Solved || rough.turn(&found.pressure, SETTLED)? {
+                return Ok((found, all));
+            }
+            if round == ROUNDS {
+                found.status = Status::IterationLimit;
+                return Ok((found, all));
+            }
+        }
+        unreachable!("the rounds end")
+    }
+
+    /// The same with a law of a rough layer left out.
+    fn solve_linear(
+        &mut self,
+        contact: &SlidingContact<'_>,
+        monitor: Monitor<'_>,
+    ) -> Result<(SlidingSolution, Effort), Error> {
         let n = self.influence.points();
-        contact.check(n)?;
         let terms = Terms {
             drag: contact
                 .direction

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use mtb_complementarity::linear::definiteness_limit;
+use mtb_complementarity::linear::{Sides, definiteness_limit};
 use mtb_operator::krylov::dot;
 use mtb_operator::{Monitor, Relative};
 
@@ -31,8 +31,10 @@ pub struct SlidingState {
     pub direction: Vec<f64>,
     /// The free motions.
     pub motions: Vec<RigidMotion>,
-    /// Diagonal compliance (n) [m/Pa].
+    /// Diagonal compliance (n) [m/Pa], the slope of a rough layer under the pressure included.
     pub diagonal: Option<Vec<f64>>,
+    /// Hardness (n) [Pa]: where the pressure is as large, it stays.
+    pub limit: Option<Vec<f64>>,
 }
 
 /// Of what is given to a sliding contact: small changes, or the gradient by it.
@@ -93,8 +95,21 @@ impl SlidingState {
     fn check(&self, n: usize) -> Result<(), Error> {
         check("pressure", &self.pressure, n)?;
         check("slope", &self.slope, n)?;
+        if let Some(limit) = &self.limit {
+            check("hardness", limit, n)?;
+        }
         let contact = self.contact(&self.pressure, &self.friction);
         contact.check(n)
+    }
+
+    /// Which points are closed and which are held at the hardness.
+    pub(super) fn sides(&self) -> Sides {
+        Sides::of_pressure(&self.pressure, self.limit.as_deref())
+    }
+
+    /// The points whose gaps stay closed while their pressures change.
+    fn closed(&self) -> Vec<usize> {
+        self.sides().points()
     }
 
     /// The equations of the state with some coefficients.
@@ -106,6 +121,7 @@ impl SlidingState {
             direction: &self.direction,
             motions: &self.motions,
             diagonal: self.diagonal.as_deref(),
+            interface: None,
         }
     }
 
@@ -206,7 +222,7 @@ impl<'a> Tangent<'a> {
         Self {
             form,
             state,
-            points: in_contact(&state.pressure),
+            points: state.closed(),
             terms: state.terms(),
         }
     }
@@ -623,10 +639,6 @@ pub(super) fn factors_of(
     monitor: Monitor<'_>,
 ) -> Result<Bordered, Error> {
     state.check(influence.points())?;
-    let points = in_contact(&state.pressure);
+    let points = state.closed();
     Ok(Bordered::new(influence, &state.terms(), &points, monitor)?)
-}
-
-fn in_contact(pressure: &[f64]) -> Vec<usize> {
-    (0..pressure.len()).filter(|&i| pressure[i] > 0.0).collect()
 }

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What lies between the bodies beyond springs: a hardness that bounds the pressure, a rough layer that gives way by
+//! a law.
+
+use crate::error::{Error, check, check_number};
+
+/// Part of the largest opening by which an opening may miss the law in a solution.
+pub(crate) const SETTLED: f64 = 1e-10;
+/// Linearisations after which the law must be met.
+pub(crate) const ROUNDS: usize = 60;
+/// Part by which a pressure may be beyond the end of a law: rounding.
+const BEYOND: f64 = 1e-9;
+
+/// Hardness and rough layer between two bodies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Interface {
+    /// Largest pressure that each point bears (n) [Pa]; where it is reached, one body flows, and the gap that the
+    /// surfaces would have is below zero by the depth to which it has flowed.
+    pub limit: Option<Vec<f64>>,
+    /// Law of a rough layer.
+    pub rough: Option<RoughLaw>,
+}
+
+/// How far a rough layer opens the gap under a pressure, counted from the first touch of its tips: piecewise linear in
+/// `s = ln(1 + p / floor)`, which one piece makes the exponential law `p = floor (exp(u / length) - 1)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoughLaw {
+    floor: f64,
+    /// `s` at the nodes, the first one 0.
+    level: Vec<f64>,
+    /// Opening there [m], the first one 0.
+    opening: Vec<f64>,
+    /// Largest pressure that the law knows [Pa]; infinite where it goes on.
+    last: f64,
+}
+
+impl RoughLaw {
+    /// The exponential law with the pressure `floor` [Pa], by which a gap opens by `length` [m] for each factor e of
+    /// a pressure far above it.
+    ///
+    /// # Errors
+    /// Numbers that are not positive.
+    pub fn exponential(length: f64, floor: f64) -> Result<Self, Error> {
+        const POSITIVE: &str = "a positive number is needed";
+        check_number("length", length, length > 0.0, POSITIVE)?;
+        check_number("floor", floor, floor > 0.0, POSITIVE)?;
+        Ok(Self {
+            floor,
+            level: vec![0.0, 1.0],
+            opening: vec![0.0, length],
+            last: f64::INFINITY,
+        })
+    }
+
+    /// The law through openings [m] and pressures [Pa] that both rise from zero.
+    ///
+    /// # Errors
+    /// Fewer than two of them, numbers that are not finite, that do not begin at zero or do not rise.
+    pub fn table(opening: Vec<f64>, pressure: &[f64]) -> Result<Self, Error> {
+        check("pressure", pressure, opening.len().max(2))?;
+        check("opening", &opening, pressure.len())?;
+        for (name, values) in [("opening", opening.as_slice()), ("pressure", pressure)] {
+            if values[0] != 0.0 {
+                return Err(Error::NotRising {
+                    name,
+                    index: 0,
+                    value: values[0],
+                });
+            }
+            if let Some(index) = (1..values.len()).find(|&i| values[i] <= values[i - 1]) {
+                return Err(Error::NotRising {
+                    name,
+                    index,
+                    value: values[index],
+                });
+            }
+        }
+        let floor = pressure[1];
+        Ok(Self {
+            floor,
+            level: pressure.iter().map(|p| (p / floor).ln_1p()).collect(),
+            opening,
+            last: pressure[pressure.len() - 1],
+        })
+    }
+
+    /// Its floor [Pa], nodes in `s` and openings there [m], and largest pressure [Pa].
+    pub(crate) fn parts(&self) -> (f64, &[f64], &[f64], f64) {
+        (self.floor, &self.level, &self.opening, self.last)
+    }
+
+    /// The law of such parts.
+    pub(crate) fn of_parts(
+        floor: f64,
+        level: Vec<f64>,
+        opening: Vec<f64>,
+        last: f64,
+    ) -> Result<Self, Error> {
+        check("floor", &[floor], 1)?;
+        check("level", &level, opening.len().max(2))?;
+        check("opening", &opening, level.len())?;
+        Ok(Self {
+            floor,
+            level,
+            opening,
+            last,
+        })
+    }
+
+    /// The piece in which one of `nodes` is reached.
+    fn piece(nodes: &[f64], at: f64) -> usize {
+        nodes
+            .partition_point(|v| *v <= at)
+            .clamp(1, nodes.len() - 1)
+            - 1
+    }
+
+    fn rate(&self, piece: usize) -> f64 {
+        (self.opening[piece + 1] - self.opening[piece])
+            / (self.level[piece + 1] - self.level[piece])
+    }
+
+    /// Opening [m] under a pressure [Pa].
+    pub fn opening(&self, pressure: f64) -> f64 {
+        let s = (pressure.max(0.0) / self.floor).ln_1p();
+        let k = Self::piece(&self.level, s);
+        self.opening[k] + self.rate(k) * (s - self.level[k])
+    }
+
+    /// Its derivative by the pressure [m/Pa].
+    pub fn slope(&self, pressure: f64) -> f64 {
+        let p = pressure.max(0.0);
+        let k = Self::piece(&self.level, (p / self.floor).ln_1p());
+        self.rate(k) / (p + self.floor)
+    }
+
+    /// Pressure [Pa] under which it opens so far [m].
+    pub fn pressure(&self, opening: f64) -> f64 {
+        let k = Self::piece(&self.opening, opening);
+        let s = self.level[k] + (opening - self.opening[k]) / self.rate(k);
+        self.floor * s.max(0.0).exp_m1()
+    }
+
+    /// The pressure [Pa] from which on it is as stiff as `compliance` [m/Pa].
+    fn stiff_from(&self, compliance: f64) -> f64 {
+        for piece in 0..self.level.len() - 1 {
+            let here = self.rate(piece) / compliance - self.floor;
+            let end = self.floor * self.level[piece + 1].exp_m1();
+            if here <= end {
+                return here.max(self.floor * self.level[piece].exp_m1());
+            }
+        }
+        self.rate(self.level.len() - 2) / compliance - self.floor
+    }
+}
+
+impl Interface {
+    /// Whether it does nothing.
+    pub fn is_empty(&self) -> bool {
+        self.limit.is_none() && self.rough.is_none()
+    }
+
+    /// Checks it for `n` points.
+    ///
+    /// # Errors
+    /// A limit of the wrong length, that is not finite or not positive.
+    pub fn check(&self, n: usize) -> Result<(), Error> {
+        let Some(limit) = &self.limit else {
+            return Ok(());
+        };
+        check("hardness", limit, n)?;
+        match limit.iter().position(|v| *v <= 0.0) {
+            Some(index) => Err(Error::NotPositive {
+                name: "hardness",
+                index,
+                value: limit[index],
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// A diagonal compliance (n) [m/Pa], if there is one, and the slope of the rough layer under pressures (n).
+    pub fn softened(&self, diagonal: Option<&[f64]>, pressure: &[f64]) -> Option<Vec<f64>> {
+        let Some(law) = &self.rough else {
+            return diagonal.map(<[f64]>::to_vec);
+        };
+        let own = |i: usize| diagonal.map_or(0.0, |d| d[i]);
+        let slopes = pressure
+            .iter()
+            .enumerate()
+            .map(|(i, p)| own(i) + law.slope(*p));
+        Some(slopes.collect())
+    }
+}
+
+/// Newton's method for a contact whose layer gives way by a law: solves of the contact with the law linearised, each
+/// at a pressure that the last one leads to.
+///
+/// The next pressure follows from the opening where the layer is softer than the bodies, and from the pressure where
+/// it is stiffer, as circuits with diodes are solved: an exponential would run away otherwise.
+pub(crate) struct Linearisation<'a> {
+    law: &'a RoughLaw,
+    stiff_from: Vec<f64>,
+    at: Vec<f64>,
+}
+
+impl<'a> Linearisation<'a> {
+    /// About the pressures `at` (n), or where all of these are zero about those of the closed gaps (n) [m]; `own`:
+    /// compliance of the bodies at a point to the pressure there [m/Pa].
+    pub(crate) fn new(
+        law: &'a RoughLaw,
+        gap: &[f64],
+        own: impl Fn(usize) -> f64,
+        at: Option<Vec<f64>>,
+    ) -> Self {
+        let stiff_from: Vec<f64> = (0..gap.len())
+            .map(|i| law.stiff_from(own(i).abs()).max(0.0))
+            .collect();
+        let at = at
+            .filter(|at| at.iter().any(|p| *p > 0.0))
+            .unwrap_or_else(|| {
+                let closed = gap.iter().zip(&stiff_from);
+                closed
+                    .map(|(g, most)| law.pressure(-g).min(*most))
+                    .collect()
+            });
+        Self {
+            law,
+            stiff_from,
+            at,
+        }
+    }
+
+    /// The gap (n) [m] and the diagonal (n) [m/Pa] of the contact with the linearised law.
+    pub(crate) fn linear(&self, gap: &[f64], diagonal: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
+        let parts = gap.iter().zip(&self.at);
+        let gap = parts.map(|(g, p)| g + self.law.opening(*p) - self.law.slope(*p) * p);
+        let own = |i: usize| diagonal.map_or(0.0, |d| d[i]);
+        let diagonal = self
+            .at
+            .iter()
+            .enumerate()
+            .map(|(i, p)| own(i) + self.law.slope(*p));
+        (gap.collect(), diagonal.collect())
+    }
+
+    /// Turns to the pressures (n) that were found; whether they meet the law, to a `tolerance` of
+    /// the largest opening.
+    ///
+    /// # Errors
+    /// [`Error::BeyondLaw`] where they meet it beyond its end.
+    pub(crate) fn turn(&mut self, pressure: &[f64], tolerance: f64) -> Result<bool, Error> {
+        let law = self.law;
+        let (mut most, mut missed) = (0.0_f64, 0.0_f64);
+        for ((at, p), stiff) in self.at.iter_mut().zip(pressure).zip(&self.stiff_from) {
+            let p = p.max(0.0);
+            let opened = law.opening(*at) + law.slope(*at) * (p - *at);
+            let opening = law.opening(p);
+            most = most.max(opening);
+            missed = missed.max((opening - opened).abs());
+            *at = if p < *at {
+                law.pressure(opened)
+            } else {
+                p.max(law.pressure(opened).min(*stiff))
+            };
+        }
+        let has_settled = missed <= tolerance.max(SETTLED) * most;
+        if has_settled {
+            let peak = pressure.iter().copied().fold(0.0, f64::max);
+            if peak > law.last * (1.0 + BEYOND) {
+                return Err(Error::BeyondLaw {
+                    pressure: peak,
+                    largest: law.last,
+                });
+            }
+        }
+        Ok(has_settled)
+    }
+}
