@@ -379,7 +379,9 @@ class HeatedSliding:
         outcome, flux, surface, pressure = self._solved(
             loading, friction, (response, before, speeds, numbers, opening), worn, diagonal, magnet
         )
-        is_state = outcome.status == "solved" and not outcome.unstable
+        # where nothing expands, the steps have no part in it
+        is_single = not (heated.expands and outcome.unstable)
+        is_state = outcome.status == "solved" and is_single
         temperatures = []
         for body, cooled in zip(self.bodies, coasted, strict=True):
             step, own = body.step(duration), np.ascontiguousarray(flux[1, body.points])
