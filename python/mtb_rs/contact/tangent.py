@@ -92,29 +92,24 @@ class Gradients:
     core : Tangent
     unknowns : (k, 3, n)
         Weights of tractions and pressures.
-    gap, motion : (k, n), (k, m)
-        Weights of these.
+    gap, motion : (k, n), (k, m) or None
+        Weights of these; None: none.
     """
 
-    def __init__(self, core: _mtb_rs.Tangent, unknowns: Array, gap: Array, motion: Array) -> None:
-        k, _, n = unknowns.shape
+    def __init__(
+        self, core: _mtb_rs.Tangent, unknowns: Array, gap: Array | None, motion: Array | None
+    ) -> None:
         self._core = core
-        self._traction = np.ascontiguousarray(unknowns[:, :2].reshape(k, 2 * n))
+        self._unknowns = np.ascontiguousarray(unknowns)
         self._drag: dict[int, Array] = {}
+        gap, motion = (None if of is None else np.ascontiguousarray(of) for of in (gap, motion))
         #: By the gap (k, n) and the work (k, m).
-        self.gap, self.work = core.adjoint(
-            np.ascontiguousarray(unknowns[:, 2]),
-            self._traction,
-            np.ascontiguousarray(gap),
-            np.ascontiguousarray(motion),
-        )
+        self.gap, self.work = core.adjoint(self._unknowns, gap, motion)
 
     def drag(self, axis: int) -> Array:
         """By friction coefficient times direction along a tangent (k, n)."""
         if axis not in self._drag:
-            along = [axis == 0, axis == 1]
-            both = self._core.by_drag(self.gap, self.work, self._traction, along)
-            self._drag[axis] = both.reshape(len(both), 2, -1)[:, axis]
+            self._drag[axis] = self._core.by_drag(axis, self._unknowns, self.gap, self.work)
         return self._drag[axis]
 
 
@@ -347,16 +342,17 @@ class SlidingTangent:
         """Gradients (k, ...) by the inputs, each made when it is asked for."""
         points, n = self._points, self._points.pressure.size
         k = len(next(iter(weights.values())))
-        unknowns = np.array(weights.get("unknowns", np.zeros((k, 3, n))))
+        unknowns = weights["unknowns"] if "unknowns" in weights else np.zeros((k, 3, n))
+        if "unknowns" in weights and ("pressure" in weights or "traction" in weights):
+            unknowns = unknowns.copy()
         if "pressure" in weights:
             unknowns[:, 2] += points.of_means(points.on_points(weights["pressure"]))
         if "traction" in weights:
             local = np.einsum("acn,kcn->kan", points.frame, points.on_points(weights["traction"], 2))
             own = points.of_means(np.ascontiguousarray(local.reshape(2 * k, n)))
             unknowns[:, :2] += own.reshape(k, 2, n)
-        gap = points.on_points(weights["gap"]) if "gap" in weights else np.zeros((k, n))
-        motion = weights.get("motion", np.zeros((k, self._motions)))
-        given = Gradients(self._core, unknowns, gap, motion)
+        gap = points.on_points(weights["gap"]) if "gap" in weights else None
+        given = Gradients(self._core, unknowns, gap, weights.get("motion"))
         return Gradient(self.inputs, lambda name: self.by(name, given))
 
     def by(self, name: str, given: Gradients) -> Array:

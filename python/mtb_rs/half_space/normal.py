@@ -188,7 +188,7 @@ class NormalResult(Judged, Differentiable, Pictured):
         )
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
-        return Functional.of_pressure(self.pressure, self.area, self.status > 0)
+        return Functional.of_pressure(lambda: self.pressure, self.area, self.status > 0)
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape

@@ -287,7 +287,7 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         moving = self.motion.moving()
         return {
             "force": lambda: Functional((3,), force),
-            **Functional.of_pressure(self.pressure, area, self.status > 0),
+            **Functional.of_pressure(lambda: self.pressure, area, self.status > 0),
             "spin_moment": lambda: Functional.of_one(traction=np.stack([-y * area, x * area, none])),
             "friction_power": lambda: Functional(
                 (),

@@ -152,16 +152,16 @@ class Functional:
 
     @classmethod
     def of_pressure(
-        cls, pressure: Array, area: Array, closed: NDArray[np.bool_]
+        cls, pressure: Callable[[], Array], area: Array, closed: NDArray[np.bool_]
     ) -> dict[str, Callable[[], Functional]]:
         """What every contact says of its pressure: force, peak, mean over the points that are `closed`.
 
-        The peak is that at the point where it is now.
+        The peak is that at the point where it is now; only there `pressure` is asked for.
         """
 
         def peak() -> Functional:
-            weight = np.zeros(pressure.shape)
-            weight.flat[pressure.argmax()] = 1.0
+            weight = np.zeros(area.shape)
+            weight.flat[pressure().argmax()] = 1.0
             return cls.of_one(pressure=weight)
 
         def mean() -> Functional:
@@ -320,7 +320,8 @@ class Differentiable(ABC):
             return Functional.in_a_row([self._functional(part, tangent, by, size) for part in of])
         if isinstance(of, str):
             known = self._functionals()
-            _known("of", of, {**known, **tangent.fields})
+            if of not in known:
+                _known("of", of, {**known, **tangent.fields})
             return known[of]()
         weights = of
         if not isinstance(of, Mapping):

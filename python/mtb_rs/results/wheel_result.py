@@ -409,7 +409,7 @@ class WheelStep(Differentiable, Drawn):
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
         def of_pressure(name: str, patch: WheelPatch) -> Array:
             area = np.full(patch.pressure.shape, patch.area)
-            known = Functional.of_pressure(patch.pressure, area, patch.pressure > 0.0)
+            known = Functional.of_pressure(lambda: patch.pressure, area, patch.pressure > 0.0)
             return known[name]().weights["pressure"]
 
         def of_creep(patch: WheelPatch) -> Array:

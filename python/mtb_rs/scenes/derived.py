@@ -339,7 +339,7 @@ class DerivedState:
         known = {
             "force": lambda: self._resultant(slice(0, 3)),
             "moment": lambda: self._resultant(slice(3, 6)),
-        } | Functional.of_pressure(result.pressure, result.area, result.status > 0)
+        } | Functional.of_pressure(lambda: result.pressure, result.area, result.status > 0)
         lifts = problem.upper.lifts
         if problem.approach is None and lifts.any():
             known["approach"] = self._approach

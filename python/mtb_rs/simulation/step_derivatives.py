@@ -154,8 +154,8 @@ class StepDerived:
             return 0.0
         return 1.0 / factor if factor > 0.0 else math.inf
 
-    def functionals(self, area: Array, pressure: Array) -> dict[str, Callable[[], Functional]]:
-        """Numbers of the step that are sums of its fields, by name; `pressure` (n,) [Pa] is the mean one."""
+    def functionals(self, area: Array, pressure: Callable[[], Array]) -> dict[str, Callable[[], Functional]]:
+        """Numbers of the step that are sums of its fields, by name; `pressure` gives the mean (n,) [Pa]."""
         return {
             "force": lambda: Functional((3,), {"unknowns": self.shared.resultants[:3]}),
             "moment": lambda: Functional((3,), {"unknowns": self.shared.resultants[3:]}),

@@ -209,7 +209,7 @@ class StepResult(Differentiable, Pictured):
         return self._source().tangent
 
     def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
-        return self._source().functionals(self.area, self.pressure)
+        return self._source().functionals(self.area, lambda: self.pressure)
 
     def _source(self) -> StepDerived:
         # not a field: what is put together from parts of it was not solved

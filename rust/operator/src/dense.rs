@@ -12,7 +12,7 @@ use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
     solve_unit_upper_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::prelude::{Reborrow, ReborrowMut};
+use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
@@ -230,40 +230,56 @@ impl Lu {
 
     /// The solution with the transposed matrix, for few columns.
     pub fn solve_few_transposed(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
+        let (n, cases) = (rhs.nrows(), rhs.ncols());
+        if cases == 1 {
+            let mut x = rhs.to_owned();
+            return self.put_back(self.substitute_transposed(x.as_mut().transpose_mut(), par));
+        }
+        // side by side for each unknown: products from the left with columns of the factors pack neither of them
+        let mut x = Mat::zeros(cases, n);
+        for j in 0..cases {
+            for i in 0..n {
+                x[(j, i)] = rhs[(i, j)];
+            }
+        }
+        self.put_back(self.substitute_transposed(x.as_mut(), par))
+    }
+
+    /// Overwrites the rows of `x` with solutions for the transposed matrix, in the order of its factors.
+    fn substitute_transposed<'x>(&self, mut x: MatMut<'x, f64>, par: Par) -> MatRef<'x, f64> {
         let (n, factors) = (self.factors.nrows(), self.factors());
-        let mut x = rhs.to_owned();
-        // few columns at a time, as factors of the right-hand side: larger products would pack the transposed factors
         for first in (0..n).step_by(NARROW) {
             let width = NARROW.min(n - first);
-            let (above, here) = x.as_mut().split_at_row_mut(first);
-            let mut here = here.subrows_mut(0, width);
+            let (above, here) = x.rb_mut().split_at_col_mut(first);
+            let mut here = here.subcols_mut(0, width);
             if first > 0 {
-                let (to, block) = (
-                    here.rb_mut().transpose_mut(),
-                    factors.submatrix(0, first, first, width),
-                );
-                matmul(to, Accum::Add, above.transpose(), block, -1.0, par);
+                let block = factors.submatrix(0, first, first, width);
+                matmul(here.rb_mut(), Accum::Add, above, block, -1.0, par);
             }
             let own = factors.submatrix(first, first, width, width);
-            solve_lower_triangular_in_place(own.transpose(), here, par);
+            solve_lower_triangular_in_place(own.transpose(), here.transpose_mut(), par);
         }
         for first in (0..n).step_by(NARROW).rev() {
             let end = n.min(first + NARROW);
-            let (here, below) = x.as_mut().split_at_row_mut(end);
-            let mut here = here.subrows_mut(first, end - first);
+            let (here, below) = x.rb_mut().split_at_col_mut(end);
+            let mut here = here.subcols_mut(first, end - first);
             if end < n {
                 let block = factors.submatrix(end, first, n - end, end - first);
-                let to = here.rb_mut().transpose_mut();
-                matmul(to, Accum::Add, below.transpose(), block, -1.0, par);
+                matmul(here.rb_mut(), Accum::Add, below, block, -1.0, par);
             }
             let own = factors.submatrix(first, first, end - first, end - first);
-            solve_unit_upper_triangular_in_place(own.transpose(), here, par);
+            solve_unit_upper_triangular_in_place(own.transpose(), here.transpose_mut(), par);
         }
-        let mut put_back = Mat::zeros(x.nrows(), x.ncols());
-        for j in 0..x.ncols() {
+        x.into_const()
+    }
+
+    /// Rows in the order of the factors as columns in that of the matrix.
+    fn put_back(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        let mut put_back = Mat::zeros(x.ncols(), x.nrows());
+        for j in 0..x.nrows() {
             let to = put_back.col_as_slice_mut(j);
-            for (&row, x) in self.order.iter().zip(x.col_as_slice(j)) {
-                to[row] = *x;
+            for (i, &row) in self.order.iter().enumerate() {
+                to[row] = x[(j, i)];
             }
         }
         put_back

@@ -4,10 +4,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_contact::prepared::Taken;
-use mtb_contact::stepping::{Found, Given, Linearised, Tangent};
+use mtb_contact::stepping::{ByLoads, Given, Linearised, Tangent, Weights};
 use mtb_operator::Monitor;
+use numpy::ndarray::Dimension;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -161,62 +163,60 @@ impl PyTangent {
         ])
     }
 
-    /// Gradients by gap (k, n) and work (k, m) of the sums with these weights of pressure (k, n), traction (k, 2n), gap
-    /// (k, n) and motion (k, m).
+    /// Gradients by gap (k, n) and work (k, m) of the sums with these weights of tractions and pressure (k, 3, n), gap
+    /// (k, n) and motion (k, m); `None`: none.
+    #[pyo3(signature = (unknowns, gap=None, motion=None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
-        pressure: PyReadonlyArray2<'py, f64>,
-        traction: PyReadonlyArray2<'py, f64>,
-        gap: PyReadonlyArray2<'py, f64>,
-        motion: PyReadonlyArray2<'py, f64>,
+        unknowns: PyReadonlyArray3<'py, f64>,
+        gap: Option<PyReadonlyArray2<'py, f64>>,
+        motion: Option<PyReadonlyArray2<'py, f64>>,
     ) -> PyResult<[Rows<'py>; 2]> {
-        let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
-        let pressure = rows("pressure", &pressure, k, n)?;
-        let traction = rows("traction", &traction, k, 2 * n)?;
-        let (gap, motion) = (rows("gap", &gap, k, n)?, rows("motion", &motion, k, m)?);
-        let weights: Vec<Found> = (pressure.into_iter().zip(traction).zip(gap).zip(motion))
-            .map(|(((pressure, traction), gap), motion)| Found {
-                pressure,
-                traction,
-                gap,
-                motion,
-            })
-            .collect();
-        let given = self.with(py, |tangent, monitor| {
-            tangent.adjoint_of_loads(&weights, monitor)
-        })?;
+        let (n, m, k) = (self.points, self.motions, unknowns.shape()[0]);
+        let of = Weights {
+            count: k,
+            unknowns: whole("unknowns", &unknowns, [k, 3, n])?,
+            gap: gap
+                .as_ref()
+                .map_or(Ok(&[][..]), |gap| whole("gap", gap, [k, n]))?,
+            motion: (motion.as_ref()).map_or(Ok(&[][..]), |own| whole("motion", own, [k, m]))?,
+        };
+        let found = self.with(py, |tangent, monitor| tangent.by_loads(&of, monitor))?;
         Ok([
-            stacked(py, n, given.iter().map(|g| &g.gap))?,
-            stacked(py, m, given.iter().map(|g| &g.work))?,
+            found.gap.into_pyarray(py).reshape([k, n])?,
+            found.work.into_pyarray(py).reshape([k, m])?,
         ])
     }
 
-    /// Gradients by friction times direction (k, 2n) along the tangents `along`, and zeros across them, of the sums
-    /// whose gradients by gap (k, n) and work (k, m) and whose weights of traction (k, 2n) these are.
+    /// Gradients (k, n) by friction times direction along the tangent `axis`, of the sums whose weights of tractions
+    /// and pressure (k, 3, n) and whose gradients by gap (k, n) and work (k, m) these are.
     fn by_drag<'py>(
         &self,
         py: Python<'py>,
+        axis: usize,
+        unknowns: PyReadonlyArray3<'py, f64>,
         gap: PyReadonlyArray2<'py, f64>,
         work: PyReadonlyArray2<'py, f64>,
-        traction: PyReadonlyArray2<'py, f64>,
-        along: [bool; 2],
     ) -> PyResult<Rows<'py>> {
-        let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
-        let traction = rows("traction", &traction, k, 2 * n)?;
-        let (gap, work) = (rows("gap", &gap, k, n)?, rows("work", &work, k, m)?);
-        let mut given: Vec<Given> = (gap.into_iter().zip(work))
-            .map(|(gap, work)| Given {
-                gap,
-                work,
-                drag: vec![0.0; 2 * n],
-            })
-            .collect();
-        let weights: Vec<&[f64]> = traction.iter().map(Vec::as_slice).collect();
-        self.with(py, |tangent, _| {
-            tangent.put_drag(&weights, &mut given, along)
-        })?;
-        stacked(py, 2 * n, given.iter().map(|g| &g.drag))
+        let (n, m, k) = (self.points, self.motions, unknowns.shape()[0]);
+        if axis > 1 {
+            return Err(PyValueError::new_err(format!(
+                "axis is {axis}: 0 or 1 is needed"
+            )));
+        }
+        let of = Weights {
+            count: k,
+            unknowns: whole("unknowns", &unknowns, [k, 3, n])?,
+            gap: &[],
+            motion: &[],
+        };
+        let found = ByLoads {
+            gap: whole("gap", &gap, [k, n])?.to_vec(),
+            work: whole("work", &work, [k, m])?.to_vec(),
+        };
+        let drag = self.with(py, |tangent, _| tangent.by_drag(&of, &found, axis))?;
+        drag.into_pyarray(py).reshape([k, n])
     }
 }
 
@@ -233,19 +233,28 @@ fn changes<'py>(
     ])
 }
 
+/// The numbers of an array of a shape, row after row.
+fn whole<'a, D: Dimension, const R: usize>(
+    name: &str,
+    array: &'a PyReadonlyArray<'_, f64, D>,
+    shape: [usize; R],
+) -> PyResult<&'a [f64]> {
+    if array.shape() != shape {
+        return Err(PyValueError::new_err(format!(
+            "{name} has shape {:?}, expected {shape:?}",
+            array.shape()
+        )));
+    }
+    array.as_slice().map_err(|e| bad_input(&e))
+}
+
 fn rows(
     name: &str,
     array: &PyReadonlyArray2<'_, f64>,
     cases: usize,
     length: usize,
 ) -> PyResult<Vec<Vec<f64>>> {
-    if array.shape() != [cases, length] {
-        return Err(PyValueError::new_err(format!(
-            "{name} has shape {:?}, expected ({cases}, {length})",
-            array.shape()
-        )));
-    }
-    let flat = array.as_slice().map_err(|e| bad_input(&e))?;
+    let flat = whole(name, array, [cases, length])?;
     Ok((0..cases)
         .map(|i| flat[i * length..(i + 1) * length].to_vec())
         .collect())

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use faer::{Mat, Par};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use mtb_operator::dense::{LuInParts, Watch};
 use mtb_operator::krylov::dot;
 use mtb_operator::{Error, Monitor};
@@ -290,15 +291,15 @@ impl Bordered {
             let columns = self.border_columns();
             if transposed {
                 // the columns are solved already: what is left is the rows
-                t -= columns.transpose() * &y;
+                subtract(&mut t, columns.transpose(), &y);
                 t = self.solve_border(t, true);
-                y -= self.border_rows() * &t;
+                subtract(&mut y, self.border_rows().as_ref(), &t);
                 y = self.solve_inside(&y, true);
             } else {
                 y = self.solve_inside(&y, false);
-                t -= self.border_rows().transpose() * &y;
+                subtract(&mut t, self.border_rows().transpose(), &y);
                 t = self.solve_border(t, false);
-                y -= columns * &t;
+                subtract(&mut y, columns.as_ref(), &t);
             }
         }
         let mut x = Mat::zeros(k + m, cases);
@@ -460,6 +461,11 @@ impl Making {
         let n = influence.points();
         Ok(Ok(Bordered::of(lu, n, self.terms, self.set)))
     }
+}
+
+/// `from - matrix x`, on one thread.
+fn subtract(from: &mut Mat<f64>, matrix: MatRef<'_, f64>, x: &Mat<f64>) {
+    matmul(from.as_mut(), Accum::Add, matrix, x, -1.0, Par::Seq);
 }
 
 /// The equations of `set` without motions.

@@ -188,10 +188,22 @@ impl Influence {
 
     fn transposed(&self, block: &[f64], gap: &Mat<f64>) -> Mat<f64> {
         // `gap^T block`: the product with the transposed block would pack the whole of it
-        let mut out = Mat::zeros(gap.ncols(), self.points);
-        let (gap, block) = (gap.transpose(), self.matrix(block));
-        matmul(out.as_mut(), Accum::Replace, gap, block, 1.0, Par::Seq);
-        out.transpose().to_owned()
+        let (n, cases) = (self.points, gap.ncols());
+        let (left, block, seq) = (gap.transpose(), self.matrix(block), Par::Seq);
+        let mut columns = Mat::zeros(n, cases);
+        if cases == 1 {
+            let out = columns.as_mut().transpose_mut();
+            matmul(out, Accum::Replace, left, block, 1.0, seq);
+            return columns;
+        }
+        let mut out = Mat::zeros(cases, n);
+        matmul(out.as_mut(), Accum::Replace, left, block, 1.0, seq);
+        for j in 0..cases {
+            for (i, to) in columns.col_as_slice_mut(j).iter_mut().enumerate() {
+                *to = out[(j, i)];
+            }
+        }
+        columns
     }
 
     fn matrix<'a>(&self, block: &'a [f64]) -> MatRef<'a, f64> {

@@ -2,6 +2,7 @@
 //! The sliding pair in time: one solve a step, each from what the last one knew.
 
 mod active_sets;
+mod adjoint;
 mod bordered;
 mod equations;
 mod factor;
@@ -19,6 +20,7 @@ use crate::error::{Error, check};
 use crate::interface::{Linearisation, ROUNDS, SETTLED};
 use crate::sliding::{SlidingContact, SlidingSolution, check_own};
 use active_sets::factorisable;
+pub use adjoint::{ByLoads, Weights};
 use bordered::{Bordered, Making, PARTS};
 use equations::Scratch;
 pub use influence::Influence;
@@ -172,11 +174,9 @@ impl SlidingStepper {
     ) -> Result<(SlidingSolution, Effort), Error> {
         let n = self.influence.points();
         let terms = Terms {
-            drag: contact
-                .direction
-                .iter()
-                .enumerate()
-                .map(|(i, d)| d * contact.friction[i % n.max(1)])
+            drag: (contact.direction.iter())
+                .zip(contact.friction.iter().chain(contact.friction))
+                .map(|(d, mu)| d * mu)
                 .collect(),
             diagonal: contact.diagonal.unwrap_or(&[]).to_vec(),
         };

@@ -127,9 +127,12 @@ impl SlidingState {
 
     /// A coefficient (n) times the direction (2n).
     fn along(&self, coefficient: &[f64]) -> Vec<f64> {
-        let n = coefficient.len();
-        let along = self.direction.iter().enumerate();
-        along.map(|(i, d)| d * coefficient[i % n.max(1)]).collect()
+        let both = coefficient.iter().chain(coefficient);
+        self.direction
+            .iter()
+            .zip(both)
+            .map(|(d, c)| d * c)
+            .collect()
     }
 
     /// What the influences of its linearised equations are multiplied with.
@@ -152,14 +155,14 @@ impl SlidingState {
 /// With `A` the influence on the gaps of the points in contact, `O` the opening and `W` the work by motions,
 /// the equations are `A dp + O dc = -dg - B p d(mu d)` and `-W dp = df + T p d(mu d)`.
 pub struct Tangent<'a> {
-    form: Form<'a>,
-    state: &'a SlidingState,
-    points: Vec<usize>,
-    terms: Terms,
+    pub(super) form: Form<'a>,
+    pub(super) state: &'a SlidingState,
+    pub(super) points: Vec<usize>,
+    pub(super) terms: Terms,
 }
 
 /// What is known of the pair: its matrices, with factors of about the equations, or products alone.
-enum Form<'a> {
+pub(super) enum Form<'a> {
     Matrices(Factored<'a>),
     Products(&'a Products),
 }
@@ -174,7 +177,7 @@ impl Form<'_> {
     }
 
     /// `C_nn^T gap` for a column each.
-    fn transposed_normal(&self, gap: &Mat<f64>) -> Mat<f64> {
+    pub(super) fn transposed_normal(&self, gap: &Mat<f64>) -> Mat<f64> {
         match self {
             Self::Matrices(factored) => factored.influence.transposed_normal(gap),
             Self::Products(products) => products.transposed_normal(gap),
@@ -182,7 +185,7 @@ impl Form<'_> {
     }
 
     /// `C_nx^T gap` or `C_ny^T gap` for a column each; `None` where it does nothing.
-    fn transposed_along(&self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
+    pub(super) fn transposed_along(&self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
         match self {
             Self::Matrices(factored) => factored.influence.transposed_along(axis, gap),
             Self::Products(products) => products.transposed_along(axis, gap),
@@ -311,126 +314,6 @@ impl<'a> Tangent<'a> {
         Ok(answers)
     }
 
-    /// The gradients, by all that is given, of sums of what is found with the weights `of`: one for each.
-    ///
-    /// # Errors
-    /// As [`Tangent::forward`].
-    pub fn adjoint(&mut self, of: &[Found], monitor: Monitor<'_>) -> Result<Vec<Given>, Error> {
-        let mut gradients = self.adjoint_of_loads(of, monitor)?;
-        let traction: Vec<&[f64]> = of.iter().map(|w| w.traction.as_slice()).collect();
-        self.put_drag(&traction, &mut gradients, [true, true])?;
-        Ok(gradients)
-    }
-
-    /// The same by gap and work alone, and zeros by friction: [`Tangent::put_drag`] makes these once they are asked
-    /// for.
-    ///
-    /// # Errors
-    /// As [`Tangent::forward`].
-    pub fn adjoint_of_loads(
-        &mut self,
-        of: &[Found],
-        monitor: Monitor<'_>,
-    ) -> Result<Vec<Given>, Error> {
-        let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
-        for weights in of {
-            check("pressure", &weights.pressure, n)?;
-            check("traction", &weights.traction, 2 * n)?;
-            check("gap", &weights.gap, n)?;
-            check("motion", &weights.motion, m)?;
-        }
-        let mut sides = stacked(of.iter().map(|w| w.gap.as_slice()), n);
-        for j in 0..of.len() {
-            let side = sides.col_as_slice_mut(j);
-            for &point in &self.points {
-                side[point] = 0.0;
-            }
-        }
-        // what the weights of open gaps are as weights of pressures and motions
-        let pulled = (sides.norm_max() > 0.0).then(|| self.pulled_back(&sides));
-        let mut rhs = Mat::zeros(k + m, of.len());
-        let (along, across) = self.terms.drag.split_at(n);
-        for (j, weights) in of.iter().enumerate() {
-            let (pressures, motions) = rhs.col_as_slice_mut(j).split_at_mut(k);
-            let (on_x, on_y) = weights.traction.split_at(n);
-            for (to, &i) in pressures.iter_mut().zip(&self.points) {
-                *to = weights.pressure[i] + on_x[i] * along[i] + on_y[i] * across[i];
-            }
-            motions.copy_from_slice(&weights.motion);
-            if let Some(pulled) = &pulled {
-                let (pulled, side) = (pulled.col_as_slice(j), sides.col_as_slice(j));
-                for (to, &point) in pressures.iter_mut().zip(&self.points) {
-                    *to += pulled[point];
-                }
-                for (to, motion) in motions.iter_mut().zip(&self.state.motions) {
-                    *to += dot(&motion.opening, side);
-                }
-            }
-        }
-        let found = self.solved(&rhs, true, monitor)?;
-        let gradients = (0..of.len()).map(|j| {
-            let found = found.col_as_slice(j);
-            let mut gap = sides.col_as_slice(j).to_vec();
-            for (&point, v) in self.points.iter().zip(found) {
-                gap[point] = -v;
-            }
-            Given {
-                gap,
-                work: found[k..].to_vec(),
-                drag: vec![0.0; 2 * n],
-            }
-        });
-        Ok(gradients.collect())
-    }
-
-    /// Puts the gradients by friction along the tangents `along` to those by gap and work, of sums of what is found
-    /// with these weights of tractions (2n), one for each.
-    ///
-    /// # Errors
-    /// Wrong lengths, numbers that are not finite.
-    pub fn put_drag(
-        &self,
-        traction: &[&[f64]],
-        gradients: &mut [Given],
-        along: [bool; 2],
-    ) -> Result<(), Error> {
-        let (n, m) = (self.count(), self.state.motions.len());
-        for (weights, gradient) in traction.iter().zip(gradients.iter()) {
-            check("traction", weights, 2 * n)?;
-            check("gap", &gradient.gap, n)?;
-            check("work", &gradient.work, m)?;
-            check("drag", &gradient.drag, 2 * n)?;
-        }
-        let sides = stacked(gradients.iter().map(|g| g.gap.as_slice()), n);
-        for axis in [0, 1].into_iter().filter(|&axis| along[axis]) {
-            let own = axis * n..(axis + 1) * n;
-            let product = self.form.transposed_along(axis, &sides);
-            for (j, gradient) in gradients.iter_mut().enumerate() {
-                let drag = &mut gradient.drag[own.clone()];
-                drag.fill(0.0);
-                for (motion, work) in self.state.motions.iter().zip(&gradient.work) {
-                    let moved = [&motion.tangential_x, &motion.tangential_y][axis];
-                    for (drag, moved) in drag.iter_mut().zip(moved) {
-                        *drag += work * moved;
-                    }
-                }
-                let weights = &traction[j][own.clone()];
-                for ((drag, weight), area) in drag.iter_mut().zip(weights).zip(&self.state.area) {
-                    *drag = weight + area * *drag;
-                }
-                if let Some(product) = &product {
-                    for (drag, product) in drag.iter_mut().zip(product.col_as_slice(j)) {
-                        *drag += product;
-                    }
-                }
-                for (drag, pressure) in drag.iter_mut().zip(&self.state.pressure) {
-                    *drag *= pressure.max(0.0);
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// The gradient by the friction coefficients (n), from that by all that is given.
     pub fn by_friction(&self, gradient: &Given) -> Vec<f64> {
         let n = self.count();
@@ -514,30 +397,8 @@ impl<'a> Tangent<'a> {
         self.state
     }
 
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.state.pressure.len()
-    }
-
-    /// Weights of pressures (n) that weights of gaps (n) amount to, a column each.
-    fn pulled_back(&self, gap: &Mat<f64>) -> Mat<f64> {
-        let n = self.count();
-        let mut sum = self.form.transposed_normal(gap);
-        for axis in [0, 1] {
-            let drag = &self.terms.drag[axis * n..(axis + 1) * n];
-            if drag.iter().all(|d| *d == 0.0) {
-                continue;
-            }
-            let Some(product) = self.form.transposed_along(axis, gap) else {
-                continue;
-            };
-            for j in 0..gap.ncols() {
-                let sum = sum.col_as_slice_mut(j).iter_mut();
-                for ((sum, drag), product) in sum.zip(drag).zip(product.col_as_slice(j)) {
-                    *sum += drag * product;
-                }
-            }
-        }
-        sum
     }
 
     /// Work of tractions (2n) on a unit of a motion.
@@ -550,7 +411,7 @@ impl<'a> Tangent<'a> {
     }
 
     /// The solution of the equations, or of the transposed ones, for the columns of `rhs`.
-    fn solved(
+    pub(super) fn solved(
         &mut self,
         rhs: &Mat<f64>,
         transposed: bool,
@@ -568,7 +429,7 @@ impl<'a> Tangent<'a> {
             Form::Matrices(factored) => factored.solved(&of, rhs, transposed, monitor)?,
             Form::Products(products) => products.solved(&of, rhs, transposed, monitor)?,
         };
-        if (0..x.ncols()).any(|j| x.col(j).iter().any(|v| !v.is_finite())) {
+        if (0..x.ncols()).any(|j| x.col_as_slice(j).iter().any(|v| !v.is_finite())) {
             return Err(Error::Singular);
         }
         Ok(x)

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The linearised equations the other way round: gradients of sums of what is found.
+
+use faer::Mat;
+use mtb_operator::Monitor;
+use mtb_operator::krylov::dot;
+
+use super::bordered::stacked;
+use super::tangent::{Found, Given, Tangent};
+use crate::error::{Error, check};
+
+/// Weights of sums of what is found, those of one sum after those of the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights<'a> {
+    /// How many sums there are.
+    pub count: usize,
+    /// Of tractions along both tangents, then of pressures (3n a sum).
+    pub unknowns: &'a [f64],
+    /// Of deformed gaps (n a sum); empty where no sum has any.
+    pub gap: &'a [f64],
+    /// Of the amplitudes of motions (m a sum); empty where no sum has any.
+    pub motion: &'a [f64],
+}
+
+/// Gradients of sums by what loads a contact, those of one sum after those of the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ByLoads {
+    /// By the gap (n a sum).
+    pub gap: Vec<f64>,
+    /// By the work on each motion (m a sum).
+    pub work: Vec<f64>,
+}
+
+/// Column `j` of `length` numbers.
+fn column(values: &[f64], j: usize, length: usize) -> &[f64] {
+    &values[j * length..(j + 1) * length]
+}
+
+impl Weights<'_> {
+    fn check(&self, n: usize, m: usize) -> Result<(), Error> {
+        let size = |given: &[f64], each| {
+            if given.is_empty() {
+                0
+            } else {
+                self.count * each
+            }
+        };
+        check("unknowns", self.unknowns, self.count * 3 * n)?;
+        check("gap", self.gap, size(self.gap, n))?;
+        check("motion", self.motion, size(self.motion, m))
+    }
+}
+
+impl Tangent<'_> {
+    /// The gradients, by all that is given, of sums of what is found with the weights `of`: one for each.
+    ///
+    /// # Errors
+    /// As [`Tangent::forward`].
+    pub fn adjoint(&mut self, of: &[Found], monitor: Monitor<'_>) -> Result<Vec<Given>, Error> {
+        let (n, m) = (self.count(), self.state.motions.len());
+        let mut unknowns = Vec::with_capacity(of.len() * 3 * n);
+        for weights in of {
+            check("pressure", &weights.pressure, n)?;
+            check("traction", &weights.traction, 2 * n)?;
+            check("gap", &weights.gap, n)?;
+            check("motion", &weights.motion, m)?;
+            unknowns.extend_from_slice(&weights.traction);
+            unknowns.extend_from_slice(&weights.pressure);
+        }
+        let gap: Vec<f64> = of.iter().flat_map(|w| w.gap.iter().copied()).collect();
+        let motion: Vec<f64> = of.iter().flat_map(|w| w.motion.iter().copied()).collect();
+        let of = Weights {
+            count: of.len(),
+            unknowns: &unknowns,
+            gap: &gap,
+            motion: &motion,
+        };
+        let found = self.by_loads(&of, monitor)?;
+        let [x, y] = [self.by_drag(&of, &found, 0)?, self.by_drag(&of, &found, 1)?];
+        let gradients = (0..of.count).map(|j| Given {
+            gap: column(&found.gap, j, n).to_vec(),
+            work: column(&found.work, j, m).to_vec(),
+            drag: [column(&x, j, n), column(&y, j, n)].concat(),
+        });
+        Ok(gradients.collect())
+    }
+
+    /// The gradients by gap and work alone: [`Tangent::by_drag`] makes those by friction once they are asked for.
+    ///
+    /// # Errors
+    /// As [`Tangent::forward`].
+    pub fn by_loads(&mut self, of: &Weights<'_>, monitor: Monitor<'_>) -> Result<ByLoads, Error> {
+        let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
+        of.check(n, m)?;
+        let mut gap = vec![0.0; of.count * n];
+        let mut rhs = Mat::zeros(k + m, of.count);
+        let (along, across) = self.terms.drag.split_at(n);
+        for j in 0..of.count {
+            let (pressures, motions) = rhs.col_as_slice_mut(j).split_at_mut(k);
+            let (traction, pressure) = column(of.unknowns, j, 3 * n).split_at(2 * n);
+            let (on_x, on_y) = traction.split_at(n);
+            for (to, &i) in pressures.iter_mut().zip(&self.points) {
+                *to = pressure[i] + on_x[i] * along[i] + on_y[i] * across[i];
+            }
+            if !of.motion.is_empty() {
+                motions.copy_from_slice(column(of.motion, j, m));
+            }
+        }
+        if !of.gap.is_empty() {
+            self.add_open(of, &mut gap, &mut rhs);
+        }
+        let found = self.solved(&rhs, true, monitor)?;
+        let mut work = Vec::with_capacity(of.count * m);
+        for j in 0..of.count {
+            let (pressures, motions) = found.col_as_slice(j).split_at(k);
+            let gap = &mut gap[j * n..(j + 1) * n];
+            for (&point, v) in self.points.iter().zip(pressures) {
+                gap[point] = -v;
+            }
+            work.extend_from_slice(motions);
+        }
+        Ok(ByLoads { gap, work })
+    }
+
+    /// Puts the weights of open gaps to `gap`, and adds what they are as weights of pressures and motions.
+    fn add_open(&self, of: &Weights<'_>, gap: &mut [f64], rhs: &mut Mat<f64>) {
+        let (n, k) = (self.count(), self.points.len());
+        gap.copy_from_slice(of.gap);
+        for gap in gap.chunks_exact_mut(n.max(1)) {
+            for &point in &self.points {
+                gap[point] = 0.0;
+            }
+        }
+        if gap.iter().all(|weight| *weight == 0.0) {
+            return;
+        }
+        let sides = stacked((0..of.count).map(|j| column(gap, j, n)), n);
+        let pulled = self.pulled_back(&sides);
+        for j in 0..of.count {
+            let (pressures, motions) = rhs.col_as_slice_mut(j).split_at_mut(k);
+            let (pulled, side) = (pulled.col_as_slice(j), sides.col_as_slice(j));
+            for (to, &point) in pressures.iter_mut().zip(&self.points) {
+                *to += pulled[point];
+            }
+            for (to, motion) in motions.iter_mut().zip(&self.state.motions) {
+                *to += dot(&motion.opening, side);
+            }
+        }
+    }
+
+    /// The gradients (n a sum) by friction along the tangent `axis`, of the sums whose gradients by loads are `found`.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite.
+    pub fn by_drag(
+        &self,
+        of: &Weights<'_>,
+        found: &ByLoads,
+        axis: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let (n, m) = (self.count(), self.state.motions.len());
+        of.check(n, m)?;
+        check("gap", &found.gap, of.count * n)?;
+        check("work", &found.work, of.count * m)?;
+        let sides = stacked((0..of.count).map(|j| column(&found.gap, j, n)), n);
+        let product = self.form.transposed_along(axis, &sides);
+        let mut all = vec![0.0; of.count * n];
+        for (j, drag) in all.chunks_exact_mut(n.max(1)).enumerate() {
+            for (motion, work) in (self.state.motions.iter()).zip(column(&found.work, j, m)) {
+                let moved = [&motion.tangential_x, &motion.tangential_y][axis];
+                for (drag, moved) in drag.iter_mut().zip(moved) {
+                    *drag += work * moved;
+                }
+            }
+            let weights = &column(of.unknowns, j, 3 * n)[axis * n..(axis + 1) * n];
+            for ((drag, weight), area) in drag.iter_mut().zip(weights).zip(&self.state.area) {
+                *drag = weight + area * *drag;
+            }
+            if let Some(product) = &product {
+                for (drag, product) in drag.iter_mut().zip(product.col_as_slice(j)) {
+                    *drag += product;
+                }
+            }
+            for (drag, pressure) in drag.iter_mut().zip(&self.state.pressure) {
+                *drag *= pressure.max(0.0);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Weights of pressures (n) that weights of gaps (n) amount to, a column each.
+    fn pulled_back(&self, gap: &Mat<f64>) -> Mat<f64> {
+        let n = self.count();
+        let mut sum = self.form.transposed_normal(gap);
+        for axis in [0, 1] {
+            let drag = &self.terms.drag[axis * n..(axis + 1) * n];
+            if drag.iter().all(|d| *d == 0.0) {
+                continue;
+            }
+            let Some(product) = self.form.transposed_along(axis, gap) else {
+                continue;
+            };
+            for j in 0..gap.ncols() {
+                let sum = sum.col_as_slice_mut(j).iter_mut();
+                for ((sum, drag), product) in sum.zip(drag).zip(product.col_as_slice(j)) {
+                    *sum += drag * product;
+                }
+            }
+        }
+        sum
+    }
+}
