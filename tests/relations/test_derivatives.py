@@ -378,6 +378,43 @@ def test_of_steps(name: str, speed: tuple[float, float]) -> None:
     )
 
 
+@pytest.mark.parametrize("own", [1e7, mtb.VelocityTable([0.0, 5.0, 20.0], [1e7, 9e6, 5e6])])
+@pytest.mark.parametrize("pose", [None, (0.0, 0.0, -2e-5, 0.0, 0.0, 0.0)])
+def test_a_table_that_is_given_to_a_step_is_derived_by_the_velocity(own: Any, pose: Any) -> None:
+    table = mtb.VelocityTable([0.0, 5.0, 20.0], [2e7, 1.2e7, 5e6])
+    contact = ball(magnetic_pressure=own, friction=TABLE).prepare("half-space", standstill_speed=0.2)
+    at = np.array([6.0, 3.0])
+
+    def numbers(change: Any) -> Any:
+        step = contact.copy().step(pose, tuple(at + change), magnetic_pressure=table)
+        return np.append(step.force, [step.friction_power, step.pressure.max()])
+
+    step = contact.step(pose, tuple(at), magnetic_pressure=table)
+    for of in ("force", "friction_power", "peak_pressure"):
+        assert step.derivative(of, "velocity") == pytest.approx(step.gradient(of)["velocity"], rel=1e-9)
+    found = step.derivative(["force", "friction_power", "peak_pressure"], "velocity")
+    size = np.abs(numbers(0.0))[:, None]
+    for axis in (0, 1):
+        h = 0.02 * np.eye(2)[axis]
+        near, wide = ((numbers(s * h) - numbers(-s * h)) / (0.04 * s) for s in (0.5, 1.0))
+        wanted = (4.0 * near - wide) / 3.0
+        np.testing.assert_allclose(found[:, axis], wanted, atol=1e-6 * size.ravel().max(), rtol=1e-6)
+    # from half a slope to the next one
+    at = np.array([5.0, 0.0])
+    lower, upper = (numbers(np.array([s, 0.0]))[2] for s in (-0.01, 0.0))
+    kink = contact.copy().step(pose, tuple(at), magnetic_pressure=table).derivative("force", "velocity")[2, 0]
+    assert kink == pytest.approx((upper - lower) / 0.01, rel=1e-2)
+
+
+def test_the_margin_tells_of_two_peaks() -> None:
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=12e-3, friction=0.2, magnetic_pressure=3e6)
+    assert shoe.solve(model="elastic-upper").margin().peak == pytest.approx(0.0, abs=1e-9)
+    alone = ball(force=2e3, moments=(0.3, 0.2)).solve(model="half-space")
+    second, largest = np.sort(alone.pressure.ravel())[-2:]
+    assert alone.margin().peak == pytest.approx(1.0 - second / largest)
+    assert alone.margin().smallest <= alone.margin().parting
+
+
 def test_a_step_and_its_scene_have_the_same_derivatives() -> None:
     scene = ball(force=2e3, moments=(0.5, -1.0))
     result, step = scene.solve(model="half-space"), scene.prepare("half-space").step()

@@ -94,3 +94,27 @@ def test_jax_is_imported_only_when_asked_for() -> None:
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert told.stdout.strip() == "False"
+
+
+def test_what_is_no_argument_or_number_is_refused_at_the_call() -> None:
+    function, at = stepped()
+    with pytest.raises(TypeError, match="each once"):
+        function(at["gap"], at["friction"], at["velocity"], gap=at["gap"])
+    with pytest.raises(TypeError, match=r"gap has shape \(\): \(64,\), as in at"):
+        function(1e-6, at["friction"], at["velocity"])
+    contact = SCENE.with_(friction=0.3).prepare("half-space")
+
+    def solve(friction: Any) -> Any:
+        return contact.step(friction=float(friction))
+
+    for of, words in (({"pressure": np.ones(N * N)}, "of is"), ("traction", "StepResult does not have this")):
+        with pytest.raises(ValueError, match=words):
+            mtb.jax_function(solve, of, {"friction": "friction"}, {"friction": 0.3})  # type: ignore[arg-type]
+
+
+def test_a_number_of_jax_is_a_number() -> None:
+    result = SCENE.with_(friction=0.3).solve(model="half-space")
+    value, weights = jax.value_and_grad(lambda p: (p**2).sum())(result.pressure)
+    by = result.derivative(lambda _: (value, {"pressure": weights}), "force")
+    own = result.derivative({"pressure": 2.0 * result.pressure}, "force")
+    assert by == pytest.approx(own, rel=1e-12)

@@ -74,6 +74,24 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Through:
+    """What numbers (l) change by themselves, and through others (m), which follow by a `slope` (l, m)."""
+
+    itself: Effect
+    other: Effect
+    slope: Array
+
+    def weighted(self, by: Gradients) -> Array:
+        """What they change (k, l) in k numbers whose gradients are given."""
+        return self.itself.weighted(by) + self.other.weighted(by) @ self.slope.T
+
+    def of(self, values: Array, points: int, motions: int) -> Given:
+        """What k changes (k, l) of the numbers do."""
+        parts = self.itself.of(values, points, motions), self.other.of(values @ self.slope, points, motions)
+        return Given(*(sum(getattr(p, name) for p in parts) for name in ("gap", "work", "drag")))
+
+
+@dataclass(frozen=True)
 class Given:
     """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n)."""
 

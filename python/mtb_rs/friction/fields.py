@@ -177,7 +177,7 @@ class Form(ABC):
     def circuit(
         self, area: Array, patches: Grids, kept: NDArray[np.intp] | None
     ) -> _mtb_rs.MagneticCircuit | None:
-        """The circuit of a magnet over contact points with an `area` (n,) [m2]; None of all other forms."""
+        """The circuit of a magnet over contact points with areas (n,) [m2]; None of all other forms."""
         return None
 
     def factor(self, velocity: float | None) -> float:

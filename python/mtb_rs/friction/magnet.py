@@ -166,7 +166,7 @@ class Magnet(Form):
     def circuit(
         self, area: Array, patches: tuple[Patch, ...], kept: NDArray[np.intp] | None
     ) -> _mtb_rs.MagneticCircuit:
-        """Its circuit over contact points with an `area` (n,) [m2], as the core has it."""
+        """Its circuit over contact points with areas (n,) [m2], as the core has it."""
         counts = [patch.nx * patch.ny for patch in patches] or [area.size]
         if kept is not None:
             ends = np.searchsorted(kept, np.cumsum([0, *counts]))

@@ -99,11 +99,8 @@ class NormalTangent:
         none = np.zeros(count)
         about_x, about_y = given.get("moments_about_axes", np.zeros((count, 2))).T
         first = np.stack([about_y, -about_x], axis=1)
-        locked = [moment is None for moment in self._moments]
-        if first[:, locked].any():
-            raise ValueError(
-                "moments_about_axes changes about an axis whose tilt is locked: give a moment there first"
-            )
+        # a locked tilt takes whatever moment there is
+        first[:, [moment is None for moment in self._moments]] = 0.0
         compliance = np.zeros(count)
         for name, slope in self._moduli.items():
             compliance += slope * given[name]

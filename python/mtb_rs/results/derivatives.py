@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -52,6 +52,10 @@ class Margin:
     unloading : float or None
         Smallest plastic indentation where the pressure is the hardness, over the largest elastic
         displacement.
+    peak : float or None
+        Difference of the two largest pressures, over the largest: at 0 two points share the peak, as those
+        of the two poles of a shoe do, and the derivative of the peak pressure is that of one of them. It does
+        not concern other numbers and is not in `smallest`.
     wedging : float or None
         `wedging_margin` of the report; of a step without that of tipping over. Near 1 the derivatives grow
         without limit.
@@ -64,6 +68,7 @@ class Margin:
     wedging: float | None = None
     yielding: float | None = None
     unloading: float | None = None
+    peak: float | None = None
 
     @property
     def smallest(self) -> float:
@@ -189,7 +194,7 @@ class Gradient(Mapping[str, Any]):
 
     def __getitem__(self, by: str) -> Any:
         if by not in self.inputs:
-            raise KeyError(by)
+            raise KeyError(f"{by!r} is no input: {', '.join(self.inputs)} are")
         if by not in self._known:
             self._known[by] = self._entry(by)
         return self._known[by]
@@ -306,7 +311,12 @@ class Differentiable(ABC):
         ValueError
             If the result has no derivatives.
         """
-        return self._tangent().margin
+        margin = self._tangent().margin
+        pressure = np.ravel(getattr(self, "pressure", ()))
+        if pressure.size < 2 or pressure.max() <= 0.0:
+            return margin
+        second, largest = np.partition(pressure, -2)[-2:]
+        return replace(margin, peak=float((largest - second) / largest))
 
     def _functional(self, of: Any, tangent: Tangent, by: str = "", size: int = 1) -> Functional:
         """Numbers `of`, to be derived by `size` numbers that are called `by`."""
@@ -336,9 +346,10 @@ class Differentiable(ABC):
                     "of is a function that does not return (value, {field: gradient}): both are needed"
                 )
             weights = told[1]
-            value = told[0]
-            if not (isinstance(value, (int, float, np.number)) and math.isfinite(value)):
-                raise ValueError(f"of is a function whose value is {value!r}: a finite number is needed")
+            # numbers of JAX and others are arrays without axes
+            value = np.asarray(told[0])
+            if value.ndim or value.dtype.kind not in "fiu" or not np.isfinite(value):
+                raise ValueError(f"of is a function whose value is {told[0]!r}: a finite number is needed")
         if not weights:
             # of nothing
             name, shape = next(iter(tangent.fields.items()))
@@ -350,7 +361,10 @@ def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
     _known("a weight in of", name, tangent.fields)
     shape = tangent.fields[name]
     try:
-        values = np.asarray(given, dtype=float)
+        values = np.asarray(given)
+        if values.dtype.kind not in "fiub":
+            raise TypeError
+        values = values.astype(float)
     except (TypeError, ValueError):
         raise ValueError(f"of[{name!r}] is no array of real numbers: {shape} of them are needed") from None
     if values.shape != shape:

@@ -65,6 +65,8 @@ def jax_function(
     if set(at) != set(by):
         raise ValueError(f"at has {', '.join(at)}: {', '.join(by)}, the arguments of by, are needed")
     names = (of,) if isinstance(of, str) else tuple(of)
+    if isinstance(of, Mapping) or not names or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"of is {of!r}: a name of a number or a field, or several, are needed")
     arguments = tuple(by)
 
     def solved_at(given: Iterable[Any]) -> Differentiable:
@@ -120,9 +122,13 @@ def jax_function(
 
     def function(*given: Any, **named: Any) -> Any:
         taken = dict(zip(arguments, given, strict=False)) | named
-        if len(given) > len(arguments) or set(taken) != set(arguments):
+        if len(given) + len(named) != len(arguments) or set(taken) != set(arguments):
             raise TypeError(f"the function takes {', '.join(arguments)}, each once")
-        found = with_slopes(*(jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments))
+        arrays = [jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments]
+        for name, array, shape in zip(arguments, arrays, inputs, strict=True):
+            if array.shape != shape:
+                raise TypeError(f"{name} has shape {array.shape}: {shape}, as in at, is needed")
+        found = with_slopes(*arrays)
         return found[0] if isinstance(of, str) else found
 
     return function
@@ -133,13 +139,18 @@ def value_of(result: Differentiable, name: str) -> Any:
     own = getattr(result, name, None)
     if own is not None:
         return own
-    pressure, area = np.asarray(result.pressure), np.asarray(result.area)
-    force = float((pressure * area).sum())
-    sums = {
-        "peak_pressure": float(pressure.max()),
-        "normal_force": force,
-        "mean_pressure": force / float(area[pressure > 0.0].sum()),
-    }
+    sums: dict[str, float] = {}
+    if hasattr(result, "pressure"):
+        pressure, area = np.asarray(result.pressure), np.asarray(result.area)
+        force = float((pressure * area).sum())
+        sums = {
+            "peak_pressure": float(pressure.max()),
+            "normal_force": force,
+            "mean_pressure": force / float(area[pressure > 0.0].sum()),
+        }
     if name not in sums:
-        raise ValueError(f"of is {name!r}: a number or field that the result has is needed")
+        raise ValueError(
+            f"of is {name!r}: a {type(result).__name__} does not have this as a number or an array, which a "
+            "function of JAX must return"
+        )
     return sums[name]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..contact.tangent import Change, Effect, Points, SlidingTangent
+from ..contact.tangent import Change, Effect, Points, SlidingTangent, Through
 from ..results.derivatives import Functional
 
 Array = NDArray[np.float64]
@@ -65,6 +65,8 @@ class StepDerived:
     velocity : (vx, vy) [m/s]
     by_field : callable or None
         What a magnetic pressure at each of some points changes, of motions; None where there is none.
+    pull_slope : (n,) or None [Pa s/m]
+        Change with the speed of a magnetic pressure that was given to the step; None where there is none.
     by_layer : (shape, callable) or None
         Shape of the numbers that give a layer, and what they change at a pressure (n,) [Pa]; None where there
         is none, or no such numbers.
@@ -79,6 +81,7 @@ class StepDerived:
     traction: Array
     velocity: tuple[float, float]
     by_field: Callable[[Points, list[int]], Effect] | None
+    pull_slope: Array | None
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
 
@@ -107,13 +110,21 @@ class StepDerived:
         named: dict[str, tuple[Shape, Callable[[], Effect]]] = {
             "friction": ((), lambda: Change(drag=fade * direction[None])),
             "pose": ((6,), lambda: columns(slice(0, 6))),
-            "velocity": ((2,), lambda: columns(slice(6, 8))),
             "work": ((motions,), lambda: Change(work=np.eye(motions))),
         }
         feels_pull = self.shared.feels_pull(balanced, lambda: self._inputs)
         if feels_pull:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
         points = Points((n,), None, self.shared.frame, geometry, self.pressure)
+
+        def by_velocity() -> Effect:
+            direct = columns(slice(6, 8))
+            if self.pull_slope is None or self.by_field is None:
+                return direct
+            along = np.array(self.velocity) / np.hypot(*self.velocity)
+            return Through(direct, self.by_field(points, balanced), along[:, None] * self.pull_slope)
+
+        named["velocity"] = ((2,), by_velocity)
         if self.by_field is not None:
             by_field = self.by_field
             named["magnetic_pressure_field"] = ((n,), lambda: by_field(points, balanced))

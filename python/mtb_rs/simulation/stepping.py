@@ -425,15 +425,25 @@ class PreparedContact:
         pull: Any,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = layer = None
+        by_field = layer = pull_slope = None
         flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
         if self._source is not None:
             by_field = self._source.by_pull_field if self._source.is_pulled(pull) else None
+            pull_slope = self._source.pull_slope(pull, float(np.hypot(*velocity)))
             layer = self._source.by_layer
             if self._source.problem.layer is not None:
                 flexible += ("normal_layer_field",)
         return StepDerived(
-            self._shared, tangent, out.pressure, out.gap, out.traction, velocity, by_field, layer, flexible
+            self._shared,
+            tangent,
+            out.pressure,
+            out.gap,
+            out.traction,
+            velocity,
+            by_field,
+            pull_slope,
+            layer,
+            flexible,
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -666,6 +676,20 @@ class Source:
         return self.scene.pull_at(
             problem.points, problem.patches, problem.kept, magnetic_pressure=spec, velocity=speed
         )
+
+    def pull_slope(self, magnetic_pressure: Any, speed: float) -> Array | None:
+        """Change (n,) [Pa s/m] with the speed of a magnetic pressure that was given to a step.
+
+        Tables are linear between two of their velocities; at one of them it is the slope below. None where
+        it does not change; that of the scene is known to the core.
+        """
+        if magnetic_pressure is None or not (speeds := _speeds(magnetic_pressure)):
+            return None
+        upper = max(1, int(np.searchsorted(speeds, speed)))
+        if speed == 0.0 or upper == len(speeds):
+            return None
+        there, here = (self.pull(magnetic_pressure, v) for v in (speeds[upper], speeds[upper - 1]))
+        return np.asarray((there - here) / (speeds[upper] - speeds[upper - 1]))
 
     def may_deform(self, name: str, pressure: Array) -> bool:
         """Whether a body is so soft that a closer look at its displacement is worth a product."""

@@ -218,10 +218,14 @@ impl<'a> Scaled<'a> {
             rows.iter().map(|r| 1.0 / largest(r)).collect(),
         ];
         for (column, size) in columns.iter_mut().zip(&units[0]) {
-            column.iter_mut().for_each(|v| *v *= size / unit);
+            for v in column.iter_mut() {
+                *v *= size / unit;
+            }
         }
         for (row, size) in rows.iter_mut().zip(&units[1]) {
-            row.iter_mut().for_each(|v| *v *= size);
+            for v in row.iter_mut() {
+                *v *= size;
+            }
         }
         let small = Mat::from_fn(rows.len(), rows.len(), |a, b| {
             let parts = rows[a].iter().zip(&columns[b]).zip(&inverse);
@@ -303,7 +307,7 @@ impl<'a> Scaled<'a> {
                 return Err(Error::Interrupted);
             }
         }
-        if !(left <= ENOUGH * size) {
+        if left.is_nan() || left > ENOUGH * size {
             return Err(Error::Singular);
         }
         for (c, unit) in x[k..].iter_mut().zip(&self.units[0]) {
