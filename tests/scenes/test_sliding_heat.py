@@ -234,3 +234,19 @@ def test_without_a_speed_or_a_direction_nothing_is_heated() -> None:
         shoe().sliding_heat(1.0, 1)
     with pytest.raises(ValueError, match="nothing slides"):
         shoe(sliding_direction=None).sliding_heat(1.0, 1, 20.0)
+
+
+def test_a_scene_that_is_turned_has_the_same_heat() -> None:
+    def heated(turned: bool) -> mtb.SlidingHeat:
+        sides = (40e-3, 60e-3) if turned else (60e-3, 40e-3)
+        block = mtb.scenes.block_on_plane(
+            length=sides[0], width=sides[1], height=30e-3, spacing=5e-3, friction=0.2, velocity=20.0,
+            sliding_direction=(0.0, 1.0) if turned else (1.0, 0.0), magnetic_pressure=1e6,
+        )  # fmt: skip
+        return block.sliding_heat(1.0, 4)
+
+    along, across = heated(False), heated(True)
+    for name in ("pressure", "heat_flux_upper", "heat_flux_lower", "temperature_upper"):
+        one, other = (np.sort(np.ravel(getattr(h, name))) for h in (along, across))
+        assert other == pytest.approx(one, abs=1e-8 * np.abs(one).max())
+    assert across.heats_upper == pytest.approx(along.heats_upper, rel=1e-9)

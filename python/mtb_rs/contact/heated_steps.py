@@ -139,19 +139,21 @@ class _Body:
 def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
     """Centres and sizes (n, 2) [m] of the rectangles that the contact points stand for, along x and y."""
     count = sum(patch.nx * patch.ny for patch in problem.patches)
-    lengths, moved = np.empty(count), np.zeros(count)
+    lengths, ends = np.empty(count), np.zeros((count, 2))
     for patch in problem.patches:
-        length = np.full((patch.ny, patch.nx), patch.spacing[0])
-        inwards = np.zeros((patch.ny, patch.nx))
-        if problem.averages is not None and patch.nx > 1:
-            # hats at both ends reach inwards only
-            length[:, [0, -1]] *= 0.5
-            inwards[:, 0], inwards[:, -1] = 0.25 * patch.spacing[0], -0.25 * patch.spacing[0]
-        lengths[patch.cut], moved[patch.cut] = length.ravel(), inwards.ravel()
+        length, end = np.full((patch.ny, patch.nx), patch.spacing[0]), np.zeros((patch.ny, patch.nx, 2))
+        if problem.averages is not None:
+            # hats at the ends of columns and rows reach inwards only
+            if patch.nx > 1:
+                length[:, [0, -1]] *= 0.5
+                end[:, 0, 0], end[:, -1, 0] = 1.0, -1.0
+            if patch.ny > 1:
+                end[0, :, 1], end[-1, :, 1] = 1.0, -1.0
+        lengths[patch.cut], ends[patch.cut] = length.ravel(), end.reshape(-1, 2)
     if problem.kept is not None:
-        lengths, moved = lengths[problem.kept.numbers], moved[problem.kept.numbers]
-    x, y = problem.points.points[:2]
-    return np.stack([x + moved, y], axis=1), np.stack([lengths, problem.area / lengths], axis=1)
+        lengths, ends = lengths[problem.kept.numbers], ends[problem.kept.numbers]
+    sizes = np.stack([lengths, problem.area / lengths], axis=1)
+    return problem.points.points[:2].T + 0.5 * ends * sizes, sizes
 
 
 class Passing:
@@ -204,7 +206,8 @@ class Passing:
             response += weight * np.sqrt(speed / passing) * self._at(first + k, level)
         opening = None
         if heated.expands and lower.expands and heated.poisson is not None:
-            expansion = lower.expansion + 2.0 * lower.expansion_slope * warmer
+            # it comes cold: the strain of what is warm, over its temperature
+            expansion = lower.expansion + lower.expansion_slope * warmer
             if self._risen is None:
                 # in proportion to expansion and time
                 given = self._conducting(0), self._velocity(1.0), self.places, self.sizes

@@ -630,6 +630,12 @@ def _failure(
             f">= 0{hard} on the {out.friction.size} contact points balances it{apart}",
             result,
         )
+    if out.status == "no solution" and hardness is not None:
+        return ConvergenceError(
+            f"no equilibrium: at a hardness of {hardness.max():.6g} Pa the contact does not bear this load "
+            f"where it acts, or the body wedges at its friction of {mu:g}",
+            result,
+        )
     if out.status == "no solution":
         return ConvergenceError(
             f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}; the report of "

@@ -501,9 +501,15 @@ class _Worn:
         _mtb_rs.wear_problem(cut.core, cut.free_loading, direction, friction, *given, *pulled)
 
     def _failure(self, out: _mtb_rs.Outcome, distance: float, stage: _Stage) -> ConvergenceError:
+        hard = None if stage.problem is None else stage.problem.hardness
+        flows = (
+            ""
+            if hard is None
+            else f", or the load is more than the contact bears at a hardness of {hard.max():.6g} Pa"
+        )
         why = {
-            "no solution": "no sliding equilibrium: the body wedges",
-            "unreachable": "the resultant of the load lies outside what the contact can carry",
+            "no solution": f"no sliding equilibrium: the body wedges{flows}",
+            "unreachable": f"the resultant of the load lies outside what the contact can carry{flows}",
         }.get(out.status, f"not converged (residual {out.residual:.1e})")
         before = self._put(stage) if self.records else None
         return ConvergenceError(f"after {distance:.6g} m of sliding there is no contact: {why}", before)
