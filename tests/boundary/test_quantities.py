@@ -9,6 +9,7 @@ import re
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -414,9 +415,19 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     (
         "RoughLayer.exponential",
         mtb.RoughLayer.exponential,
-        dict(contact_pressure=1e9, length=1e-6, height=1e-5),
+        dict(contact_pressure=1e9, length=1e-6, height=1e-5, tangential_ratio=0.8),
     ),
-    ("RoughLayer", mtb.RoughLayer, dict(gap=[2e-6, 1e-6], pressure=[0.0, 1e6])),
+    ("RoughLayer", mtb.RoughLayer, dict(gap=[2e-6, 1e-6], pressure=[0.0, 1e6], tangential_ratio=0.8)),
+    (
+        "RoughLayer.from_surface",
+        partial(mtb.RoughLayer.from_surface, lower=mtb.steel, upper=mtb.steel),
+        dict(
+            heights=1e-6 * np.add.outer(np.cos(np.pi / 4 * np.arange(8)), np.sin(np.pi / 4 * np.arange(8))),
+            spacing=1e-5,
+            pressures=[1e6, 3e6],
+            hardness=5e9,
+        ),
+    ),
     ("ThinLayer", mtb.ThinLayer, dict(thickness=1e-3, young_modulus=1e9, poisson_ratio=0.3)),
     ("block_on_plane", mtb.scenes.block_on_plane, dict(normal_layer=1e-12, hardness=1e9)),
     ("pole_shoe_on_rail", mtb.scenes.pole_shoe_on_rail, dict(normal_layer=1e-12, hardness=1e9)),

@@ -33,7 +33,7 @@ _LENGTHS = (
 _RATIOS = (
     "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
     "reduction relief_slope "
-    "rms_slope static tilts tolerance"
+    "rms_slope static tangential_ratio tilts tolerance"
 )
 #: Units of all public arguments that have one, by name; of a sequence whose entries differ, of each.
 ARGUMENT_UNITS: dict[str, Unit] = {
@@ -41,7 +41,9 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(_RATIOS.split(), "1"),
     **dict.fromkeys(("angle", "contact_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"),
     **dict.fromkeys(("half_slip", "memory_min_slip", "slip_speed", "standstill_speed", "velocity"), "m/s"),
-    **dict.fromkeys(("magnetic_pressure", "peak", "pressure", "traction"), "Pa"),
+    **dict.fromkeys(
+        ("contact_pressure", "magnetic_pressure", "peak", "pressure", "pressures", "traction"), "Pa"
+    ),
     **dict.fromkeys(("contact_modulus", "hardness", "shear_modulus", "yield_stress", "young_modulus"), "Pa"),
     **dict.fromkeys(("force", "forces", "normal_force"), "N"),
     **dict.fromkeys(("moments", "moments_about_axes"), "N m"),

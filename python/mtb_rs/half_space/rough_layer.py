@@ -56,7 +56,7 @@ class RoughLayer(RoughLaw):
     >>> import mtb_rs as mtb
     >>> layer = mtb.RoughLayer.exponential(contact_pressure=5e9, length=0.5e-6)
     >>> f"{float(layer.opening(1e6)) * 1e6:.2f}"
-    '1.74'
+    '1.76'
     """
 
     @classmethod

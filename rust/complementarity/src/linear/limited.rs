@@ -237,8 +237,12 @@ pub(super) fn lemke_limited(
         .zip(dent)
         .map(|(w, v)| w - unit * v)
         .collect();
+    // one of both is zero: what flows is at the limit to the last digit
+    let bounded = pressure.iter().zip(dent).zip(limit);
     let point = Solution {
-        pressure: pressure.iter().zip(limit).map(|(p, l)| p.min(*l)).collect(),
+        pressure: bounded
+            .map(|((p, v), l)| if *v > 0.0 { *l } else { p.min(*l) })
+            .collect(),
         slack,
         ..found.clone()
     };
