@@ -232,6 +232,10 @@ class Differentiable(ABC):
     def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
         """Its numbers that have derivatives, by name, besides its fields."""
 
+    def _pressures(self) -> Array:
+        """Of all points (n,) [Pa]."""
+        return np.ravel(self.pressure)
+
     def derivative(self, of: Any, by: str) -> Any:
         """Exact derivative of a number or a field of the result by something that was given.
 
@@ -312,7 +316,7 @@ class Differentiable(ABC):
             If the result has no derivatives.
         """
         margin = self._tangent().margin
-        pressure = np.ravel(getattr(self, "pressure", ()))
+        pressure = self._pressures()
         if pressure.size < 2 or pressure.max() <= 0.0:
             return margin
         second, largest = np.partition(pressure, -2)[-2:]

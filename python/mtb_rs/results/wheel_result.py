@@ -396,6 +396,9 @@ class WheelStep(Differentiable, Drawn):
     state: WheelState
     report: WheelReport
 
+    def _pressures(self) -> Array:
+        return np.concatenate([np.zeros(0), *(patch.pressure.ravel() for patch in self.patches)])
+
     def _tangent(self) -> Tangent:
         # no field: what was put together or loaded was not solved
         made: Tangent | None = vars(self).get("_derived")
