@@ -106,6 +106,7 @@ if TYPE_CHECKING:
         | SweepTable
         | AreaLoadCurve
         | WearResult
+        | Braking
     ):
         """What was saved, of the kind that was saved; the room of results does not know them all."""
 else:

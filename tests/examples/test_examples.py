@@ -353,5 +353,11 @@ def test_script(
 @pytest.mark.parametrize("case", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_case(case: Path) -> None:
     result = mtb.load_case(case).solve()
+    if isinstance(result, mtb.Braking):
+        assert abs(result.open_energy) < 1e-8
+        friction = -result.shoe.forces[:, 0] / result.shoe.forces[:, 2]
+        assert 0.12 < friction.min() < 0.14
+        assert 0.3 < friction.max() < 0.36
+        return
     assert result.report.converged
     assert result.force[0] == pytest.approx(0.5 * result.normal_force, rel=1e-12)

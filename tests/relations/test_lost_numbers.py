@@ -44,6 +44,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Report": lambda: pressed().report,
     "TangentialResult": rolled,
     "SlidingHeat": lambda: block().sliding_heat(1.0, 1, 1.0),
+    "Braking": lambda: mtb.brake(block(), 0.2, 1e4),
     "RollingTemperature": lambda: rolled().temperature(),
     "FoundationResult": lambda: mtb.fastsim(pressed(), creepage=(1e-3, 0.0, 0.0), friction=mtb.Coulomb(0.3)),
     "Hertz": lambda: mtb.hertz(50.0, 1.0),

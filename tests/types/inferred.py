@@ -68,7 +68,7 @@ assert_type(rolling.plot("traction", x=0.0), Figure)
 assert_type(mtb.fastsim(normal, (1e-3, 0.0, 0.0), mtb.Coulomb(0.3), velocity=20.0), mtb.FoundationResult)
 assert_type(mtb.animate([rolling, rolling], "rolling.gif", "slip", captions=["a", "b"]), Path)
 
-# what was saved is of one of fifteen kinds, to be told apart before what only some have is asked for
+# what was saved is of one of sixteen kinds, to be told apart before what only some have is asked for
 loaded = mtb.load(Path("out"))
 assert_type(loaded.fields(), dict[str, ResultField])
 if isinstance(loaded, mtb.Result):
@@ -78,6 +78,8 @@ if isinstance(loaded, mtb.Result):
 elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.FoundationResult, mtb.StepResult)):
     if isinstance(loaded, (mtb.Hertz, mtb.WheelStep, mtb.WheelPatch, mtb.Chart, mtb.SweepTable)):
         assert_type(loaded.plot("pressure"), Figure)
+    elif isinstance(loaded, mtb.Braking):
+        assert_type(loaded.shoe, mtb.SlidingHeat)
     elif not isinstance(loaded, (mtb.AreaLoadCurve, mtb.RollingTemperature, mtb.SlidingHeat, mtb.WearResult)):
         assert_type(loaded, mtb.StartOfSliding)
 print(loaded.reprot)  # type: ignore[union-attr]

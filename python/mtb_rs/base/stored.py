@@ -121,7 +121,7 @@ def _has_function(value: Any) -> bool:
 class Packer:
     """Takes objects apart: into what JSON holds exactly, and arrays under the names of their places.
 
-    Arrays that have a name already, such as the fields of a result, are not kept twice.
+    An array that has a name already, such as a field of a result, or one met before, is not kept twice.
     """
 
     def __init__(self, named: Mapping[str, NDArray[Any]]) -> None:
@@ -161,6 +161,7 @@ class Packer:
             name = f"{place} {k}"
         self._taken.add(name)
         self.arrays[name] = array
+        self._known[id(array)] = name
         return name
 
 

@@ -26,7 +26,7 @@ from ..base.check import meant, shortened, warn
 from ..base.errors import CaseError, ToleranceWarning
 from ..base.files import read_bytes, text_of
 from ..base.questions import gathered
-from ..base.words import Method
+from ..base.words import Method, Model
 from ..friction.fields import check_friction
 from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
@@ -37,14 +37,23 @@ from ..scenes.cost import ExpectedCost
 from ..scenes.methods import OPTIONS, check_options, method_options, solve_defaults
 from ..scenes.moving import Moving
 from ..scenes.scene import Scene
+from ..studies.brake import brake, posed_shoe
+from ..studies.braking import Braking
 from ..studies.wear import wear
+from .brake_words import BrakeWords, brake_of
 from .values import MOTIONS, MaterialWords, motion_words, read_by, words_of
 from .wear_words import LOOK, wear_of
 
 T = TypeVar("T")
 
 #: Fields of a case that are no arguments of its scene.
-_BESIDES = ("scene_name", "solve_options", "wear_words", *(f"{name}_words" for name in MOTIONS))
+_BESIDES = (
+    "scene_name",
+    "solve_options",
+    "wear_words",
+    "brake_words",
+    *(f"{name}_words" for name in MOTIONS),
+)
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
@@ -165,27 +174,53 @@ class Case(BaseModel):
 
         Errors as :func:`mtb_rs.wear`.
         """
-        scene, asked = self.scene(), self.wear
+        return self._studied(wear, "wear", self.wear, options)
+
+    @property
+    def brake(self) -> dict[str, Any] | None:
+        """The arguments of :func:`mtb_rs.brake` in ``[brake]``; None without this table."""
+        words: BaseModel | None = getattr(self, "brake_words")  # noqa: B009 (a field made below)
+        return None if words is None else brake_of(words)
+
+    def braked(self, **options: Any) -> Braking:
+        """Brakes by the scene as ``[brake]`` says; `progress` as :func:`mtb_rs.brake`.
+
+        Errors as :func:`mtb_rs.brake`.
+        """
+        return self._studied(brake, "brake", self.brake, options)
+
+    def _studied(
+        self,
+        study: Callable[..., T],
+        word: str,
+        asked: dict[str, Any] | None,
+        options: dict[str, Any],
+    ) -> T:
+        """What a study of the scene finds that its table asks for."""
+        scene = self.scene()
         if asked is None:
-            raise CaseError(f"{self._source}: has no table [wear]")
+            raise CaseError(f"{self._source}: has no table [{word}]")
         given = self._words.get("solve", {})
         if set(given) - {"model"}:
             more = ", ".join(sorted(set(given) - {"model"}))
-            raise CaseError(f"{self._source}: solve.{more}: beside [wear] only solve.model has a meaning")
+            raise CaseError(f"{self._source}: solve.{more}: beside [{word}] only solve.model has a meaning")
         try:
-            return wear(scene, **asked, model=self.solving["model"], **options)
+            return study(scene, **asked, model=self.solving["model"], **options)
         except ValueError as error:
             if isinstance(error, RuntimeError):
                 raise
             raise CaseError(f"{self._source}: {error}") from error
 
-    def solve(self) -> Result | TangentialResult | WearResult:
-        """Solves the scene with the options of ``[solve]``, then its rolling or shift, or wears it.
+    def solve(self) -> Result | TangentialResult | WearResult | Braking:
+        """Solves the scene with the options of ``[solve]``, then its rolling or shift; or wears, or brakes.
 
-        Errors as :meth:`mtb_rs.Scene.solve`, :func:`mtb_rs.solve_tangential` and :func:`mtb_rs.wear`.
+        Errors as :meth:`mtb_rs.Scene.solve`, :func:`mtb_rs.solve_tangential`, :func:`mtb_rs.wear` and
+        :func:`mtb_rs.brake`.
         """
         if self.wear is not None:
             return self.worn()
+        if self.brake is not None:
+            return self.braked()
         scene, motion = self.scene(), self.motion
         try:
             if motion is None:
@@ -202,6 +237,8 @@ class Case(BaseModel):
     def expected_cost(self) -> ExpectedCost:
         """What :meth:`solve` would take, without solving; see :meth:`mtb_rs.Scene.expected_cost`.
 
+        Of a stop it is what one contact takes.
+
         Raises
         ------
         CaseError
@@ -213,6 +250,8 @@ class Case(BaseModel):
                 f"{self._source}: [wear] is given, whose steps depend on what is found: take the table out "
                 "to see what one of them takes"
             )
+        if self.brake is not None:
+            return self._studied(_cost_of_a_contact, "brake", self.brake, {})
         try:
             if motion is None:
                 return scene.expected_cost(**options)
@@ -235,6 +274,12 @@ class Case(BaseModel):
     def to_toml(self) -> str:
         """The case as TOML: what was given, in its own words."""
         return _toml(self._words)
+
+
+def _cost_of_a_contact(scene: Scene, *, model: Model, other_force: Any = None, **asked: Any) -> ExpectedCost:
+    """What one contact of a stop takes; ValueError for what :func:`mtb_rs.brake` refuses before it solves."""
+    shoe = posed_shoe(scene, model=model, **asked)
+    return shoe.expected_cost(model="elastic-upper" if model == "auto" else model)
 
 
 def load_case(path: str | Path) -> Case:
@@ -293,6 +338,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
             wrong[line()] = None
         elif key not in told:
             untold += 1
+    if "brake" in words and (others := [name for name in ("wear", *MOTIONS) if name in words]):
+        wrong[f"brake and {others[0]} are given: give one of the two"] = None
     if "wear" in words and set(MOTIONS) & set(words):
         wrong["wear and a rolling or shift are given: give one of the two"] = None
     if set(MOTIONS) <= set(words):
@@ -312,7 +359,7 @@ def _wrong_besides(
     words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
 ) -> list[str]:
     """Values that no scene takes, beside keys and values of which that is known."""
-    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", "wear", *MOTIONS}
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", "wear", "brake", *MOTIONS}
     rest = {key: value for key, value in words.items() if key not in keys}
     if len(rest) == len(words):  # keys that hold signs of their own
         return []
@@ -369,6 +416,7 @@ def case_model(scene: str) -> type[Case]:
     fields = words_of(getattr(scenes, scene))
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
     fields["wear_words"] = (read_by(wear_of, LOOK), Field(default=None, alias="wear"))
+    fields["brake_words"] = (BrakeWords | None, Field(default=None, alias="brake"))
     for name, motion in MOTIONS.items():
         fields[f"{name}_words"] = (motion_words(motion), Field(default=None, alias=name))
     return create_model(f"{scene}_case", __base__=Case, **fields)
@@ -384,7 +432,8 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
     if item["type"] == "missing":
         return f"{key}: is missing"
     if item["type"] == "extra_forbidden":
-        inner = MaterialWords if len(place) > 1 else model
+        tables: dict[str, type[BaseModel]] = {"brake": BrakeWords}
+        inner = tables.get(place[0], MaterialWords) if len(place) > 1 else model
         known = [field.alias or name for name, field in inner.model_fields.items()]
         if place == ["sweep"]:
             return (
@@ -392,6 +441,8 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
                 "mtb.sweep, solves a case for each of several values"
             )
         return _with_hint(f"{key} = {_short(given)}: unknown key", place[-1], known)
+    if item["type"] == "model_type":
+        return f"{key} = {_short(given)}: a table is needed"
     message = item["msg"].removeprefix("Value error, ")
     message = re.sub(r"^Input should be (.*)$", r"\1 is needed", message)
     return f"{key} = {_short(given)}: {message}"

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+from itertools import combinations
 from typing import Any
 
 from ..scenes import ready as scenes
@@ -22,7 +23,8 @@ def schema() -> dict[str, Any]:
             "description": (inspect.getdoc(getattr(scenes, name)) or "").split("\n")[0],
         }
         branch["title"] = name
-        branch["not"] = {"required": list(MOTIONS)}
+        pairs = combinations(("wear", "brake", *MOTIONS), 2)
+        branch["not"] = {"anyOf": [{"required": list(pair)} for pair in pairs]}
         branches.append(branch)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -22,6 +22,7 @@ from ..results.saved import SCHEMA
 from ..results.temperature import RollingTemperature
 from ..results.wheel_result import WheelPatch, WheelReport, WheelStep
 from ..simulation.stepping import StepReport, StepResult
+from ..studies.braking import Braking
 
 #: Numbers, which are null where they are infinite or not known, and arrays of them, of any depth.
 NUMBER: dict[str, Any] = {"type": ["number", "null"]}
@@ -71,8 +72,18 @@ FACTS: dict[str, dict[str, Any]] = {
     "error_estimate": {**NUMBER, "description": "estimated relative error of the pressure [-]"},
     "motion": {"type": "object", "description": "the arguments of Rolling or Shift"},
     "iterations": {"type": "array", "items": {"type": "integer"}, "description": "Newton steps"},
-    "time": {"$ref": "#/$defs/array", "description": "end of each step [s]"},
+    "time": {"$ref": "#/$defs/array", "description": "end of each step; of a stop the beginning as well [s]"},
     "peaks": {"$ref": "#/$defs/array", "description": "highest temperature of each step [K]"},
+    "errors": {"$ref": "#/$defs/array", "description": "estimated relative error of each step [-]"},
+    "thermal_margin": {
+        **NUMBER,
+        "description": "heat of friction over the bound from which uneven pressure grows [-]",
+    },
+    "friction_energy": {**NUMBER, "description": "heat of friction of all shoes [J]"},
+    "open_energy": {
+        **NUMBER,
+        "description": "what is left of the kinetic energy less the work of the brakes, in parts of it [-]",
+    },
     "path_error": {
         "$ref": "#/$defs/array",
         "description": "estimated relative error by the finite steps of the way [-]",
@@ -102,6 +113,8 @@ _LOADED = ("force", "moment", "reference_point")
 _RUBBED = ("force", "spin_moment", "normal_force")
 _PRESSED = ("error_estimate", "normal_force", "approach", "tilts")
 _PLACED = ("side", "position", "contact_angle", "rail_position", "wheel_position", "approach")
+_HEATED = ("force", "friction_power", "heat_lower", "heat_upper")
+_STOPPED = ("time", "speed", "way", "brake_forces", "other_force")
 _BALANCED = ("pose", "vertical_force", "balance_error", "friction_work", "friction_power")
 #: Kinds of results: their entries, and the class of their report.
 KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
@@ -109,7 +122,14 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     NormalResult: (_PRESSED, Report),
     TangentialResult: (("motion", "creepage", *_RUBBED), Report),
     FoundationResult: (_RUBBED, None),
-    SlidingHeat: (("inputs", "time", "peaks", "force", "friction_power", "heat_lower", "heat_upper"), None),
+    SlidingHeat: (
+        ("inputs", "time", "peaks", "errors", "thermal_margin", *_HEATED),
+        None,
+    ),
+    Braking: (
+        ("inputs", "friction_energy", "open_energy", "worn_volume", "errors", *_STOPPED),
+        None,
+    ),
     RollingTemperature: (("heat_lower", "heat_upper", "friction_power"), None),
     Hertz: (("semi_axes", "peak_pressure", "curvatures", "lower", "upper", *_PRESSED), Report),
     StepResult: ((*_LOADED, "friction_power"), StepReport),

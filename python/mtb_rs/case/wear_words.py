@@ -29,7 +29,8 @@ def _table(required: list[str], **properties: Any) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": False, "required": required, "properties": properties}
 
 
-_LAW = {
+#: What a law looks like to an editor.
+LAW = {
     "anyOf": [
         {"type": "number", "minimum": 0},
         _table(["k", "hardness"], k=_POSITIVE, hardness=_POSITIVE),
@@ -57,8 +58,8 @@ LOOK = _table(
     ["law"],
     distance=_POSITIVE | {"description": "Sliding distance [m], both bodies worn where they touch."},
     passages={"type": "array", "items": _PASSAGES, "minItems": 1},
-    law=_LAW,
-    lower_law=_LAW,
+    law=LAW,
+    lower_law=LAW,
     tolerance={"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
     uniformity={"type": "number", "exclusiveMinimum": 0, "maximum": 1},
     limit=_POSITIVE,
@@ -79,7 +80,9 @@ def wear_of(given: Any) -> dict[str, Any]:
         raise ValueError("one of distance [m] and passages is needed")
     if "law" not in given:
         raise ValueError("law is missing: a wear coefficient [1/Pa] or a table is needed")
-    found: dict[str, Any] = {name: _law(name, given[name]) for name in ("law", "lower_law") if name in given}
+    found: dict[str, Any] = {
+        name: law_of(name, given[name]) for name in ("law", "lower_law") if name in given
+    }
     if "distance" in given:
         found["distance"] = positive("distance", given["distance"], "m")
     else:
@@ -91,7 +94,8 @@ def wear_of(given: Any) -> dict[str, Any]:
     return found | {name: positive(name, given[name]) for name in numbers if name in given}
 
 
-def _law(name: str, given: Any) -> WearLaw:
+def law_of(name: str, given: Any) -> WearLaw:
+    """The law that a number or a table means; ValueError, which calls it `name`, for another."""
     if not isinstance(given, Mapping):
         if isinstance(given, bool) or not isinstance(given, (int, float)):
             raise ValueError(f"{name} is {given!r}: a wear coefficient [1/Pa] or a table is needed")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from .. import __version__
 from ..base.errors import CaseError, ConvergenceError
-from . import chart, check, completion, run, show, start, sweep, wear
+from . import brake, chart, check, completion, run, show, start, sweep, wear
 from .console import console_on, leave_standard_output, one_line, warnings_on
 from .exits import BAD_INPUT, NO_SOLUTION, STOPPED
 
@@ -55,6 +55,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mtb-rs {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (start, check, run, show, chart, sweep, wear, completion):
+    for module in (start, check, run, show, chart, sweep, wear, brake, completion):
         module.add(commands)
     return parser

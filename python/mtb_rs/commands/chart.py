@@ -51,10 +51,11 @@ def _chart(options: argparse.Namespace) -> int:
     console = console_on(sys.stdout)
     directory = Chart.check_saveable(directory_of(options))
     case = load_case(options.case)
-    if case.wear is not None:
-        raise ValueError(
-            f"{options.case}: [wear] is given, and a chart compares single solves: take the table out"
-        )
+    for word, asked in (("wear", case.wear), ("brake", case.brake)):
+        if asked is not None:
+            raise ValueError(
+                f"{options.case}: [{word}] is given, and a chart compares single solves: take the table out"
+            )
     if case.motion is not None:
         raise ValueError(
             f"{options.case}: [{case.motion.word}] is given, and a chart compares ways to press down, "

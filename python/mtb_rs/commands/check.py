@@ -9,7 +9,7 @@ import warnings
 from pathlib import Path
 
 from ..base import memory
-from ..base.told import stated
+from ..base.told import in_words, stated
 from .console import console_on, print_rows
 
 
@@ -44,9 +44,14 @@ def _check(options: argparse.Namespace) -> int:
                 told.print(f"mtb-rs: {' '.join(text.split())}", style="yellow", markup=False, soft_wrap=True)
     if case.motion is not None:
         rows.append(stated({"then": repr(case.motion)})[0])
+    if case.brake is not None:
+        shoes = len(case.brake.get("shares", (1.0,)))
+        vehicle = f"{in_words(case.brake['mass'], 'kg')} from {in_words(case.brake['speed'], 'm/s')}"
+        rows.append(("then", f"brake {vehicle} by {shoes} such shoe{'s' if shoes > 1 else ''}"))
     console.print("What would be solved:", style="bold")
     print_rows(rows, console)
-    console.print("\nWhat it would take:", style="bold")
+    what = "it" if case.brake is None else "one contact of it"
+    console.print(f"\nWhat {what} would take:", style="bold")
     print_rows(cost.told(), console)
     free = memory.available()
     largest = max(part.memory for part in cost.costs)

@@ -18,6 +18,7 @@ from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
+from ..results.fields import Field, fields_of
 from ..results.result import Curved, Pictured
 from .heated_steps import HeatedSliding
 
@@ -158,6 +159,11 @@ class SlidingHeat(Curved, Pictured):
 
     def _line(self, quantity: str, ax: Any) -> Any:
         return pictures().draw_heat(self, quantity, ax)
+
+    def fields(self) -> dict[str, Field]:
+        """Its fields over the contact points, by name: values with unit and label."""
+        worn = fields_of(wear_upper=self.depth) if self.depth.any() else {}
+        return super().fields() | worn
 
     def _kept(self) -> SlidingHeat:
         return replace(self, summary=input_data(self.summary))

@@ -10,13 +10,14 @@ from .moving import animate
 from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
-from .sweep_plot import draw_area_load, draw_heat, draw_start, draw_sweep, draw_wear
+from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, draw_sweep, draw_wear
 
 __all__ = [
     "animate",
     "dataset_of",
     "datasets",
     "draw_area_load",
+    "draw_braking",
     "draw_heat",
     "draw_section",
     "draw_start",

@@ -38,7 +38,9 @@ LINES: tuple[Word, ...] = ("pressure", "vertical_displacement")
 #: Names of files of a result: no others are ever removed or replaced.
 _OWN = re.compile(
     rf"fields\.npz|result\.(npz|json)|contact\.vtp|body_[0-9A-Za-z_]*\.vt[pu]|({'|'.join(MAPS)}|view|von_mises)\.png|"
-    rf"({'|'.join(LINES)})_lines(_along_y)?\.png|(force|slip_share)\.png"
+    rf"({'|'.join(LINES)})_lines(_along_y)?\.png|wear\.png|"
+    r"(force|slip_share|depth|worn_volume|uniformity|peak_pressure|speed|forces|peaks|means|friction_powers|"
+    r"heats_upper|heats_lower|losses|stored|volumes_upper|volumes_lower|errors)\.png"
 )
 
 
@@ -236,6 +238,8 @@ def _pictures(result: Pictured, files: dict[str, bytes]) -> list[str]:
         is_told = quantity not in ("traction", "slip") or "slip" in known or result.curves
         if quantity in known and is_told:
             files[f"{quantity}.png"] = png(result.plot(quantity))
+    if "wear_upper" in result.fields():
+        files["wear.png"] = png(result.plot("wear", body="upper"))
     if patches(result):
         shoe = result.facts().get("inputs", {}).get("scene") == "pole_shoe_on_rail"
         for quantity in LINES:

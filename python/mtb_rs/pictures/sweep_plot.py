@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any, Protocol
 
@@ -191,6 +191,54 @@ def draw_heat(heat: HeatOverTime, quantity: str, ax: Axes | None) -> Figure:
     size = {"mm³": 1e-9, "%": 1e-2}.get(unit, size)
     figure, ax = canvas(ax, (7.2, 3.9))
     _draw_lines(ax, heat.time, {"": values / size}, ("time [s]", f"{words} [{name}]"), "Heat of sliding")
+    return figure
+
+
+class Stop(Protocol):
+    """Forces (k, m) [N] of shoes and others over the time, and each shoe."""
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def speed(self) -> Array: ...
+    @property
+    def forces(self) -> Array: ...
+    @property
+    def other_force(self) -> Array: ...
+    @property
+    def errors(self) -> Array: ...
+    @property
+    def shoes(self) -> Sequence[HeatOverTime]: ...
+
+
+def draw_braking(stop: Stop, quantity: str, ax: Axes | None) -> Figure:
+    """The speed, the forces, or what the shoes of least and most pull have, over the time of a stop."""
+    figure, ax = canvas(ax, (7.2, 3.9))
+    if quantity == "speed":
+        _draw_lines(ax, stop.time, {"": stop.speed}, ("time [s]", "speed [m/s]"), "Stop")
+        ax.set_ylim(bottom=0.0)
+        return figure
+    if quantity == "forces":
+        forces = {"all shoes": stop.forces.sum(axis=1)}
+        if stop.other_force.any():
+            forces["other brakes"] = stop.other_force
+        size, name = _unit(_FORCES, float(np.concatenate(list(forces.values())).max()))[:2]
+        lines = {label: line / size for label, line in forces.items()}
+        words = f"brake force [{name}]"
+    elif quantity == "errors":
+        lines, words = {"": 1e2 * stop.errors}, "error of a step [%]"
+    else:
+        pulls = stop.forces[0]
+        order = {"most pulled shoe": int(pulls.argmax()), "least pulled shoe": int(pulls.argmin())}
+        if pulls.max() == pulls.min():
+            order = {"": 0}
+        label, unit = _HEAT[quantity]
+        scale = 1e-9 if unit == "mm³" else 1.0
+        lines = {name: np.asarray(getattr(stop.shoes[k], quantity)) / scale for name, k in order.items()}
+        words = f"{label} [{unit}]"
+    _draw_lines(ax, stop.time[1:], lines, ("time [s]", words), "Stop")
+    if quantity == "forces":
+        ax.set_ylim(bottom=0.0)
     return figure
 
 

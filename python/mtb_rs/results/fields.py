@@ -137,6 +137,11 @@ TOTALS = {
         Field("worn_volume", "worn volume", "m^3", _EMPTY, parts=()),
         Field("uniformity", "uniformity of the pressure", "1", _EMPTY, parts=()),
         Field("peak_pressure", "peak pressure", "Pa", _EMPTY, parts=()),
+        Field("time", "time", "s", _EMPTY, parts=()),
+        Field("speed", "speed", "m/s", _EMPTY, parts=()),
+        Field("way", "way", "m", _EMPTY, parts=()),
+        Field("brake_forces", "brake force of each shoe", "N", _EMPTY, parts=()),
+        Field("other_force", "force of the other brakes", "N", _EMPTY, parts=()),
         Field("slip_share", "share of the contact area that slips", "1", _EMPTY, parts=()),
     )
 }

@@ -101,7 +101,7 @@ def _archive(arrays: dict[str, NDArray[Any]]) -> bytes:
 
 def load(saved: str | Path) -> Any:
     """Loads what was saved into a directory, without solving: by ``save`` of a result, a chart, a sweep or a
-    curve, or by ``mtb-rs run``, ``demo``, ``chart`` or ``sweep``.
+    curve, or by ``mtb-rs run``, ``demo``, ``chart``, ``sweep``, ``wear`` or ``brake``.
 
     It can be drawn, exported and saved like the original, and its numbers are the same to the last bit.
     A result has elastic bodies at their nodes only (:meth:`mtb_rs.Result.solids`), the inputs of a scene as
@@ -116,7 +116,7 @@ def load(saved: str | Path) -> Any:
     Returns
     -------
     Result, NormalResult, TangentialResult, RollingTemperature, SlidingHeat, FoundationResult, Hertz, \
-StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve or WearResult
+StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve, WearResult or Braking
         Of the kind that was saved.
 
     Raises

@@ -97,55 +97,8 @@ class HeatedScene:
     said: dict[str, Any]
 
     @classmethod
-    def of(
-        cls,
-        scene: PosedScene,
-        model: Model,
-        *,
-        lower: Conductor = conducting_steel,
-        upper: Conductor = conducting_steel,
-        bulk: tuple[float, float] = (0.0, 0.0),
-        film: tuple[float, float] = (0.0, 0.0),
-        resistance: float = 0.0,
-        share: float = 0.5,
-        expansion: bool = False,
-        wear: Any = None,
-        lower_wear: Any = None,
-        fading: tuple[ArrayLike, ArrayLike] | None = None,
-    ) -> HeatedScene:
-        choice("model", model, Model)
-        scene.check_model(model)
-        if model == "auto":
-            model = "elastic-upper"
-        if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
-            raise ValueError(
-                f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
-            )
-        check_conductors(lower, upper)
-        coefficient, ambient = pair("film", film)
-        if coefficient < 0.0:
-            raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")
-        if number("resistance", resistance, "K m2/W") < 0.0:
-            raise ValueError(f"resistance is {resistance:g} K m2/W: it must not be negative")
-        if not 0.0 <= number("share", share) <= 1.0:
-            raise ValueError(f"share is {share:g}: a number from 0 to 1 is needed")
-        if not isinstance(expansion, (bool, np.bool_)):
-            raise ValueError(f"expansion is {expansion!r}: True or False is needed")
-        if expansion and not (lower.expands or upper.expands):
-            raise ValueError("expansion is True: a Conductor with a coefficient of expansion [1/K] is needed")
-        heated = Heated(
-            lower=lower,
-            upper=upper,
-            bulk=pair("bulk", bulk, "K"),
-            film=(coefficient, ambient),
-            resistance=float(resistance),
-            share=float(share),
-            expands=bool(expansion),
-            poisson=_poisson_ratio(scene) if expansion else None,
-            wear=None if wear is None else as_wear_law("wear", wear),
-            lower_wear=None if lower_wear is None else as_wear_law("lower_wear", lower_wear),
-            fading=None if fading is None else _table(fading),
-        )
+    def of(cls, scene: PosedScene, model: Model, **given: Any) -> HeatedScene:
+        model, heated, said = heated_of(scene, model, **given)
         problem = scene.problem(model, may_halve=False)
         if not problem.upper.state:
             raise ValueError(
@@ -158,12 +111,6 @@ class HeatedScene:
         if first.status != "solved":
             raise failure(problem, first)
         scene.check_touching(bool((first.pressure > 0.0).any()), problem.points, problem.loads)
-        said = {
-            **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
-            **{"resistance": resistance, "share": share, "expansion": expansion},
-            **{"wear": _in_words(heated.wear), "lower_wear": _in_words(heated.lower_wear)},
-            "fading": None if heated.fading is None else [part.tolist() for part in heated.fading],
-        }
         return cls(scene, model, problem, first, heated, said)
 
     def sliding(self, share: float = 1.0) -> HeatedSliding:
@@ -221,6 +168,64 @@ class HeatedScene:
         return failure(self.problem, state)
 
 
+def heated_of(
+    scene: PosedScene,
+    model: Model,
+    *,
+    lower: Conductor = conducting_steel,
+    upper: Conductor = conducting_steel,
+    bulk: tuple[float, float] = (0.0, 0.0),
+    film: tuple[float, float] = (0.0, 0.0),
+    resistance: float = 0.0,
+    share: float = 0.5,
+    expansion: bool = False,
+    wear: Any = None,
+    lower_wear: Any = None,
+    fading: tuple[ArrayLike, ArrayLike] | None = None,
+) -> tuple[Model, Heated, dict[str, Any]]:
+    """The model, the heat and wear, and these in words, checked: nothing is solved."""
+    choice("model", model, Model)
+    scene.check_model(model)
+    if model == "auto":
+        model = "elastic-upper"
+    if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
+        raise ValueError(
+            f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
+        )
+    check_conductors(lower, upper)
+    coefficient, ambient = pair("film", film)
+    if coefficient < 0.0:
+        raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")
+    if number("resistance", resistance, "K m2/W") < 0.0:
+        raise ValueError(f"resistance is {resistance:g} K m2/W: it must not be negative")
+    if not 0.0 <= number("share", share) <= 1.0:
+        raise ValueError(f"share is {share:g}: a number from 0 to 1 is needed")
+    if not isinstance(expansion, (bool, np.bool_)):
+        raise ValueError(f"expansion is {expansion!r}: True or False is needed")
+    if expansion and not (lower.expands or upper.expands):
+        raise ValueError("expansion is True: a Conductor with a coefficient of expansion [1/K] is needed")
+    heated = Heated(
+        lower=lower,
+        upper=upper,
+        bulk=pair("bulk", bulk, "K"),
+        film=(coefficient, ambient),
+        resistance=float(resistance),
+        share=float(share),
+        expands=bool(expansion),
+        poisson=_poisson_ratio(scene) if expansion else None,
+        wear=None if wear is None else as_wear_law("wear", wear),
+        lower_wear=None if lower_wear is None else as_wear_law("lower_wear", lower_wear),
+        fading=None if fading is None else fading_of(fading),
+    )
+    said = {
+        **{"lower": lower, "upper": upper, "bulk": bulk, "film": film},
+        **{"resistance": resistance, "share": share, "expansion": expansion},
+        **{"wear": _in_words(heated.wear), "lower_wear": _in_words(heated.lower_wear)},
+        "fading": None if heated.fading is None else [part.tolist() for part in heated.fading],
+    }
+    return model, heated, said
+
+
 def _poisson_ratio(scene: PosedScene) -> float | None:
     """Of the lower body; None for one that does not deform."""
     own = scene.solids.get(False)
@@ -232,7 +237,8 @@ def _in_words(law: Any) -> str | None:
     return None if law is None else repr(law)
 
 
-def _table(given: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+def fading_of(given: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+    """Temperatures [K] and factors on the friction; ValueError for what is no such table."""
     try:
         temperatures, factors = (reals("fading", part) for part in given)
     except (TypeError, ValueError):

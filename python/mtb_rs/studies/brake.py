@@ -18,7 +18,7 @@ from ..base.units import taking_quantities
 from ..base.words import Model
 from ..contact.heated_steps import Trial
 from ..contact.sliding_heat import Histories, Steps, stuck
-from ..scenes.heating import HeatedScene, check_tolerance
+from ..scenes.heating import HeatedScene, check_tolerance, heated_of
 from ..scenes.scene import Scene, WheelScene
 from .braking import Braking
 
@@ -84,19 +84,8 @@ def brake(
     ConvergenceError
         If a step has no solution, or none is short enough.
     """
-    if isinstance(scene, WheelScene) or not isinstance(scene, Scene):
-        raise ValueError(f"scene is {scene!r}: a Scene that slides is needed")
-    if scene.magnetic_pressure is None:
-        raise ValueError("magnetic_pressure is None: the shoes of a brake are pulled by one")
-    speed, mass = positive("speed", speed, "m/s"), positive("mass", mass, "kg")
-    check_tolerance(tolerance)
-    pulls = reals("shares", list(shares))
-    if pulls.ndim != 1 or pulls.size == 0 or (pulls <= 0.0).any():
-        raise ValueError(f"shares is {shares!r}: a positive number for each shoe is needed")
-    if set(heat) & {"duration", "steps", "velocity"}:
-        raise ValueError("duration, steps and velocity follow from the stop: leave them out")
-    # tables over the velocity are those at the beginning until the first step
-    posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
+    posed = posed_shoe(scene, speed, mass, shares=shares, tolerance=tolerance, model=model, **heat)
+    speed, mass, pulls = float(speed), float(mass), pulls_of(shares)
     shoe = HeatedScene.of(posed, model, **heat)
     ride = _Ride(shoe, speed, mass, other_force, pulls, tolerance)
     with shares_shown(progress, "braking") as told:
@@ -106,6 +95,41 @@ def brake(
         **{"shares": pulls.tolist(), "tolerance": tolerance},
     }
     return ride.result(said)
+
+
+def posed_shoe(
+    scene: Scene,
+    speed: float,
+    mass: float,
+    *,
+    shares: Sequence[float] = (1.0,),
+    tolerance: float = 0.1,
+    model: Model = "auto",
+    **heat: Any,
+) -> Scene:
+    """The scene at the beginning of :func:`brake`; ValueError for bad input, before anything is solved."""
+    if isinstance(scene, WheelScene) or not isinstance(scene, Scene):
+        raise ValueError(f"scene is {scene!r}: a Scene that slides is needed")
+    if scene.magnetic_pressure is None:
+        raise ValueError("magnetic_pressure is None: the shoes of a brake are pulled by one")
+    positive("speed", speed, "m/s")
+    positive("mass", mass, "kg")
+    check_tolerance(tolerance)
+    pulls_of(shares)
+    if set(heat) & {"duration", "steps", "velocity"}:
+        raise ValueError("duration, steps and velocity follow from the stop: leave them out")
+    # tables over the velocity are those at the beginning until the first step
+    posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
+    heated_of(posed, model, **heat)
+    return posed
+
+
+def pulls_of(shares: Sequence[float]) -> Array:
+    """Shares of the magnetic pressure; ValueError for what is not one positive number for each shoe."""
+    pulls = reals("shares", list(shares))
+    if pulls.ndim != 1 or pulls.size == 0 or (pulls <= 0.0).any():
+        raise ValueError(f"shares is {shares!r}: a positive number for each shoe is needed")
+    return pulls
 
 
 class _Ride:
@@ -226,5 +250,5 @@ class _Ride:
             errors=np.array(self.errors),
             mass=self.mass,
             shoes=tuple(shoes[k] for k in self.of),
-            summary=input_data(said),
+            summary=input_data({**self.shoe.scene.statement(), **said, "heat": self.shoe.said}),
         )

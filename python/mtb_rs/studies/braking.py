@@ -4,25 +4,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.stored import input_data, stored
 from ..base.told import Row, in_words
 from ..contact.sliding_heat import SlidingHeat
+from ..results.doors import pictures
+from ..results.fields import Field, totals_of
+from ..results.result import Curved
 
 Array = NDArray[np.float64]
 
 
+@stored
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class Braking:
+class Braking(Curved):
     """A vehicle that brakes by shoes and by other brakes; see :func:`mtb_rs.brake`.
+
+    ``plot()`` draws the speed over the time, ``plot("forces")``, ``plot("peaks")``, ``plot("means")``,
+    ``plot("volumes_upper")`` and ``plot("errors")`` these; ``plot("pressure")``,
+    ``plot("wear", body="upper")`` and the like draw the last state of the shoe that is pulled most,
+    :attr:`shoe`.
 
     Arrays with k + 1 entries begin with the beginning; those with k entries have one for each step.
 
@@ -45,6 +55,11 @@ class Braking:
         What was asked for.
     """
 
+    # what the user has said
+    _unbounded = ("summary",)
+    curves: ClassVar[tuple[str, ...]] = ("speed", "forces", "peaks", "means", "volumes_upper", "errors")
+    over: ClassVar[str] = "the time"
+
     time: Array
     speed: Array
     way: Array
@@ -54,6 +69,11 @@ class Braking:
     mass: float
     shoes: tuple[SlidingHeat, ...]
     summary: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def shoe(self) -> SlidingHeat:
+        """The shoe that brakes most at the beginning, the first of such: pictures show it."""
+        return self.shoes[int(np.argmax(self.forces[0]))]
 
     @property
     def friction_energy(self) -> float:
@@ -74,12 +94,58 @@ class Braking:
         upper = sum(float(shoe.volumes_upper[-1]) for shoe in self.shoes)
         return upper, sum(float(shoe.volumes_lower[-1]) for shoe in self.shoes)
 
+    def _picture(self) -> SlidingHeat:
+        return self.shoe
+
+    def _line(self, quantity: str, ax: Any) -> Any:
+        return pictures().draw_braking(self, quantity, ax)
+
+    def _kept(self) -> Braking:
+        # those that are the same stay so, and are kept once
+        kept = {id(shoe): shoe._kept() for shoe in self.shoes}
+        shoes = tuple(kept[id(shoe)] for shoe in self.shoes)
+        return replace(self, shoes=shoes, summary=input_data(self.summary))
+
+    def totals(self) -> dict[str, Field]:
+        """The stop over the time, by name: values with unit and label."""
+        return totals_of(
+            time=self.time,
+            speed=self.speed,
+            way=self.way,
+            brake_forces=self.forces,
+            other_force=self.other_force,
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """What else its `summary.json` holds: what was asked for, energies, wear, and how good it is."""
+        return {
+            "inputs": self.summary,
+            "friction_energy": self.friction_energy,
+            "open_energy": self.open_energy,
+            "worn_volume": self.worn_volume,
+            "errors": self.errors,
+        }
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        k, m = self.forces.shape if self.forces.ndim == 2 else (0, 0)
+        if not k or not m or len(self.shoes) != m:
+            raise ValueError(f"forces has the shape {self.forces.shape} beside {len(self.shoes)} shoes")
+        wanted = dict.fromkeys(("time", "speed", "way"), (k + 1,))
+        for name, shape in (wanted | dict.fromkeys(("other_force", "errors"), (k,))).items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} has the shape {getattr(self, name).shape}: {shape} is needed")
+        for shoe in self.shoes:
+            shoe.check()
+            if shoe.time.shape != (k,):
+                raise ValueError(f"a shoe has {shoe.time.size} steps beside {k} of the stop")
+
     def told(self) -> list[Row]:
         """What happened, in words."""
         upper, lower = (1e9 * volume for volume in self.worn_volume)
         return [
             ("from", f"{in_words(float(self.speed[0]), 'm/s')} to {in_words(float(self.speed[-1]), 'm/s')}"),
-            ("time", f"{in_words(float(self.time[-1]), 's')} in {self.time.size - 1} steps"),
+            ("duration", f"{in_words(float(self.time[-1]), 's')} in {self.time.size - 1} steps"),
             ("way", in_words(float(self.way[-1]), "m")),
             ("heat of the shoes", in_words(self.friction_energy, "J")),
             ("hottest contact", in_words(max(float(shoe.peaks.max()) for shoe in self.shoes), "K")),
