@@ -19,6 +19,7 @@ Quantity = Literal["pressure", "force", "displacement"]
 #: What is drawn in the plane, and what in space besides.
 Field = Literal[
     "pressure",
+    "magnetic_pressure",
     "traction",
     "longitudinal_traction",
     "lateral_traction",
