@@ -9,6 +9,7 @@ import json
 import pickle
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -134,7 +135,12 @@ def test_every_error_is_told_at_its_place() -> None:
     with pytest.raises(mtb.CaseError, match="brake = 3: a table is needed"):
         case_from_words({**SHOE, "brake": 3})
     few = {"speed": 1.0, "mass": 1.0}
-    for other in ({"wear": {"distance": 1.0, "law": 1e-13}}, {"rolling": {}}, {"shift": {}}):
+    others: tuple[dict[str, Any], ...] = (
+        {"wear": {"distance": 1.0, "law": 1e-13}},
+        {"rolling": {}},
+        {"shift": {}},
+    )
+    for other in others:
         with pytest.raises(mtb.CaseError, match=f"brake and {next(iter(other))} are given"):
             case_from_words({**SHOE, "brake": few, **other})
     for more, words in (
@@ -157,7 +163,14 @@ def test_the_schema_takes_what_a_case_takes() -> None:
     for pair in combinations(tables, 2):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate({**SHOE, **{name: tables[name] for name in pair}}, look)
-    for bad in ({"speed": 0.0}, {"share": 2.0}, {"wear": "much"}, {"lower": {}}, {"sped": 1.0}):
+    wrong: tuple[dict[str, Any], ...] = (
+        {"speed": 0.0},
+        {"share": 2.0},
+        {"wear": "much"},
+        {"lower": {}},
+        {"sped": 1.0},
+    )
+    for bad in wrong:
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate({**SHOE, "brake": BRAKE | bad}, look)
 
