@@ -76,6 +76,10 @@ def test_a_stop_converges_with_its_tolerance() -> None:
         ({"shares": (1.0, -1.0)}, "a positive number for each shoe"),
         ({"tolerance": 1.0}, "tolerance is 1"),
         ({"duration": 3.0}, "follow from the stop"),
+        ({"shares": 1.0}, "a positive number for each shoe"),
+        ({"shares": "all"}, "shares is 'all': real numbers"),
+        ({"resistence": 1e-5}, "resistence is no argument of brake: did you mean resistance"),
+        ({"other_force": lambda: 1.0}, "a force .N. or a function of the speed"),
     ],
 )
 def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:

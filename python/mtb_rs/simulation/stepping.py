@@ -678,7 +678,7 @@ class Source:
             return np.zeros(problem.n)
         if isinstance(spec, np.ndarray) and spec.shape == (problem.n,):
             # at the contact points themselves
-            return spec
+            return reals("magnetic_pressure", spec, "Pa")
         return self.scene.pull_at(
             problem.points, problem.patches, problem.kept, magnetic_pressure=spec, velocity=speed
         )

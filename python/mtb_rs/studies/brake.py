@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..base.check import number, positive, reals
+from ..base.check import meant, number, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
@@ -118,6 +119,12 @@ def posed_shoe(
     pulls_of(shares)
     if set(heat) & {"duration", "steps", "velocity"}:
         raise ValueError("duration, steps and velocity follow from the stop: leave them out")
+    known = list(inspect.signature(heated_of).parameters)[2:]
+    for name in heat:
+        if name not in known:
+            near = meant(name, known)
+            hint = f"did you mean {near}?" if near else f"it takes {', '.join(known)}"
+            raise ValueError(f"{name} is no argument of brake: {hint}")
     # tables over the velocity are those at the beginning until the first step
     posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
     heated_of(posed, model, **heat)
@@ -126,7 +133,7 @@ def posed_shoe(
 
 def pulls_of(shares: Sequence[float]) -> Array:
     """Shares of the magnetic pressure; ValueError for what is not one positive number for each shoe."""
-    pulls = reals("shares", list(shares))
+    pulls = reals("shares", shares)
     if pulls.ndim != 1 or pulls.size == 0 or (pulls <= 0.0).any():
         raise ValueError(f"shares is {shares!r}: a positive number for each shoe is needed")
     return pulls
@@ -194,7 +201,13 @@ class _Ride:
         return np.array([float(trial.force[:2] @ way) for trial in trials])
 
     def _other(self, speed: float) -> float:
-        given = self.other(speed) if callable(self.other) else self.other
+        try:
+            given = self.other(speed) if callable(self.other) else self.other
+        except TypeError as error:
+            raise ValueError(
+                f"other_force is {self.other!r}, which fails at {speed:g} m/s: {error}; a force [N] or a "
+                "function of the speed is needed"
+            ) from error
         found = number("other_force", given, "N")
         if found < 0.0:
             raise ValueError(f"other_force is {found:g} N at {speed:g} m/s: it must not be negative")
