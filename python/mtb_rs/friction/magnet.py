@@ -82,10 +82,11 @@ class Magnet(Form):
         that all of the contact is iron and all iron is contact.
     pole_length : float [m]
         Length of the column of iron above each point.
-    yoke : (length, area) [m], [m2] or None
-        Iron that carries the whole flux on the side of the coil. None: it takes no magnetomotive force.
-    armature : (length, area) [m], [m2] or None
-        Iron that carries it on the other side: the rail.
+    yoke : (float, float) [m], [m2] or None
+        Length and section of the iron that carries the flux on the side of the coil. None: it takes no
+        magnetomotive force.
+    armature : (float, float) [m], [m2] or None
+        The same of the iron on the other side: the rail.
     leakage : float [H]
         Permeance of the air between the poles. Its flux passes through the yoke, and pulls nothing.
     speed_factor : VelocityTable or None
