@@ -82,7 +82,8 @@ def test_what_does_not_fit_is_told() -> None:
         mtb.jax_function(solve, "force", {"gap": "gap"}, {"gap": 0.0})
     with pytest.raises(ValueError, match="the arguments of by, are needed"):
         mtb.jax_function(solve, "force", {"gap": "gap"}, {})
-    with pytest.raises(ValueError, match="of is 'weight': a number or field"):
+    words = "of is 'weight': a StepResult does not have this as a number or an array"
+    with pytest.raises(ValueError, match=words):
         mtb.jax_function(solve, "weight", {"gap": "gap"}, {"gap": np.zeros(N * N)})
     with jax.enable_x64(False), pytest.raises(ValueError, match="single precision"):
         mtb.jax_function(solve, "force", {"gap": "gap"}, {"gap": np.zeros(N * N)})
