@@ -22,6 +22,7 @@ from mtb_rs.case.summary_schema import summary_schema
 from mtb_rs.commands import main
 from mtb_rs.commands.exits import BAD_INPUT, STOPPED
 from mtb_rs.pictures.files import MAPS
+from mtb_rs.studies.brake import _Ride
 
 SHOE = {"scene": "pole_shoe_on_rail", "spacing": 0.012, "friction": 0.1, "magnetic_pressure": 1e6}
 BRAKE = {
@@ -202,16 +203,39 @@ def test_the_command_brakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert "has no table [brake]" in capsys.readouterr().err
 
 
-def test_a_stop_that_is_interrupted_writes_nothing(
+def test_a_stop_goes_on_where_it_was_interrupted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file, out = tmp_path / "case.toml", tmp_path / "out"
     file.write_text(TEXT)
+    settled = _Ride._settled
+    count = 0
 
-    def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+    def stopped(*given: Any) -> Any:
+        nonlocal count
+        count += 1
+        if count == 7:
+            raise KeyboardInterrupt
+        return settled(*given)
 
-    monkeypatch.setattr("mtb_rs.studies.brake._Ride._error", stopped)
+    monkeypatch.setattr("mtb_rs.studies.brake._Ride._settled", stopped)
     assert main(["brake", str(file), "-o", str(out)]) == STOPPED
     assert "stopped" in capsys.readouterr().err
-    assert not out.exists()
+    assert [path.name for path in out.iterdir()] == ["brake.jsonl"]
+    kept = (out / "brake.jsonl").read_bytes()
+    assert main(["brake", str(file), "-o", str(out)]) == 0
+    again, whole = mtb.load(out), mtb.load_case(file).solve()
+    assert isinstance(again, mtb.Braking)
+    assert isinstance(whole, mtb.Braking)
+    # what was done is not done again
+    assert (out / "brake.jsonl").read_bytes().startswith(kept)
+    tried = count
+    mtb.load_case(file).braked(checkpoint=out / "brake.jsonl")
+    assert count == tried
+    for name in ("time", "speed", "way", "forces", "errors"):
+        np.testing.assert_allclose(getattr(again, name), getattr(whole, name), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(again.shoe.depths, whole.shoe.depths, rtol=1e-9)
+    capsys.readouterr()
+    file.write_text(TEXT.replace("mass = 2e3", "mass = 3e3"))
+    assert main(["brake", str(file), "-o", str(out)]) == BAD_INPUT
+    assert "brake.jsonl is the checkpoint of another stop" in " ".join(capsys.readouterr().err.split())

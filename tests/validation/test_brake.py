@@ -3,10 +3,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
+
+#: Of a shoe whose conductivity and expansion change with its temperature.
+CHANGING = mtb.Conductor(50.0, 7850.0, 460.0, 1.2e-5, conductivity_slope=-0.03, expansion_slope=5e-9)
+
+
+def slowing(speed: float) -> float:
+    """Force of the other brakes [N]."""
+    return 500.0 + 10.0 * speed
 
 
 def shoe(**given: object) -> mtb.Scene:
@@ -66,12 +77,66 @@ def test_a_stop_converges_with_its_tolerance() -> None:
 
 
 @pytest.mark.parametrize(
+    "effects",
+    [
+        {},
+        {
+            **{"expansion": True, "wear": 1e-12, "lower_wear": 1e-12, "resistance": 2e-5, "share": 0.0},
+            **{"fading": ([0.0, 200.0], [1.0, 0.8]), "film": (20.0, 5.0), "upper": CHANGING},
+        },
+        {"magnet": True, "wear": 1e-12},
+    ],
+    ids=["cold", "all effects", "magnet"],
+)
+def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: Path) -> None:
+    """It equals the stop in one go, whatever the shoes are made of and pulled by."""
+    table, rest = mtb.VelocityTable([0.0, 5.0, 30.0], [0.3, 0.2, 0.1]), dict(effects)
+    magnet = mtb.Magnet(3000.0, 1e-3, speed_factor=mtb.VelocityTable([0.0, 50.0], [1.0, 0.6]))
+    scene = shoe(friction=table, **({"magnetic_pressure": magnet} if rest.pop("magnet", None) else {}))
+    given = {"shares": (0.8, 1.0, 1.0), "other_force": slowing, "tolerance": 0.2, **rest}
+    file = tmp_path / "stop.jsonl"
+
+    class Stop(Exception):
+        pass
+
+    shares: list[float] = []
+
+    def stop(share: float) -> None:
+        shares.append(share)
+        if len(shares) == 9:
+            raise Stop
+
+    whole = mtb.brake(scene, 25.0, 3000.0, **given)
+    with pytest.raises(Stop):
+        mtb.brake(scene, 25.0, 3000.0, checkpoint=file, progress=stop, **given)
+    rest_of: list[float] = []
+    again = mtb.brake(scene, 25.0, 3000.0, checkpoint=file, progress=rest_of.append, **given)
+    assert rest_of[0] == shares[-1]
+    assert rest_of[-1] == pytest.approx(1.0)
+    assert again.time == pytest.approx(whole.time, rel=1e-9)
+    assert again.way == pytest.approx(whole.way, rel=1e-9)
+    for one, other in zip(again.shoes, whole.shoes, strict=True):
+        for name in ("forces", "stored", "peaks", "pressures", "depths", "volumes_lower", "errors"):
+            largest = np.abs(getattr(other, name)).max()
+            got, wanted = getattr(one, name), getattr(other, name)
+            np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-10 * largest, err_msg=name)
+        np.testing.assert_allclose(one.bodies[0], other.bodies[0], rtol=1e-9, atol=1e-12)
+    assert abs(again.open_energy) < 1e-8
+    for other_stop in ({"shares": (0.8, 1.0)}, {"tolerance": 0.1}, {"wear": 2e-12}):
+        with pytest.raises(ValueError, match="checkpoint of another stop"):
+            mtb.brake(scene, 25.0, 3000.0, checkpoint=file, **{**given, **other_stop})
+    with pytest.raises(ValueError, match="checkpoint of another wear"):
+        mtb.wear(scene.with_(velocity=25.0), 1.0, 1e-13, checkpoint=file)
+
+
+@pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"scene": 3}, "a Scene that slides is needed"),
         ({"speed": 0.0}, "speed is 0"),
         ({"mass": -1.0}, "mass is -1"),
-        ({"other_force": -5.0}, "other_force is -5 N"),
+        ({"other_force": -5.0}, "other_force is -5 N: it must not be negative"),
+        ({"other_force": lambda v: -v}, "other_force at 10 m/s is -10 N: it must not be negative"),
         ({"shares": ()}, "a positive number for each shoe"),
         ({"shares": (1.0, -1.0)}, "a positive number for each shoe"),
         ({"tolerance": 1.0}, "tolerance is 1"),

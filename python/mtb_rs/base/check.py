@@ -49,6 +49,14 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     return checked
 
 
+def not_negative(name: str, value: Any, unit: str = "") -> float:
+    """`value` as a float of at least zero."""
+    checked = number(name, value, unit)
+    if checked < 0.0:
+        raise ValueError(f"{name} is {checked:g}{unit and f' {unit}'}: it must not be negative")
+    return checked
+
+
 def whole(name: str, value: Any) -> int:
     """`value` as a positive whole number."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:

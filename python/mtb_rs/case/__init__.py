@@ -183,7 +183,7 @@ class Case(BaseModel):
         return None if words is None else brake_of(words)
 
     def braked(self, **options: Any) -> Braking:
-        """Brakes by the scene as ``[brake]`` says; `progress` as :func:`mtb_rs.brake`.
+        """Brakes by the scene as ``[brake]`` says; `checkpoint` and `progress` as :func:`mtb_rs.brake`.
 
         Errors as :func:`mtb_rs.brake`.
         """
@@ -278,7 +278,7 @@ class Case(BaseModel):
 
 def _cost_of_a_contact(scene: Scene, *, model: Model, other_force: Any = None, **asked: Any) -> ExpectedCost:
     """What one contact of a stop takes; ValueError for what :func:`mtb_rs.brake` refuses before it solves."""
-    shoe = posed_shoe(scene, model=model, **asked)
+    shoe, _, _ = posed_shoe(scene, model=model, **asked)
     return shoe.expected_cost(model="elastic-upper" if model == "auto" else model)
 
 

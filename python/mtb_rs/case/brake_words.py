@@ -11,43 +11,30 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from ..base.check import meant, number, pair, positive, shortened
+from ..base.check import not_negative, number, pair, positive, shortened
 from ..bodies.conductor import Conductor
 from ..friction.fields import VelocityTable
-from ..scenes.heating import check_tolerance, fading_of
+from ..scenes.heating import check_tolerance, fading_of, film_of, share_of
 from ..scenes.scene import Scene
 from ..studies.brake import brake, pulls_of
+from .looks import NOT_NEGATIVE, NUMBER, NUMBERS, POSITIVE, check_keys, table
 from .values import described, read_by
 from .wear_words import LAW, law_of
 
-_NUMBER = {"type": "number"}
-_POSITIVE = {**_NUMBER, "exclusiveMinimum": 0}
-_NOT_NEGATIVE = {**_NUMBER, "minimum": 0}
-_NUMBERS = {"type": "array", "items": _NUMBER}
-_PAIR = {**_NUMBERS, "minItems": 2, "maxItems": 2}
-
-
-def _table(required: list[str], **properties: Any) -> dict[str, Any]:
-    return {"type": "object", "additionalProperties": False, "required": required, "properties": properties}
-
-
-_CONDUCTOR = _table(
+_PAIR = {**NUMBERS, "minItems": 2, "maxItems": 2}
+_CONDUCTOR = table(
     ["conductivity", "density", "specific_heat"],
-    **dict.fromkeys(("conductivity", "density", "specific_heat"), _POSITIVE),
-    **dict.fromkeys(("expansion", "conductivity_slope", "expansion_slope"), _NUMBER),
+    **dict.fromkeys(("conductivity", "density", "specific_heat"), POSITIVE),
+    **dict.fromkeys(("expansion", "conductivity_slope", "expansion_slope"), NUMBER),
 )
 
 
 def _keys(given: Any, look: dict[str, Any]) -> Mapping[str, Any]:
     """A table whose keys are those of its JSON schema; ValueError for another."""
-    known, needed = look["properties"], look["required"]
     if not isinstance(given, Mapping):
-        raise ValueError(f"a table of {', '.join(known)} is needed")
-    for name in given:
-        if name not in known:
-            near = meant(name, known)
-            hint = f"did you mean {near!r}?" if near else f"known are {', '.join(known)}"
-            raise ValueError(f"{name}: unknown key; {hint}")
+        raise ValueError(f"a table of {', '.join(look['properties'])} is needed")
+    check_keys(given, look)
+    needed = look["required"]
     missing = [name for name in needed if name not in given]
     if missing:
         raise ValueError(f"{missing[0]} is missing: {', '.join(needed)} are needed")
@@ -58,7 +45,7 @@ def _conductor(given: Any) -> Conductor:
     return Conductor(**_keys(given, _CONDUCTOR))
 
 
-_OVER_SPEED = _table(["velocity", "value"], velocity=_NUMBERS, value=_NUMBERS)
+_OVER_SPEED = table(["velocity", "value"], velocity=NUMBERS, value=NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -75,22 +62,10 @@ class _OverSpeed:
 
 def _force(given: Any) -> float | _OverSpeed:
     if not isinstance(given, Mapping):
-        return _not_negative("other_force", "N", given)
+        return not_negative("other_force", given, "N")
     table = VelocityTable(**_keys(given, _OVER_SPEED))
-    values = tuple(_not_negative("other_force", "N", value) for value in table.value)
+    values = tuple(not_negative("other_force", value, "N") for value in table.value)
     return _OverSpeed(tuple(table.velocity), values)
-
-
-def _not_negative(name: str, unit: str, given: Any) -> float:
-    if number(name, given, unit) < 0.0:
-        raise ValueError(f"{name} is {given:g} {unit}: it must not be negative")
-    return float(given)
-
-
-def _share(given: Any) -> float:
-    if not 0.0 <= number("share", given) <= 1.0:
-        raise ValueError(f"share is {given:g}: a number from 0 to 1 is needed")
-    return float(given)
 
 
 def _tolerance(given: Any) -> float:
@@ -110,33 +85,27 @@ def _truth(given: Any) -> bool:
     return given
 
 
-def _film(given: Any) -> tuple[float, float]:
-    film = pair("film", given)
-    _not_negative("film[0]", "W/(m2 K)", film[0])
-    return film
-
-
 def _fading(given: Any) -> list[list[float]]:
     return [np.asarray(row).tolist() for row in fading_of(given)]
 
 
 #: What reads each word, and what it looks like to an editor.
 _WORDS: dict[str, tuple[Callable[[Any], Any], dict[str, Any]]] = {
-    "speed": (lambda given: positive("speed", given, "m/s"), _POSITIVE),
-    "mass": (lambda given: positive("mass", given, "kg"), _POSITIVE),
-    "other_force": (_force, {"anyOf": [_NOT_NEGATIVE, _OVER_SPEED]}),
-    "shares": (_shares, {"type": "array", "items": _POSITIVE, "minItems": 1}),
-    "tolerance": (_tolerance, {**_POSITIVE, "exclusiveMaximum": 1}),
+    "speed": (lambda given: positive("speed", given, "m/s"), POSITIVE),
+    "mass": (lambda given: positive("mass", given, "kg"), POSITIVE),
+    "other_force": (_force, {"anyOf": [NOT_NEGATIVE, _OVER_SPEED]}),
+    "shares": (_shares, {"type": "array", "items": POSITIVE, "minItems": 1}),
+    "tolerance": (_tolerance, {**POSITIVE, "exclusiveMaximum": 1}),
     "lower": (_conductor, _CONDUCTOR),
     "upper": (_conductor, _CONDUCTOR),
     "bulk": (lambda given: pair("bulk", given, "K"), _PAIR),
-    "film": (_film, _PAIR),
-    "resistance": (partial(_not_negative, "resistance", "K m2/W"), _NOT_NEGATIVE),
-    "share": (_share, {**_NOT_NEGATIVE, "maximum": 1}),
+    "film": (film_of, _PAIR),
+    "resistance": (lambda given: not_negative("resistance", given, "K m2/W"), NOT_NEGATIVE),
+    "share": (share_of, {**NOT_NEGATIVE, "maximum": 1}),
     "expansion": (_truth, {"type": "boolean"}),
     "wear": (partial(law_of, "wear"), LAW),
     "lower_wear": (partial(law_of, "lower_wear"), LAW),
-    "fading": (_fading, {"type": "array", "items": _NUMBERS, "minItems": 2, "maxItems": 2}),
+    "fading": (_fading, {"type": "array", "items": NUMBERS, "minItems": 2, "maxItems": 2}),
 }
 
 

@@ -6,9 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..base.check import meant, positive
+from ..base.check import positive
 from ..friction.wear_laws import Archard, EnergyWear, WearLaw, WearMap
 from ..studies.wear import Passages
+from .looks import NUMBERS, POSITIVE, check_keys, table
 
 #: Laws by the keys of their tables, with what makes them.
 _LAWS: dict[frozenset[str], Callable[..., WearLaw]] = {
@@ -21,48 +22,40 @@ _LAWS: dict[frozenset[str], Callable[..., WearLaw]] = {
     frozenset({"energy", "rate", "density"}): lambda **given: EnergyWear(**given),
 }
 
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
-_NUMBERS = {"type": "array", "items": {"type": "number"}}
-
-
-def _table(required: list[str], **properties: Any) -> dict[str, Any]:
-    return {"type": "object", "additionalProperties": False, "required": required, "properties": properties}
-
-
 #: What a law looks like to an editor.
 LAW = {
     "anyOf": [
         {"type": "number", "minimum": 0},
-        _table(["k", "hardness"], k=_POSITIVE, hardness=_POSITIVE),
-        _table(["wheel_steel_map"], wheel_steel_map=_POSITIVE),
-        _table(["wheel_steel_energy"], wheel_steel_energy=_POSITIVE),
-        _table(
+        table(["k", "hardness"], k=POSITIVE, hardness=POSITIVE),
+        table(["wheel_steel_map"], wheel_steel_map=POSITIVE),
+        table(["wheel_steel_energy"], wheel_steel_energy=POSITIVE),
+        table(
             ["hardness", "k", "pressure", "speed"],
-            hardness=_POSITIVE,
-            k={"type": "array", "items": _NUMBERS},
-            pressure=_NUMBERS,
-            speed=_NUMBERS,
+            hardness=POSITIVE,
+            k={"type": "array", "items": NUMBERS},
+            pressure=NUMBERS,
+            speed=NUMBERS,
         ),
-        _table(["energy", "rate", "density"], energy=_NUMBERS, rate=_NUMBERS, density=_POSITIVE),
+        table(["energy", "rate", "density"], energy=NUMBERS, rate=NUMBERS, density=POSITIVE),
     ],
     "description": "Wear coefficient [1/Pa]; or k and hardness [Pa]; or a map or a table of energies.",
 }
 _PASSAGES = {
     "type": "object",
     "required": ["distance"],
-    "properties": {"distance": _POSITIVE, "count": _POSITIVE},
+    "properties": {"distance": POSITIVE, "count": POSITIVE},
     "description": "Passages over the same rail; other keys are arguments of the scene during them.",
 }
 #: What the table looks like to an editor.
-LOOK = _table(
+LOOK = table(
     ["law"],
-    distance=_POSITIVE | {"description": "Sliding distance [m], both bodies worn where they touch."},
+    distance=POSITIVE | {"description": "Sliding distance [m], both bodies worn where they touch."},
     passages={"type": "array", "items": _PASSAGES, "minItems": 1},
     law=LAW,
     lower_law=LAW,
     tolerance={"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
     uniformity={"type": "number", "exclusiveMinimum": 0, "maximum": 1},
-    limit=_POSITIVE,
+    limit=POSITIVE,
 ) | {"oneOf": [{"required": ["distance"]}, {"required": ["passages"]}]}
 
 
@@ -70,12 +63,7 @@ def wear_of(given: Any) -> dict[str, Any]:
     """The arguments of :func:`mtb_rs.wear`, but for the contact, that the table means."""
     if not isinstance(given, Mapping):
         raise ValueError("a table with distance or passages, and law, is needed")
-    known = LOOK["properties"]
-    for name in given:
-        if name not in known:
-            near = meant(name, known)
-            hint = f"did you mean {near!r}?" if near else f"known are {', '.join(known)}"
-            raise ValueError(f"{name}: unknown key; {hint}")
+    check_keys(given, LOOK)
     if ("distance" in given) == ("passages" in given):
         raise ValueError("one of distance [m] and passages is needed")
     if "law" not in given:

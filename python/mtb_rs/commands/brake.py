@@ -4,18 +4,13 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
-import sys
-import time
-import warnings
+from pathlib import Path
 
 import numpy as np
-from rich.progress import Progress
 
 from ..studies.braking import Braking
-from .arguments import add_case, directory_of
-from .console import console_on, print_report
+from .arguments import add_case
+from .solving import study, write_rows
 
 
 def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -25,42 +20,19 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         help="brake a vehicle by the shoes of a case that has a table [brake]",
         description="Brakes a vehicle as the table [brake] of a case file says, until it stands, prints a "
         "report, and writes summary.json, the fields (NPZ, VTK), pictures, and brake.csv with a row for each "
-        "step. Nothing is written before the vehicle stands: a stop that is interrupted begins anew.",
+        "step. The steps are kept in brake.jsonl: the same command goes on where it was stopped.",
     )
     add_case(brake)
     brake.set_defaults(command=_brake)
 
 
 def _brake(options: argparse.Namespace) -> int:
-    from ..base.files import write_bytes
-    from ..case import load_case
-    from ..pictures.files import check_saveable
-
-    console = console_on(sys.stdout)
-    directory = check_saveable(directory_of(options))
-    case = load_case(options.case)
-    if case.brake is None:
-        raise ValueError(
-            f"{options.case}: has no table [brake]: one with speed [m/s] and mass [kg] is needed"
-        )
-    with Progress(console=console) as bar:
-        task = bar.add_task("braking", total=1.0)
-        clock = time.perf_counter()
-        stop = case.braked(progress=lambda share: bar.update(task, completed=share))
-        elapsed = time.perf_counter() - clock
-    with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        written = stop.save(directory)
-    write_bytes(directory / "brake.csv", _rows(stop))
-    print_report(stop, console, elapsed)
-    for warning in caught:
-        console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
-    console.print(f"{len(written) + 1} files in {directory}", markup=False, soft_wrap=True)
-    return 0
+    needed = "speed [m/s] and mass [kg]"
+    return study(options, "brake", needed, "braking", lambda case, **how: case.braked(**how), _further)
 
 
-def _rows(stop: Braking) -> bytes:
-    """A row for each step, as CSV: time, speed and way at its end, forces during it."""
+def _further(stop: Braking, directory: Path) -> list[Path]:
+    """A row for each step: time, speed and way at its end, forces during it."""
     columns = {
         "time [s]": stop.time[1:],
         "speed [m/s]": stop.speed[1:],
@@ -73,8 +45,5 @@ def _rows(stop: Braking) -> bytes:
         "volume_lower [m^3]": np.sum([shoe.volumes_lower for shoe in stop.shoes], axis=0),
         "error": stop.errors,
     }
-    stream = io.StringIO(newline="")
-    writer = csv.writer(stream)
-    writer.writerow(columns)
-    writer.writerows(np.transpose(list(columns.values())).tolist())
-    return stream.getvalue().encode()
+    rows = np.transpose(list(columns.values())).tolist()
+    return [write_rows(directory / "brake.csv", columns, rows)]

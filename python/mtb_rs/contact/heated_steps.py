@@ -18,6 +18,7 @@ from .problem import ContactProblem, mean_tractions
 from .symmetry import alike, mirror_symmetry
 
 Array = NDArray[np.float64]
+Kept = dict[str, list[float]]
 
 #: Relative change of a conductivity by its temperature below which it counts as the same.
 SAME = 0.01
@@ -86,9 +87,19 @@ class _Body:
             )
         self._conducting: dict[int, _mtb_rs.ConductingBody] = {}
         self._steps: dict[tuple[float, int], _Step] = {}
-        self._level = -1_000_000
 
-    def _at(self, level: int) -> _mtb_rs.ConductingBody:
+    @property
+    def level(self) -> int:
+        """The conductivity at the mean temperature, in parts of :data:`SAME` beyond that at zero."""
+        upper = self.heated.upper
+        if not upper.conductivity_slope:
+            return 0
+        body = self.conducting(0)
+        mean = body.heat(self.warm) / body.heat(np.ones(self.warm.size))
+        return round(upper.conductivity_slope * mean / upper.conductivity / SAME)
+
+    def conducting(self, level: int) -> _mtb_rs.ConductingBody:
+        """The body at the conductivity of a level; what it holds and loses is the same at each."""
         if level not in self._conducting:
             upper = self.heated.upper
             conductivity = upper.conductivity * (1.0 + SAME * level)
@@ -96,25 +107,12 @@ class _Body:
             self._conducting[level] = _mtb_rs.ConductingBody(self.body.core_mesh, constants, self.films)
         return self._conducting[level]
 
-    @property
-    def conducting(self) -> _mtb_rs.ConductingBody:
-        """The body at the conductivity of its mean temperature."""
-        upper = self.heated.upper
-        level = 0
-        if upper.conductivity_slope:
-            base = self._at(0)
-            mean = base.heat(self.warm) / base.heat(np.ones(self.warm.size))
-            level = round(upper.conductivity_slope * mean / upper.conductivity / SAME)
-        self._level = level
-        return self._at(level)
-
     def step(self, duration: float) -> _Step:
-        conducting = self.conducting
-        key = duration, self._level
+        key = duration, self.level
         if key not in self._steps:
             while len(self._steps) >= KEPT:
                 self._steps.pop(next(iter(self._steps)))
-            step = conducting.step(duration, self.sampling)
+            step = self.conducting(key[1]).step(duration, self.sampling)
             nodes = opening = None
             if self.strained is not None:
                 nodes = step.nodes()
@@ -128,12 +126,23 @@ class _Body:
         upper, start = self.heated.upper, self.heated.bulk[1]
         return np.asarray(self.strained @ (upper.strain(temperature) - upper.strain(start)))
 
-    def slope(self) -> float:
+    def slope(self, step: _mtb_rs.ConductionStep) -> float:
         """Strain over temperature about the mean temperature of the contact face [1/K]."""
         upper = self.heated.upper
         if not upper.expansion_slope:
             return upper.expansion
-        return upper.expansion + 2.0 * upper.expansion_slope * float(self.warm.mean())
+        mean = float(step.weights @ step.observe(self.warm)) / float(step.weights.sum())
+        return upper.expansion + 2.0 * upper.expansion_slope * mean
+
+    def coasted(self, duration: float) -> Array:
+        """Temperatures (N,) [K] of the nodes at the end of a step without heat of friction."""
+        step = self.step(duration).step
+        return step.advance(self.warm, np.zeros(step.weights.size))
+
+    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
+        """The same with a flux (n,) [W/m2] into the contact points."""
+        step = self.step(duration)
+        return step.step.advance(self.warm, flux) if step.nodes is None else coasted + flux @ step.nodes
 
 
 def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
@@ -235,7 +244,7 @@ class Trial:
     """A step that was computed, to be taken or not.
 
     `is_state` tells whether it has a state, and only one. `depth` and `volume_lower` are what it wears,
-    `rates` the heat flux into the upper body and the rate of its wear, `error` that of the step.
+    `error` is that of the step, `attraction` the pull (n,) [Pa] of a magnet that follows the gap.
     """
 
     duration: float
@@ -251,6 +260,16 @@ class Trial:
     volume_lower: float
     force: Array
     error: float
+    attraction: Array | None
+
+    def kept(self) -> Kept:
+        """What :meth:`HeatedSliding.recalled` makes it of again."""
+        names = ("pressure", "friction", "flux", "surface", "depth", "force")
+        return {
+            **{name: getattr(self, name).ravel().tolist() for name in names},
+            "numbers": [self.duration, self.way, self.volume_lower, self.error],
+            "attraction": [] if self.attraction is None else self.attraction.tolist(),
+        }
 
 
 class HeatedSliding:
@@ -301,12 +320,12 @@ class HeatedSliding:
 
     def held(self) -> float:
         """Heat [J] in the upper bodies."""
-        return sum(body.conducting.heat(body.warm) for body in self.bodies)
+        return sum(body.conducting(0).heat(body.warm) for body in self.bodies)
 
     def lost(self, temperatures: list[Array]) -> float:
         """Heat flow [W] out of the upper bodies through their films."""
         pairs = zip(self.bodies, temperatures, strict=True)
-        return sum(body.conducting.loss(warm) for body, warm in pairs)
+        return sum(body.conducting(0).loss(warm) for body, warm in pairs)
 
     def _folded(self, matrix: Array) -> Array:
         """A matrix (..., n, n) of the whole on fields that are their own mirror image."""
@@ -327,7 +346,7 @@ class HeatedSliding:
             step = body.step(duration)
             response[1, body.points, body.points] = step.response
             if opening is not None and step.opening is not None:
-                opening[1, body.points, body.points] = body.slope() * step.opening
+                opening[1, body.points, body.points] = body.slope(step.step) * step.opening
         return response, opening
 
     def thermal_margin(self, duration: float, speed: float) -> float | None:
@@ -362,10 +381,9 @@ class HeatedSliding:
         before = np.full((2, n), heated.bulk[0])
         worn, coasted = self.worn.copy(), []
         for body in self.bodies:
-            step = body.step(duration)
-            cooled = step.step.advance(body.warm, np.zeros(step.step.weights.size))
+            cooled = body.coasted(duration)
             coasted.append(cooled)
-            before[1, body.points] = step.step.observe(cooled)
+            before[1, body.points] = body.step(duration).step.observe(cooled)
             if body.strained is not None:
                 worn[body.points] += body.opened(cooled)
         rubbing = Rubbing(self.pressure, friction, np.ones(n), mean, problem.points.points)
@@ -385,11 +403,7 @@ class HeatedSliding:
         # where nothing expands, the steps have no part in it
         is_single = not (heated.expands and outcome.unstable)
         is_state = outcome.status == "solved" and is_single
-        temperatures = []
-        for body, cooled in zip(self.bodies, coasted, strict=True):
-            step, own = body.step(duration), np.ascontiguousarray(flux[1, body.points])
-            warm = step.step.advance(body.warm, own) if step.nodes is None else cooled + own @ step.nodes
-            temperatures.append(warm)
+        settled = outcome.settled
         depth = diagonal * pressure
         volume = 0.0
         if heated.lower_wear is not None:
@@ -400,9 +414,37 @@ class HeatedSliding:
         of_heat = _mtb_rs.step_error(area, self.heat, duration, self.flux, np.ascontiguousarray(flux[1]))
         of_wear = _mtb_rs.step_error(area, self.worn, duration, self.wearing, depth / duration)
         return Trial(
-            duration, way, is_state, outcome, pressure, friction, flux, surface, temperatures, depth, volume,
-            force, max(of_heat, of_wear) if is_state else float("nan"),
+            duration, way, is_state, outcome, pressure, friction, flux, surface,
+            self._warmed(duration, coasted, flux), depth, volume, force,
+            max(of_heat, of_wear) if is_state else float("nan"), None if settled is None else settled.pull,
         )  # fmt: skip
+
+    def _warmed(self, duration: float, coasted: list[Array], flux: Array) -> list[Array]:
+        pairs = zip(self.bodies, coasted, strict=True)
+        return [
+            body.warmed(duration, cooled, np.ascontiguousarray(flux[1, body.points]))
+            for body, cooled in pairs
+        ]
+
+    def recalled(self, kept: Kept) -> Trial:
+        """A step that was tried from here before, by what is kept of it."""
+        fields = {name: np.array(kept[name]).reshape(shape) for name, shape in self._shapes().items()}
+        duration, way, volume, error = kept["numbers"]
+        flux, attraction = fields["flux"], kept["attraction"]
+        coasted = [body.coasted(duration) for body in self.bodies]
+        return Trial(
+            duration, way, True, None, fields["pressure"], fields["friction"], flux, fields["surface"],
+            self._warmed(duration, coasted, flux), fields["depth"], volume, fields["force"], error,
+            np.array(attraction) if attraction else None,
+        )  # fmt: skip
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        n = self.problem.n
+        return {
+            **dict.fromkeys(("pressure", "friction", "depth"), (n,)),
+            **dict.fromkeys(("flux", "surface"), (2, n)),
+            "force": (3,),
+        }
 
     def _solved(
         self, loading: Any, friction: Array, heating: Any, worn: Array, diagonal: Array, magnet: Any
@@ -452,8 +494,8 @@ class HeatedSliding:
         problem, duration = self.problem, trial.duration
         before = self.held()
         self.time += duration
-        if trial.outcome.settled is not None:
-            self.attraction = trial.outcome.settled.pull
+        if trial.attraction is not None:
+            self.attraction = trial.attraction
         self.passing.times.append(self.time)
         self.passing.distances.append(self.passing.distances[-1] + trial.way)
         losses = self.lost(trial.temperatures)

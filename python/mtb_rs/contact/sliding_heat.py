@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of
 from ..results.result import Curved, Pictured
-from .heated_steps import HeatedSliding
+from .heated_steps import HeatedSliding, Trial
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 #: What it has at each contact point.
 OVER_CONTACT = (
@@ -209,16 +210,53 @@ class Steps:
     longest : float [s]
     tolerance : float or None
         Of each step; None: all are the longest.
+    next : float or None [s]
+        The length that steps before these have promised.
     """
 
     #: Halves of the longest step at most.
     HALVES: ClassVar[int] = 24
 
-    def __init__(self, longest: float, tolerance: float | None) -> None:
+    def __init__(self, longest: float, tolerance: float | None, next: float | None = None) -> None:
         self.longest = longest
-        self.control = None if tolerance is None else _mtb_rs.StepControl(tolerance)
+        self.control = None if tolerance is None else _mtb_rs.StepControl(tolerance, next)
 
-    def halved(self, length: float, left: int) -> int:
+    def taken(
+        self,
+        most: int,
+        tried: Callable[[int], tuple[T, float, float]],
+        failed: Callable[[T, float | None], Exception],
+    ) -> tuple[T, int]:
+        """The next step that is taken, and its number of shortest steps.
+
+        Parameters
+        ----------
+        most : int
+            Shortest steps that are left.
+        tried : function
+            A step of so many shortest ones, its length [s], which may be less, and its error, NaN for one
+            without a state.
+        failed : function
+            The error for a step that has no state; with its length, for steps that do not converge.
+        """
+        control, left = self.control, self.seconds(most)
+        units = self._halved(left if control is None else control.length(left), most)
+        while True:
+            found, length, error = tried(units)
+            if control is None:
+                if np.isnan(error):
+                    raise failed(found, None)
+                return found, units
+            # the first step has no rate before it, and is short
+            judged = 0.0 if control.next is None and not np.isnan(error) else error
+            shorter = control.judge(length, left, judged)
+            if shorter is None:
+                return found, units
+            if control.is_stuck or units == 1:
+                raise failed(found, length)
+            units = self._halved(shorter, units // 2)
+
+    def _halved(self, length: float, left: int) -> int:
         """Number of shortest steps in the longest step that is no longer than a length [s]."""
         most = min(left, max(1, int(length / self.longest * 2**self.HALVES * (1.0 + 1e-12))))
         return int(2 ** min(most.bit_length() - 1, self.HALVES))
@@ -234,9 +272,6 @@ class Histories:
         self._rows: dict[str, list[Any]] = {}
         self._gained = 0.0
         self._fields: dict[str, Array] = {}
-
-    def __bool__(self) -> bool:
-        return bool(self._rows)
 
     def add(self, row: dict[str, Any], velocity: float) -> None:
         """A row of :meth:`HeatedSliding.take`, with the speed [m/s] at its end."""
@@ -293,32 +328,24 @@ def slide_and_heat(
         The error for a state that was not found, with words for steps that do not converge.
     """
     plan = Steps(duration / steps, tolerance)
-    margin = sliding.thermal_margin(duration, velocity(0.0))
+    speed = velocity(0.0)
+    margin = sliding.thermal_margin(duration, speed)
     left = steps * 2**plan.HALVES
     histories = Histories()
-    speed = velocity(0.0)
+
+    def tried(units: int) -> tuple[tuple[Trial, float], float, float]:
+        length = plan.seconds(units)
+        after = velocity(duration - plan.seconds(left - units))
+        trial = sliding.tried(length, after, 0.5 * (speed + after))
+        return (trial, after), length, trial.error
+
+    def refused(found: tuple[Trial, float], length: float | None) -> Exception:
+        return failed(found[0].outcome, None if length is None else stuck(sliding.time, length, margin))
+
     with shares_shown(progress, "heat") as told:
         while left:
-            wanted = plan.longest if plan.control is None else plan.control.length(plan.seconds(left))
-            units = plan.halved(wanted, left)
-            while True:
-                length = plan.seconds(units)
-                after = velocity(duration - plan.seconds(left - units))
-                trial = sliding.tried(length, after, 0.5 * (speed + after))
-                if plan.control is None:
-                    if not trial.is_state:
-                        raise failed(trial.outcome, None)
-                    break
-                # the first step has no rate before it, and is short
-                error = trial.error if histories or not trial.is_state else 0.0
-                shorter = plan.control.judge(length, plan.seconds(left), error)
-                if shorter is None:
-                    break
-                if plan.control.is_stuck or units == 1:
-                    raise failed(trial.outcome, stuck(sliding.time, length, margin))
-                units = plan.halved(shorter, units // 2)
-            histories.add(sliding.take(trial), after)
+            (trial, speed), units = plan.taken(left, tried, refused)
+            histories.add(sliding.take(trial), speed)
             left -= units
-            speed = after
             told(1.0 - plan.seconds(left) / duration)
     return histories.found(sliding, margin)

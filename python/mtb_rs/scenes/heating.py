@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice, number, pair, positive, reals, warn, whole
+from ..base.check import choice, not_negative, number, pair, positive, reals, warn, whole
 from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
@@ -49,7 +49,7 @@ def heat(
     if velocity is None and scene.velocity is None:
         raise ValueError("velocity is missing: a speed [m/s], or a function of the time that gives one")
     asked = scene.velocity if velocity is None else velocity
-    heated_scene = HeatedScene.of(scene, model, **given)
+    heated_scene = HeatedScene.of(scene, *heated_of(scene, model, **given))
 
     def speed(time: float) -> float:
         try:
@@ -97,8 +97,8 @@ class HeatedScene:
     said: dict[str, Any]
 
     @classmethod
-    def of(cls, scene: PosedScene, model: Model, **given: Any) -> HeatedScene:
-        model, heated, said = heated_of(scene, model, **given)
+    def of(cls, scene: PosedScene, model: Model, heated: Heated, said: dict[str, Any]) -> HeatedScene:
+        """The scene solved cold; `model`, `heated` and `said` are those of :func:`heated_of`."""
         problem = scene.problem(model, may_halve=False)
         if not problem.upper.state:
             raise ValueError(
@@ -193,13 +193,6 @@ def heated_of(
             f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
         )
     check_conductors(lower, upper)
-    coefficient, ambient = pair("film", film)
-    if coefficient < 0.0:
-        raise ValueError(f"film[0] is {coefficient:g} W/(m2 K): it must not be negative")
-    if number("resistance", resistance, "K m2/W") < 0.0:
-        raise ValueError(f"resistance is {resistance:g} K m2/W: it must not be negative")
-    if not 0.0 <= number("share", share) <= 1.0:
-        raise ValueError(f"share is {share:g}: a number from 0 to 1 is needed")
     if not isinstance(expansion, (bool, np.bool_)):
         raise ValueError(f"expansion is {expansion!r}: True or False is needed")
     if expansion and not (lower.expands or upper.expands):
@@ -208,9 +201,9 @@ def heated_of(
         lower=lower,
         upper=upper,
         bulk=pair("bulk", bulk, "K"),
-        film=(coefficient, ambient),
-        resistance=float(resistance),
-        share=float(share),
+        film=film_of(film),
+        resistance=not_negative("resistance", resistance, "K m2/W"),
+        share=share_of(share),
         expands=bool(expansion),
         poisson=_poisson_ratio(scene) if expansion else None,
         wear=None if wear is None else as_wear_law("wear", wear),
@@ -224,6 +217,19 @@ def heated_of(
         "fading": None if heated.fading is None else [part.tolist() for part in heated.fading],
     }
     return model, heated, said
+
+
+def film_of(given: tuple[float, float]) -> tuple[float, float]:
+    """Coefficient [W/(m2 K)] and temperature outside [K] of a film; ValueError for what is none."""
+    coefficient, ambient = pair("film", given)
+    return not_negative("film[0]", coefficient, "W/(m2 K)"), ambient
+
+
+def share_of(given: float) -> float:
+    """Share of the heat that arises on one side of a resistance; ValueError for what is none."""
+    if not 0.0 <= number("share", given) <= 1.0:
+        raise ValueError(f"share is {given:g}: a number from 0 to 1 is needed")
+    return float(given)
 
 
 def _poisson_ratio(scene: PosedScene) -> float | None:

@@ -4,24 +4,27 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..base.check import meant, number, positive, reals
+from ..base.check import meant, not_negative, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
 from ..base.units import taking_quantities
 from ..base.words import Model
-from ..contact.heated_steps import Trial
+from ..contact.heated_steps import Heated, Trial
 from ..contact.sliding_heat import Histories, Steps, stuck
 from ..scenes.heating import HeatedScene, check_tolerance, heated_of
 from ..scenes.scene import Scene, WheelScene
 from .braking import Braking
+from .sweep_checkpoint import Record, StepCheckpoint
 
 Array = NDArray[np.float64]
 
@@ -29,8 +32,6 @@ Array = NDArray[np.float64]
 LONGEST, SETTLING = 1.0, 20
 #: Change of the speed over that at the beginning which counts as none.
 SETTLED = 1e-12
-#: The first step [s], whose rates before it are not known.
-FIRST = 1e-3
 
 
 @taking_quantities
@@ -43,6 +44,7 @@ def brake(
     shares: Sequence[float] = (1.0,),
     tolerance: float = 0.1,
     model: Model = "auto",
+    checkpoint: str | os.PathLike[str] | None = None,
     progress: Callable[[float], Any] | Literal[True] | None = None,
     **heat: Any,
 ) -> Braking:
@@ -69,6 +71,8 @@ def brake(
     tolerance : float [-]
         Error of each step by which their lengths are chosen.
     model : "auto", "elastic-upper" or "elastic-both"
+    checkpoint : path
+        File that keeps the steps. The same stop that is called again with it goes on where it was stopped.
     progress : callable or True
         Called with the share of the kinetic energy that is gone. True shows a bar (extra ``notebook``).
     **heat
@@ -85,11 +89,18 @@ def brake(
     ConvergenceError
         If a step has no solution, or none is short enough.
     """
-    posed = posed_shoe(scene, speed, mass, shares=shares, tolerance=tolerance, model=model, **heat)
-    speed, mass, pulls = float(speed), float(mass), pulls_of(shares)
-    shoe = HeatedScene.of(posed, model, **heat)
-    ride = _Ride(shoe, speed, mass, other_force, pulls, tolerance)
-    with shares_shown(progress, "braking") as told:
+    posed, stated, pulls = posed_shoe(
+        scene, speed, mass, shares=shares, tolerance=tolerance, model=model, **heat
+    )
+    speed, mass = float(speed), float(mass)
+    given = [posed, posed.inputs, *stated[:2], speed, mass, other_force, pulls, float(tolerance)]
+    with (
+        shares_shown(progress, "braking") as told,
+        StepCheckpoint(
+            checkpoint, given, "stop", "scene, vehicle, shares, heat, wear, model, tolerance"
+        ) as kept,
+    ):
+        ride = _Ride(HeatedScene.of(posed, *stated), speed, mass, other_force, pulls, tolerance, kept)
         ride.run(told)
     said = {
         **{"speed": speed, "mass": mass, "other_force": without_functions(other_force)},
@@ -107,8 +118,11 @@ def posed_shoe(
     tolerance: float = 0.1,
     model: Model = "auto",
     **heat: Any,
-) -> Scene:
-    """The scene at the beginning of :func:`brake`; ValueError for bad input, before anything is solved."""
+) -> tuple[Scene, tuple[Model, Heated, dict[str, Any]], Array]:
+    """The scene at the beginning of :func:`brake`, its heat and wear, and the shares of the pull.
+
+    ValueError for bad input, before anything is solved.
+    """
     if isinstance(scene, WheelScene) or not isinstance(scene, Scene):
         raise ValueError(f"scene is {scene!r}: a Scene that slides is needed")
     if scene.magnetic_pressure is None:
@@ -116,7 +130,7 @@ def posed_shoe(
     positive("speed", speed, "m/s")
     positive("mass", mass, "kg")
     check_tolerance(tolerance)
-    pulls_of(shares)
+    pulls = pulls_of(shares)
     if set(heat) & {"duration", "steps", "velocity"}:
         raise ValueError("duration, steps and velocity follow from the stop: leave them out")
     known = list(inspect.signature(heated_of).parameters)[2:]
@@ -127,8 +141,7 @@ def posed_shoe(
             raise ValueError(f"{name} is no argument of brake: {hint}")
     # tables over the velocity are those at the beginning until the first step
     posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
-    heated_of(posed, model, **heat)
-    return posed
+    return posed, heated_of(posed, model, **heat), pulls
 
 
 def pulls_of(shares: Sequence[float]) -> Array:
@@ -137,6 +150,19 @@ def pulls_of(shares: Sequence[float]) -> Array:
     if pulls.ndim != 1 or pulls.size == 0 or (pulls <= 0.0).any():
         raise ValueError(f"shares is {shares!r}: a positive number for each shoe is needed")
     return pulls
+
+
+@dataclass
+class _Step:
+    """A step of a stop: its length [s], the shoes, the force of all [N], the speed [m/s] at its end, the
+    force of the other brakes [N], and its error, NaN for one without a state."""
+
+    length: float
+    trials: list[Trial]
+    force: float
+    after: float
+    other: float
+    error: float = float("nan")
 
 
 class _Ride:
@@ -150,51 +176,69 @@ class _Ride:
         other: float | Callable[[float], float],
         pulls: Array,
         tolerance: float,
+        kept: StepCheckpoint,
     ) -> None:
-        self.shoe, self.mass, self.other, self.first = shoe, mass, other, speed
+        self.shoe, self.mass, self.other, self.first, self.kept = shoe, mass, other, speed, kept
         self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
         self.sliding = [shoe.sliding(float(share)) for share in self.shares]
         for other_one in self.sliding[1:]:
             # the rail answers all shoes alike
             other_one.passing.share_table(self.sliding[0].passing)
         self.margin = [one.thermal_margin(LONGEST, speed) for one in self.sliding]
-        self.plan = Steps(LONGEST, tolerance)
+        records = kept.in_order()
+        self.plan = Steps(LONGEST, tolerance, records[-1]["numbers"][0] if records else None)
         self.histories = [Histories() for _ in self.sliding]
         self.time, self.speed, self.way = [0.0], [speed], [0.0]
         self.forces: list[Array] = []
         self.others: list[float] = []
         self.errors: list[float] = []
         self.deceleration: float | None = None
+        for record in records:
+            self._recall(record)
 
     def run(self, told: Callable[[float], Any]) -> None:
+        """Steps until it stands."""
+        most = 2**self.plan.HALVES
+        told(1.0 - (self.speed[-1] / self.first) ** 2)
+        while self.speed[-1] > 1e-9 * self.first:
+            step, _ = self.plan.taken(most, self._tried, self._failed)
+            self._keep(step)
+            self._take(step)
+            told(1.0 - (self.speed[-1] / self.first) ** 2)
+
+    def _take(self, step: _Step) -> None:
+        for sliding, history, trial in zip(self.sliding, self.histories, step.trials, strict=True):
+            history.add(sliding.take(trial), step.after)
+        self.deceleration = step.force / self.mass
+        self.time.append(self.time[-1] + step.length)
+        self.way.append(self.way[-1] + step.trials[0].way)
+        self.speed.append(step.after)
+        self.forces.append(self._along(step.trials))
+        self.others.append(step.other)
+        self.errors.append(step.error)
+
+    def _keep(self, step: _Step) -> None:
+        """Writes a step that is taken into the checkpoint."""
+        parts = [trial.kept() for trial in step.trials]
         control = self.plan.control
         assert control is not None
-        most = 2**self.plan.HALVES
-        while self.speed[-1] > 1e-9 * self.first:
-            wanted = control.length(LONGEST) if self.forces else FIRST
-            units = self.plan.halved(wanted, most)
-            while True:
-                length, trials, force, after, other = self._tried(self.plan.seconds(units))
-                states = [trial.is_state for trial in trials]
-                error = self._error(length, trials, force) if all(states) else float("nan")
-                judged = 0.0 if not self.forces and all(states) else error
-                shorter = control.judge(length, LONGEST, judged)
-                if shorter is None:
-                    break
-                if control.is_stuck or units == 1:
-                    bad = trials[states.index(False)] if not all(states) else trials[0]
-                    raise self.shoe.failed(bad.outcome, stuck(self.time[-1], length, self.margin[0]))
-                units = self.plan.halved(shorter, units // 2)
-            for sliding, history, trial in zip(self.sliding, self.histories, trials, strict=True):
-                history.add(sliding.take(trial), after)
-            self.deceleration = force / self.mass
-            self.time.append(self.time[-1] + length)
-            self.way.append(self.way[-1] + trials[0].way)
-            self.speed.append(after)
-            self.forces.append(self._along(trials))
-            self.others.append(other)
-            self.errors.append(error)
-            told(1.0 - (after / self.first) ** 2)
+        numbers = [control.next, step.length, step.force, step.after, step.other, step.error]
+        shoes = {f"{name}.{k}": values for k, part in enumerate(parts) for name, values in part.items()}
+        self.kept.add(len(self.forces), {"status": "solved", "numbers": numbers, **shoes})
+
+    def _recall(self, record: Record) -> None:
+        """Goes on by a step of the checkpoint."""
+        trials = []
+        for k, sliding in enumerate(self.sliding):
+            own = {name.removesuffix(f".{k}"): of for name, of in record.items() if name.endswith(f".{k}")}
+            trials.append(sliding.recalled(own))
+        _, length, force, after, other, error = record["numbers"]
+        self._take(_Step(length, trials, force, after, other, error))
+
+    def _failed(self, step: _Step, length: float | None) -> ConvergenceError:
+        bad = next((trial for trial in step.trials if not trial.is_state), step.trials[0])
+        why = None if length is None else stuck(self.time[-1], length, self.margin[0])
+        return self.shoe.failed(bad.outcome, why)
 
     def _along(self, trials: list[Trial]) -> Array:
         way = self.sliding[0].passing.way
@@ -208,13 +252,18 @@ class _Ride:
                 f"other_force is {self.other!r}, which fails at {speed:g} m/s: {error}; a force [N] or a "
                 "function of the speed is needed"
             ) from error
-        found = number("other_force", given, "N")
-        if found < 0.0:
-            raise ValueError(f"other_force is {found:g} N at {speed:g} m/s: it must not be negative")
-        return found
+        where = f" at {speed:g} m/s" if callable(self.other) else ""
+        return not_negative(f"other_force{where}", given, "N")
 
-    def _tried(self, length: float) -> tuple[float, list[Trial], float, float, float]:
-        """A step of at most a length: this, its shoes, the force, the speed at its end, the other force."""
+    def _tried(self, units: int) -> tuple[_Step, float, float]:
+        """A step of at most so many shortest ones, its length and its error."""
+        step = self._settled(self.plan.seconds(units))
+        if all(trial.is_state for trial in step.trials):
+            step.error = self._error(step)
+        return step, step.length, step.error
+
+    def _settled(self, length: float) -> _Step:
+        """A step of at most a length [s], whose mean speed is that of its forces."""
         before = self.speed[-1]
         slowed = before - length * (self.deceleration or 0.0)
         promised = max(slowed, 0.0)
@@ -233,20 +282,21 @@ class _Ride:
                 # it stands before the step ends
                 slowed, stop = 0.0, before * self.mass / force
                 if abs(stop - length) <= SETTLED * length:
-                    return length, trials, force, 0.0, other
+                    return _Step(length, trials, force, 0.0, other)
                 length = stop
                 continue
             if abs(now - after) <= SETTLED * self.first:
                 break
             after = now
-        return length, trials, force, max(now, 0.0), other
+        return _Step(length, trials, force, max(now, 0.0), other)
 
-    def _error(self, length: float, trials: list[Trial], force: float) -> float:
+    def _error(self, step: _Step) -> float:
         one = np.ones(1)
         before = np.array([self.first - self.speed[-1]])
-        known = force / self.mass if self.deceleration is None else self.deceleration
-        of_speed = _mtb_rs.step_error(one, before, length, known * one, force / self.mass * one)
-        return max(of_speed, *(trial.error for trial in trials))
+        now = step.force / self.mass
+        known = now if self.deceleration is None else self.deceleration
+        of_speed = _mtb_rs.step_error(one, before, step.length, known * one, now * one)
+        return max(of_speed, *(trial.error for trial in step.trials))
 
     def result(self, said: dict[str, Any]) -> Braking:
         parts = zip(self.sliding, self.histories, self.margin, self.shares, strict=True)

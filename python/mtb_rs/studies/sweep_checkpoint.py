@@ -9,11 +9,13 @@ import os
 import zlib
 from io import FileIO
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
+from .._mtb_rs import __version__
 from ..base.check import path_of
 from ..base.errors import MissingFileError
 from ..base.files import read_bytes, unwritable
+from ..base.fingerprint import fingerprint
 
 Record = dict[str, Any]
 
@@ -35,8 +37,8 @@ class Checkpoint:
     """
 
     #: What it is the checkpoint of, in messages.
-    study: ClassVar[str] = "sweep"
-    told_by: ClassVar[str] = "scene, values, options, measure or version of mtb_rs"
+    study = "sweep"
+    told_by = "scene, values, options, measure or version of mtb_rs"
 
     def __init__(self, path: str | os.PathLike[str] | None, key: str, count: int) -> None:
         self.path = None if path is None else path_of("checkpoint", path)
@@ -45,7 +47,7 @@ class Checkpoint:
         self._head = _line({"sweep": key})
         self._stream: FileIO | None = None
 
-    def __enter__(self) -> Checkpoint:
+    def __enter__(self) -> Self:
         if self.path is None:
             return self
         whole = self._read(self.path)
@@ -121,6 +123,52 @@ class Checkpoint:
             os.fsync(self._stream.fileno())
         except OSError as error:
             raise unwritable(self.path, error) from None
+
+
+class StepCheckpoint(Checkpoint):
+    """Steps of a study in a file, as :class:`Checkpoint` keeps cases: each a record of lists of numbers.
+
+    Parameters
+    ----------
+    path : path or None
+    given : list
+        All that the study was asked.
+    study : str
+        What it is called in messages.
+    told_by : str
+        What tells it from another one.
+    """
+
+    #: Steps that a file may hold.
+    MOST: ClassVar[int] = 1_000_000
+
+    def __init__(
+        self, path: str | os.PathLike[str] | None, given: list[Any], study: str, told_by: str
+    ) -> None:
+        key = ""
+        if path is not None:
+            try:
+                key = fingerprint([__version__, study, *given])
+            except ValueError as error:
+                raise ValueError(f"no checkpoint is possible: {error}") from error
+        super().__init__(path, key, self.MOST)
+        self.study, self.told_by = study, f"{told_by} or version of mtb_rs"
+
+    def in_order(self) -> list[Record]:
+        """What the file holds, from the first step on."""
+        return [self.records[k] for k in sorted(self.records)]
+
+    def _is_record(self, content: Record) -> bool:
+        lists = [value for name, value in content.items() if name not in ("case", "status")]
+        return (
+            type(content.get("case")) is int
+            and content.get("status") == "solved"
+            and "numbers" in content
+            and all(
+                isinstance(values, list) and all(type(v) in (float, int, type(None)) for v in values)
+                for values in lists
+            )
+        )
 
 
 _SUM = b', "crc32": '

@@ -6,16 +6,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from .._mtb_rs import __version__
 from ..base.check import choice, positive, reals
 from ..base.errors import ConvergenceError
-from ..base.fingerprint import fingerprint
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.progress import shares_shown
@@ -34,7 +32,7 @@ from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
 from ..scenes.scene import Scene, WheelScene
 from ..simulation.stepping import PreparedContact, at_some_speed
-from .sweep_checkpoint import Checkpoint, Record
+from .sweep_checkpoint import Record, StepCheckpoint
 
 Array = NDArray[np.float64]
 
@@ -163,16 +161,17 @@ def wear(
         raise ValueError(
             "gap is given: a prepared contact has the gap of its scene, so give the scene itself"
         )
-    key = "" if checkpoint is None else _key(contact, duty, laws, opened, model, tolerance)
+    given: list[Any] = [duty, laws, opened, model, tolerance]
+    if checkpoint is not None:
+        if isinstance(contact, Scene):
+            given += [contact, contact.inputs]
+        else:
+            given.append(contact._core.to_bytes())
     with (
         shares_shown(progress, "wearing") as told,
-        _WearCheckpoint(checkpoint, key, MOST_STEPS) as kept,
+        StepCheckpoint(checkpoint, given, "wear", "contact, duty, laws, model, tolerance") as kept,
     ):
         return _Worn(contact, duty, laws, opened, model, tolerance, stops, kept, told).run()
-
-
-#: Steps that a checkpoint may hold.
-MOST_STEPS = 1_000_000
 
 
 def _duty(distance: Any) -> list[float | Passages]:
@@ -180,35 +179,6 @@ def _duty(distance: Any) -> list[float | Passages]:
     if not parts:
         raise ValueError("distance is empty: at least one distance [m] or Passages is needed")
     return [part if isinstance(part, Passages) else positive("distance", part, "m") for part in parts]
-
-
-def _key(contact: Scene | PreparedContact, *given: Any) -> str:
-    known: list[Any] = [contact._core.to_bytes()] if isinstance(contact, PreparedContact) else []
-    if isinstance(contact, Scene):
-        known = [contact, contact.inputs]
-    try:
-        return fingerprint([__version__, *known, *given])
-    except ValueError as error:
-        raise ValueError(f"no checkpoint is possible: {error}") from error
-
-
-class _WearCheckpoint(Checkpoint):
-    """Steps of a wear in a file, as :class:`Checkpoint` keeps cases."""
-
-    study: ClassVar[str] = "wear"
-    told_by: ClassVar[str] = "contact, duty, laws, model, tolerance or version of mtb_rs"
-
-    def _is_record(self, content: Record) -> bool:
-        names = ("pressure", "mean", "upper", "lower", "force", "numbers")
-        return (
-            type(content.get("case")) is int
-            and content.get("status") == "solved"
-            and all(
-                isinstance(content.get(name), list)
-                and all(type(v) in (float, int, type(None)) for v in content[name])
-                for name in names
-            )
-        )
 
 
 @dataclass(frozen=True)
@@ -356,7 +326,7 @@ class _Worn:
     model: Model
     tolerance: float
     stops: _Stops
-    kept: Checkpoint
+    kept: StepCheckpoint
     told: Callable[[float], Any]
     records: list[Record] = field(default_factory=list)
 
@@ -368,7 +338,7 @@ class _Worn:
                 model = choose(at_some_speed(self.contact), TOLERANCE, "pressure").model
         elif model != "auto":
             raise ValueError(f"model is {model!r}: a prepared contact has its model")
-        self.records = [self.kept.records[k] for k in sorted(self.kept.records)]
+        self.records = self.kept.in_order()
         total = sum(part.total if isinstance(part, Passages) else part for part in self.duty)
         begun, stage = 0.0, None
         for k, part in enumerate(self.duty):
