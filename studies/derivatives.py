@@ -5,23 +5,27 @@ Each scene is solved anew with an input moved along a random direction, to both 
 central differences with Richardson's extrapolation. Where a point comes into contact, leaves it, sticks or
 slips on the way there is nothing to compare, and the pair is left out and counted. An error is relative to
 the derivative, or to a fiftieth of the number over the input where the derivative is smaller than that.
-Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind, and
-fewer of those that are condensed anew at every change; some forty minutes of processor time. The table in
-docs/maps is that of 40.
+Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind. Each is
+written to out/derivatives.jsonl as it is done, and a second run goes on from there; delete the file after a
+change of the library. ``--draw`` only draws the maps and writes the table.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from atlas import panels, write
 from numpy.typing import NDArray
+from trials import Input, Numbers, Trial
+from wheel_trials import wheels
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
@@ -41,28 +45,8 @@ FIELDS = (
 )
 #: A ball of cells [m].
 CELLS, CELL = 10, 1e-3
-
-
-@dataclass(frozen=True)
-class Input:
-    """What is given: its shape, its size, the result after a change of it, and where it may change."""
-
-    shape: tuple[int, ...]
-    size: float
-    solve: Callable[[Array], Any]
-    where: Any = True
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A solved scene, how it is solved with other inputs, and the steps of differences over their sizes.
-
-    What is condensed, and steps that take the factors of another step, have fewer digits than other solves.
-    """
-
-    result: Any
-    inputs: dict[str, Input]
-    width: float = 1e-4
+#: What has been compared so far.
+KNOWN = Path("out") / "derivatives.jsonl"
 
 
 @dataclass(frozen=True)
@@ -428,6 +412,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "sliding elastic bodies": scene_of(block),
     "ready scenes": scene_of(own_body),
     "steps": step,
+    "wheels": wheels,
     "normal": normal,
     "shift": rubbing("shift"),
     "steady rolling": rubbing("steady"),
@@ -436,14 +421,21 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "steady rolling, coupled": rubbing("steady, coupled"),
 }
 
-#: Share of the scenes of kinds whose bodies are condensed anew at every change of a material.
-SHARES = {"sliding elastic bodies": 0.3, "ready scenes": 0.1}
+#: Kinds whose bodies are condensed anew at every change of a material: they come last.
+SLOW = ("sliding elastic bodies", "ready scenes")
 
 
-def numbers(
-    trial: Trial, random: np.random.Generator
-) -> dict[str, tuple[Any, Callable[[Any], Array], float]]:
-    """What is derived, by name: how it is asked for, its value in a result, its size."""
+def power(result: Any) -> float:
+    """Heat of sliding [W]: of shifts and rolling the sum of the dissipation, over their own time."""
+    if isinstance(result, mtb.TangentialResult):
+        return float(result.motion.slip_speed * (result.dissipation * result.area).sum())
+    return float(getattr(result, "friction_power", None) or 0.0)
+
+
+def numbers(trial: Trial, random: np.random.Generator) -> Numbers:
+    """What is derived of a result."""
+    if trial.numbers is not None:
+        return trial.numbers
     result = trial.result
     p, area = result.pressure, result.area
     place, whole = int(p.argmax()), float(area[result.status > 0].sum())
@@ -458,8 +450,12 @@ def numbers(
         "tilts": (lambda r: np.array(r.tilts), 1e-5 / reach),
         "spin_moment": (lambda r: r.spin_moment, 0.3 * force * reach),
         "creepage": (lambda r: r.creepage, 1e-3),
+        "friction_power": (power, abs(power(result))),
     }
     known = {}
+    if power(result) <= 1e-9 * abs(float(np.abs(p).max()) * float(area.sum())):
+        # nothing slips, or the result does not tell
+        own.pop("friction_power")
     for name, (value, size) in own.items():
         try:
             result.gradient(name)
@@ -522,7 +518,6 @@ def tried(kind: str, seed: int) -> Iterator[Found]:
     random = np.random.default_rng([seed, sum(map(ord, kind))])
     trial = KINDS[kind](random)
     asked = numbers(trial, random)
-    status = trial.result.status
     given = trial.result._tangent().inputs
     gradients = {of: trial.result.gradient(how) for of, (how, _, _) in asked.items()}
     for by, own in trial.inputs.items():
@@ -531,7 +526,7 @@ def tried(kind: str, seed: int) -> Iterator[Found]:
         direction = np.where(own.where, own.size * random.uniform(-1.0, 1.0, own.shape), 0.0)
         h = trial.width
         moved = [own.solve(np.asarray(s * step * direction)) for step in (h, 0.5 * h) for s in (1.0, -1.0)]
-        is_same = all(np.array_equal(m.status, status) for m in moved) and len({*map(flowing, moved)}) == 1
+        is_same = {trial.state(m) for m in (trial.result, *moved)} == {trial.state(trial.result)}
         for of, (_, value, size) in asked.items():
             if not is_same:
                 yield Found(kind, of, by, None)
@@ -539,20 +534,26 @@ def tried(kind: str, seed: int) -> Iterator[Found]:
             values = [value(m) for m in moved]
             wide, near = (values[0] - values[1]) / (2 * h), (values[2] - values[3]) / h
             wanted = (4.0 * near - wide) / 3.0
+            least = LEAST * size
+            if trial.has_kinks and has_kink(
+                value(trial.result), values, h, ACCEPTED * np.fmax(np.abs(wanted), least)
+            ):
+                yield Found(kind, of, by, None)
+                continue
             gradient = np.asarray(gradients[of][by])
             found = np.ravel(
                 np.tensordot(gradient, direction, np.ndim(direction)) if own.shape else gradient * direction
             )
-            least = LEAST * size
             yield Found(
                 kind, of, by, float((np.abs(found - wanted) / np.maximum(np.abs(wanted), least)).max())
             )
 
 
-def flowing(result: Any) -> bytes:
-    """Which cells are at the hardness."""
-    hardness = getattr(result, "hardness", None)
-    return b"" if hardness is None else (result.pressure >= hardness).tobytes()
+def has_kink(at: Array, values: list[Array], h: float, accepted: Array) -> bool:
+    """Whether second differences go with the width instead of its square, or slopes differ by the width."""
+    far, near = values[0] - 2.0 * at + values[1], values[2] - 2.0 * at + values[3]
+    apart = (values[0] - values[1]) / (2.0 * h) - (values[2] - values[3]) / h
+    return bool((np.abs(far - 4.0 * near) / h > accepted).any() or (np.abs(apart) > accepted).any())
 
 
 def listed(kind: str, seed: int) -> list[Found]:
@@ -561,13 +562,38 @@ def listed(kind: str, seed: int) -> list[Found]:
     return list(tried(kind, seed))
 
 
-def main(whole: int, kinds: list[str], pool: ProcessPoolExecutor) -> None:
+def compare(whole: int, kinds: list[str]) -> None:
+    """Writes the comparisons of each scene as soon as it is done, those that are there left out."""
+    there = set(known())
+    # scenes of all kinds in turn, so that an end before the last one leaves some of each
+    waiting = [(kind, seed) for seed in range(whole) for kind in kinds if (kind, seed) not in there]
+    waiting.sort(key=lambda one: one[0] in SLOW)
+    KNOWN.parent.mkdir(exist_ok=True)
+    with ProcessPoolExecutor() as pool, KNOWN.open("a") as out:
+        running = {pool.submit(listed, *one): one for one in waiting}
+        for done in as_completed(running):
+            kind, seed = running[done]
+            found = [(f.of, f.by, f.error) for f in done.result()]
+            out.write(json.dumps([kind, seed, found]) + "\n")
+            out.flush()
+
+
+def known() -> dict[tuple[str, int], list[Found]]:
+    """All comparisons so far, by kind and number of the scene."""
+    if not KNOWN.exists():
+        return {}
+    rows = [json.loads(line) for line in KNOWN.read_text().splitlines()]
+    return {(kind, seed): [Found(kind, *one) for one in found] for kind, seed, found in rows}
+
+
+def draw(kinds: list[str]) -> None:
+    """The maps and the table of all comparisons so far."""
+    scenes = known()
     figure, axes = panels(len(kinds), 2, 3.0)
     rows = []
-    asked = {kind: max(1, round(SHARES.get(kind, 1.0) * whole)) for kind in kinds}
-    waiting = {kind: [pool.submit(listed, kind, seed) for seed in range(asked[kind])] for kind in kinds}
     for kind, ax in zip(kinds, axes, strict=False):
-        found = [f for scene in waiting[kind] for f in scene.result()]
+        own = [found for (of_kind, _), found in scenes.items() if of_kind == kind]
+        found = [f for scene in own for f in scene]
         compared = [f for f in found if f.error is not None]
         ofs, bys = list(dict.fromkeys(f.of for f in found)), list(dict.fromkeys(f.by for f in found))
         table = np.full((len(ofs), len(bys)), np.nan)
@@ -575,14 +601,14 @@ def main(whole: int, kinds: list[str], pool: ProcessPoolExecutor) -> None:
             i, j = ofs.index(f.of), bys.index(f.by)
             table[i, j] = np.fmax(table[i, j], np.log10(max(f.error or 0.0, 1e-12)))
         mesh = ax.pcolormesh(table, vmin=-12.0, vmax=-5.0, cmap="viridis")
-        ax.set_title(f"{kind}: {asked[kind]} scenes", fontsize=7)
+        ax.set_title(f"{kind}: {len(own)} scenes", fontsize=7)
         ax.set_xticks(np.arange(len(bys)) + 0.5, bys, rotation=90, fontsize=4.5)
         ax.set_yticks(np.arange(len(ofs)) + 0.5, ofs, fontsize=4.5)
         ax.invert_yaxis()
         figure.colorbar(mesh, ax=ax).set_label("largest error, power of ten", fontsize=5)
         row = {
             "kind": kind,
-            "scenes": asked[kind],
+            "scenes": len(own),
             "compared": len(compared),
             "left_out": len(found) - len(compared),
             "worse_than_1e-6": sum((f.error or 0.0) > ACCEPTED for f in compared),
@@ -594,5 +620,6 @@ def main(whole: int, kinds: list[str], pool: ProcessPoolExecutor) -> None:
 
 
 if __name__ == "__main__":
-    with ProcessPoolExecutor() as pool:
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:] or list(KINDS), pool)
+    if sys.argv[1:] != ["--draw"]:
+        compare(int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:] or list(KINDS))
+    draw([kind for kind in KINDS if any(own == kind for own, _ in known())])

@@ -119,3 +119,26 @@ def test_a_number_of_jax_is_a_number() -> None:
     by = result.derivative(lambda _: (value, {"pressure": weights}), "force")
     own = result.derivative({"pressure": 2.0 * result.pressure}, "force")
     assert by == pytest.approx(own, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"solve": None}, "^solve is None: a function"),
+        ({"of": None}, "^of is None"),
+        ({"of": []}, r"^of is \[\]"),
+        ({"by": None}, "^by is None: a mapping"),
+        ({"by": {}}, "^by is {}: a mapping"),
+        ({"by": ["gap"]}, "^by is .*: a mapping"),
+        ({"by": {"gap": None}}, "^by is .*: a mapping"),
+        ({"at": None}, "^at is None: a mapping"),
+        ({"at": "gap"}, "^at is 'gap': a mapping"),
+        ({"at": {"gap": "flat"}}, r"^at\['gap'\] is 'flat': real numbers"),
+        ({"at": {"gap": None}}, r"^at\['gap'\] is None: real numbers"),
+    ],
+)
+def test_what_is_none_of_the_arguments_is_refused_in_words(changed: dict[str, Any], words: str) -> None:
+    contact = SCENE.prepare("half-space")
+    given = {"solve": lambda gap: contact.step(gap=gap), "of": "force", "by": {"gap": "gap"}}
+    with pytest.raises(ValueError, match=words):
+        mtb.jax_function(**(given | {"at": {"gap": np.zeros(N * N)}} | changed))

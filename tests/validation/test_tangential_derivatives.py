@@ -485,3 +485,54 @@ def test_a_chain_is_told_from_steps_that_are_none() -> None:
             mtb.gradient_of_steps(wrong, [{}] * len(wrong))
     with pytest.raises(ValueError, match=r"results\[0\] is .*: results of solve_tangential are needed"):
         mtb.gradient_of_steps([pressed], [{}])  # type: ignore[list-item]
+
+
+def test_open_cells_have_their_own_coefficient() -> None:
+    result = mtb.solve_tangential(CONTACT, mtb.Shift((1e-6, 0.0)), SPOTTED)
+    assert (result.status == 0).any()
+    np.testing.assert_array_equal(result.friction_coefficient, SPOTTED.coefficient)
+    by = result.gradient({"friction_coefficient": np.ones(SHAPE)})["friction_field"]
+    np.testing.assert_allclose(by, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("motion", "by", "power"),
+    [
+        (mtb.Rolling((2e-3, 1e-3, 0.3), velocity=12.0), "velocity", 1),
+        (mtb.Shift((8e-6, 0.0), duration=0.02), "duration", -1),
+    ],
+)
+def test_heat_of_fixed_friction_follows_the_speed(motion: Any, by: str, power: int) -> None:
+    # power is heat of a unit of way or time, times the speed or over the duration
+    result = mtb.solve_tangential(CONTACT, motion, mtb.Coulomb(0.3))
+    heat = motion.slip_speed * (result.dissipation * result.area).sum()
+    wanted = power * heat / getattr(motion, by)
+    assert result.derivative("friction_power", by) == pytest.approx(wanted, rel=1e-12)
+    assert result.gradient("friction_power")[by] == pytest.approx(wanted, rel=1e-12)
+    assert not np.any(result.derivative("force", by))
+
+
+@pytest.mark.parametrize("wrong", [None, "steps", 3.0, {"a": 1}])
+def test_a_chain_that_is_no_sequence_is_refused_in_words(wrong: Any) -> None:
+    result = mtb.solve_tangential(CONTACT, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
+    with pytest.raises(
+        ValueError, match=r"^results is .*: results of solve_tangential, one a step, are needed"
+    ):
+        mtb.gradient_of_steps(wrong, [{}])
+    with pytest.raises(
+        ValueError, match=r"^of is .*: names or weights of fields, one entry a step, are needed"
+    ):
+        mtb.gradient_of_steps([result], wrong)
+    assert mtb.gradient_of_steps([], []) == []
+
+
+@pytest.mark.parametrize("wrong", [None, [], "", 3.0, {"pressure": None}, {"pressure": "large"}, [None]])
+def test_what_cannot_be_derived_is_refused_in_words(wrong: Any) -> None:
+    result = mtb.solve_tangential(CONTACT, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
+    for ask in (lambda: result.derivative(wrong, "pressure"), lambda: result.gradient(wrong)):
+        with pytest.raises(ValueError, match=r"^of"):
+            ask()
+    bad: list[Any] = [None, [], "", 3.0, ["pressure"], {}]
+    for by in bad:
+        with pytest.raises(ValueError, match=r"^by is"):
+            result.derivative("force", by)

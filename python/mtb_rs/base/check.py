@@ -8,7 +8,7 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -114,6 +114,13 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
         need = f"numbers of at most {LARGEST:g}" if math.isfinite(value) else "finite numbers"
         raise ValueError(f"{name}{_at(bad)} is {value:.6g}: {need}{_in(unit)} are needed")
     return array
+
+
+def in_a_row(name: str, values: Any, needed: str) -> list[Any]:
+    """The entries of something that has several, a name not being one."""
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        raise ValueError(f"{name} is {shortened(values)}: {needed}, are needed")
+    return list(values)
 
 
 def path_of(name: str, value: Any) -> Path:

@@ -89,6 +89,10 @@ class Friction(WheelFriction):
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it, on the rectangle `cut` of a grid of `shape` (ny, nx)."""
 
+    def of_open(self, shape: tuple[int, int]) -> Array:
+        """Coefficients (ny, nx) that cells out of contact are told with."""
+        return np.full(shape, self.at_rest())
+
     @property
     def lacks_memory(self) -> bool:
         """Whether the coefficient follows the slip speed at once."""
@@ -167,6 +171,10 @@ class Coulomb(Friction):
         """Mean coefficients (n,), weighted by the pressure."""
         values = self._on_grid(shape)[cut]
         return np.full(len(slip_speed), float(np.average(values, weights=pressure)))
+
+    def of_open(self, shape: tuple[int, int]) -> Array:
+        """Those of the cells."""
+        return self._on_grid(shape)
 
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.check import in_a_row, shortened
 from ..results.derivatives import Functional, Gradient, Shape, entry_of
 from .tangential_result import TangentialResult
 
@@ -54,10 +55,11 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
     >>> abs(by_first["displacement"][0]) < abs(by_second["displacement"][1])
     True
     """
-    results, of = list(results), list(of)
+    results = in_a_row("results", results, "results of solve_tangential, one a step")
+    of = in_a_row("of", of, "names or weights of fields, one entry a step")
     for k, result in enumerate(results):
         if not isinstance(result, TangentialResult):
-            raise ValueError(f"results[{k}] is {result!r}: results of solve_tangential are needed")
+            raise ValueError(f"results[{k}] is {shortened(result)}: results of solve_tangential are needed")
         if k and not result.follows(results[k - 1]):
             raise ValueError(
                 f"results[{k}] does not start from the state of results[{k - 1}]: all steps of a chain are "

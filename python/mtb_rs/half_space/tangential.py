@@ -273,7 +273,7 @@ def _result(
         slip = (1.0 - share) * slip
         areas["plastic_area"] = float(np.count_nonzero(status == 3) * area)
     x, y = field.coordinates()
-    coefficient = whole(found.coefficient, fill=friction.at_rest())
+    coefficient = np.where(status > 0, whole(found.coefficient), friction.of_open(shape))
     tangential = whole(found.traction)
     traction = np.concatenate([tangential, np.zeros((1, *shape))])
     force = np.array([*found.force, -field.normal_force])

@@ -105,9 +105,9 @@ class TangentialTangent:
     inputs : dict of str to shape
         What is given: ``pressure`` (ny, nx); ``creepage`` (3,) of rolling, ``displacement`` (2,) and ``spin``
         of a shift; ``force`` (2,) if one was given; the parameters of friction;
-        ``velocity`` or ``duration`` if friction follows the slip; ``step`` and ``angle`` of rolling;
-        ``layer.thickness`` and ``layer.shear_modulus``; ``lower.young_modulus``, ``lower.poisson_ratio`` and
-        those of the upper body;
+        ``velocity`` or ``duration``, by which fields change if friction follows the slip; ``step`` and
+        ``angle`` of rolling; ``layer.thickness`` and ``layer.shear_modulus``;
+        ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body;
         ``state.traction``, ``state.pressure`` and ``state.coefficient`` of the earlier state.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
@@ -149,8 +149,7 @@ class TangentialTangent:
             self.inputs["force"] = (2,)
         self.inputs |= {name: shape if slope is None else () for name, slope in slopes.items()}
         self.inputs |= followed
-        if followed:
-            self.inputs[moving.speed] = ()
+        self.inputs[moving.speed] = ()
         self.inputs |= dict.fromkeys(courses, ())
         if layer is not None:
             self.inputs |= {"layer.thickness": (), "layer.shear_modulus": ()}
@@ -263,6 +262,9 @@ class TangentialTangent:
     def _by(self, name: str, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
         """Derivative by an input, from those by what the core was given."""
         grids, moving = self._grids, self._moving
+        if name == moving.speed and not self._followed:
+            # the slip is that of a unit of time or length: no field follows the speed
+            return np.zeros(())
         if name == "pressure":
             return grids.whole(found.pressure) + weights.get("pressure", 0.0)
         if name in moving.rigid:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import meant
+from ..base.check import meant, shortened
 from ..base.plain import plain, same
 
 Array = NDArray[np.float64]
@@ -341,8 +341,8 @@ class Differentiable(ABC):
         if not isinstance(of, Mapping):
             if not callable(of):
                 raise ValueError(
-                    f"of is {of!r}: a name, weights of fields, or a function of the result is needed, "
-                    "or a list of these"
+                    f"of is {shortened(of)}: a name, weights of fields, or a function of the result is "
+                    "needed, or a list of these"
                 )
             told = of(self)
             if not (isinstance(told, tuple) and len(told) == 2 and isinstance(told[1], Mapping)):
@@ -386,7 +386,7 @@ def _known(what: str, name: Any, names: Mapping[str, Any]) -> None:
         return
     near = meant(name, list(names)) if isinstance(name, str) else ""
     hint = f"did you mean {near}?" if near else f"this result has {', '.join(names)}"
-    raise ValueError(f"{what} is {name!r}: {hint}")
+    raise ValueError(f"{what} is {shortened(name)}: {hint}")
 
 
 def _refuse_large(of: str, by: str, size: int) -> None:

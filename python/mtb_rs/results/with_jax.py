@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.check import shortened
 from .derivatives import Differentiable
 
 Array = NDArray[np.float64]
@@ -62,12 +63,25 @@ def jax_function(
             "JAX computes with single precision, which derivatives do not survive: "
             'jax.config.update("jax_enable_x64", True) is needed at the start of the program'
         )
+    if not callable(solve):
+        raise ValueError(f"solve is {shortened(solve)}: a function that returns a result is needed")
+    if not isinstance(by, Mapping) or not by or not all(isinstance(name, str) for name in by.values()):
+        raise ValueError(
+            f"by is {shortened(by)}: a mapping of arguments of solve to names of inputs, such as "
+            '{"gap": "gap"}, is needed'
+        )
+    if not isinstance(at, Mapping):
+        raise ValueError(f"at is {shortened(at)}: a mapping of the arguments of by to arrays is needed")
     if set(at) != set(by):
         raise ValueError(f"at has {', '.join(at)}: {', '.join(by)}, the arguments of by, are needed")
-    names = (of,) if isinstance(of, str) else tuple(of)
-    if isinstance(of, Mapping) or not names or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"of is {of!r}: a name of a number or a field, or several, are needed")
+    names = (of,) if isinstance(of, str) else tuple(of) if isinstance(of, (list, tuple)) else ()
+    if not names or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"of is {shortened(of)}: a name of a number or a field, or several, are needed")
     arguments = tuple(by)
+    for argument in arguments:
+        # NaN is for what is found, as in poses
+        if np.asarray(at[argument]).dtype.kind not in "fiu":
+            raise ValueError(f"at[{argument!r}] is {shortened(at[argument])}: real numbers are needed")
 
     def solved_at(given: Iterable[Any]) -> Differentiable:
         return solve(**{name: np.asarray(v, dtype=float) for name, v in zip(arguments, given, strict=True)})

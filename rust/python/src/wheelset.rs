@@ -7,8 +7,8 @@ use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    PatchChange, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelChange,
-    WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
+    Accuracy, PatchChange, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity,
+    WheelChange, WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
 };
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
@@ -182,6 +182,18 @@ impl PyPreparedWheels {
     /// The same wheels without memory.
     fn copy(&self) -> Self {
         Self::of(self.fresh.without_memory())
+    }
+
+    /// The same wheels without memory; relative residuals of pressures and tractions, and relative error of a
+    /// vertical force that the height is found for.
+    fn to_accuracy(&self, normal: f64, tangential: f64, force: f64) -> PyResult<Self> {
+        let accuracy = Accuracy {
+            normal,
+            tangential,
+            force,
+        };
+        let fresh = self.fresh.to_accuracy(accuracy);
+        Ok(Self::of(fresh.map_err(|e| bad_input(&e))?))
     }
 
     /// "left", "right", or both.

@@ -35,7 +35,7 @@ pub use derivative::{PatchChange, WheelChange, WheelInput, WheelMargin, WheelTan
 pub use error::Error;
 pub use friction::{RailFriction, WheelFriction};
 pub use patch::{PointStatus, WheelPatch};
-pub use prepared::{PreparedWheels, Velocity, WheelStep};
+pub use prepared::{Accuracy, PreparedWheels, Velocity, WheelStep};
 pub use state::{PatchRatio, WheelState};
 pub use wheelset::{Side, Sides, Wheelset};
 

@@ -83,13 +83,14 @@ pub(crate) struct Ready {
 }
 
 /// How well the problems of a step are solved.
-#[derive(Clone, Copy)]
-pub(crate) struct Accuracy {
-    /// Relative residuals aimed at.
-    pub(crate) normal: f64,
-    pub(crate) tangential: f64,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Relative residual of the pressures.
+    pub normal: f64,
+    /// Relative residual of the tractions.
+    pub tangential: f64,
     /// Relative error of a vertical force that the height is found for.
-    pub(crate) force: f64,
+    pub force: f64,
 }
 
 /// Below what the cells make.
@@ -105,10 +106,6 @@ impl PreparedWheels {
     /// # Errors
     /// Numbers that make no sense, profiles that never face each other, several coefficients of a Coulomb law.
     pub fn new(wheelset: Wheelset) -> Result<Self, Error> {
-        Self::to_accuracy(wheelset, ACCURACY)
-    }
-
-    pub(crate) fn to_accuracy(wheelset: Wheelset, accuracy: Accuracy) -> Result<Self, Error> {
         wheelset.check()?;
         let over = WheelOverRail::new(&wheelset.pair)?;
         let operators = Operators::default();
@@ -116,6 +113,26 @@ impl PreparedWheels {
             wheelset,
             over,
             operators,
+            accuracy: ACCURACY,
+        };
+        Ok(Self {
+            ready: Arc::new(ready),
+            state: WheelState::default(),
+        })
+    }
+
+    /// The same wheels without memory, solved to another accuracy: differences of steps need more than what the
+    /// cells make.
+    ///
+    /// # Errors
+    /// As of [`PreparedWheels::new`].
+    pub fn to_accuracy(&self, accuracy: Accuracy) -> Result<Self, Error> {
+        let wheelset = self.ready.wheelset.clone();
+        let over = WheelOverRail::new(&wheelset.pair)?;
+        let ready = Ready {
+            wheelset,
+            over,
+            operators: Operators::default(),
             accuracy,
         };
         Ok(Self {

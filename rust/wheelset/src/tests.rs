@@ -10,10 +10,9 @@ use mtb_geometry::{Profile, WheelOnRail};
 use mtb_operator::unmonitored;
 use proptest::prelude::*;
 
-use crate::prepared::Accuracy;
 use crate::{
-    Error, PreparedWheels, RailFriction, Sides, Velocity, WheelChange, WheelFriction, WheelInput,
-    WheelStep, Wheelset,
+    Accuracy, Error, PreparedWheels, RailFriction, Sides, Velocity, WheelChange, WheelFriction,
+    WheelInput, WheelStep, Wheelset,
 };
 
 /// Differences need solutions far better than their own errors.
@@ -199,7 +198,10 @@ fn check_pose_and_velocity(
 }
 
 fn prepared(wheelset: Wheelset) -> PreparedWheels {
-    PreparedWheels::to_accuracy(wheelset, EXACT).unwrap()
+    PreparedWheels::new(wheelset)
+        .unwrap()
+        .to_accuracy(EXACT)
+        .unwrap()
 }
 
 #[test]
