@@ -42,6 +42,7 @@ from .friction.magnet import Magnet
 from .friction.wear_laws import Archard, EnergyWear, Rubbing, WearLaw, WearMap
 from .geometry.pole_shoe import PoleShoe
 from .geometry.profiles import Profile
+from .geometry.smoothing import Smoothing
 from .geometry.wheel_rail import wheel_on_rail_gap
 from .half_space.chain import gradient_of_steps
 from .half_space.creep_force import (
@@ -78,8 +79,10 @@ from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.brake import brake
 from .studies.braking import Braking
+from .studies.conicity import equivalent_conicity, klingel_wavelength
 from .studies.sweeps import sweep
 from .studies.wear import Passages, wear
+from .studies.wheelset_geometry import TouchingWheel, WheelsetGeometry, wheelset_geometry
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -107,6 +110,7 @@ if TYPE_CHECKING:
         | AreaLoadCurve
         | WearResult
         | Braking
+        | WheelsetGeometry
     ):
         """What was saved, of the kind that was saved; the room of results does not know them all."""
 else:
@@ -192,6 +196,7 @@ __all__ = [
     "Scene",
     "Shift",
     "SlidingHeat",
+    "Smoothing",
     "Solid",
     "StartOfSliding",
     "StaticKinetic",
@@ -205,6 +210,7 @@ __all__ = [
     "TetraMesh",
     "ThinLayer",
     "ToleranceWarning",
+    "TouchingWheel",
     "VelocityTable",
     "ViewError",
     "WearLaw",
@@ -214,18 +220,21 @@ __all__ = [
     "WheelScene",
     "WheelState",
     "WheelStep",
+    "WheelsetGeometry",
     "__version__",
     "animate",
     "area_load_curve",
     "brake",
     "conducting_steel",
     "creep_curve",
+    "equivalent_conicity",
     "fastsim",
     "fastsim_curve",
     "gradient_of_steps",
     "hertz",
     "jax_function",
     "kalker_coefficients",
+    "klingel_wavelength",
     "load",
     "load_case",
     "polach",
@@ -239,5 +248,6 @@ __all__ = [
     "sweep",
     "wear",
     "wheel_on_rail_gap",
+    "wheelset_geometry",
     "write_html",
 ]

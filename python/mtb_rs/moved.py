@@ -35,7 +35,7 @@ PLACES = {
     "fingerprint": ("base.fingerprint",),
     "fmu": ("simulation.fmu",),
     "friction": ("friction.laws", "base.words"),
-    "geometry": ("geometry.profiles", "geometry.contact_points", "base.words"),
+    "geometry": ("geometry.profiles", "geometry.profile_files", "geometry.contact_points", "base.words"),
     "grids": ("results.grids",),
     "hertzian": ("half_space.hertzian",),
     "incremental": ("contact.incremental",),

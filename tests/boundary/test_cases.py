@@ -101,7 +101,10 @@ def test_profiles_of_a_case_come_from_files_beside_it(tmp_path: Path) -> None:
     for rail, message in (
         ('"none.prr"', r"rail = .*there is no file .*none\.prr: one of 60E1, S1002, the path of"),
         ("3", "rail = 3: one of 60E1, S1002, the path of a profile file, or a table of file, unit"),
-        ('{ unit = "m" }', "rail = .*or a table of file, unit, interpolation, z_axis is needed"),
+        (
+            '{ unit = "m" }',
+            "rail = .*or a table of file, unit, interpolation, z_axis, mirror, wavelength is needed",
+        ),
         ('{ file = "metres.txt", unit = "furlong" }', "rail = .*unit is 'furlong': one of 'm', 'mm'"),
         ("{ file = 3 }", "rail = .*file is 3: a path is needed"),
         ('"case.toml"', "rail = .*profile file .*line 2 of the file"),

@@ -64,7 +64,10 @@ MADE_HERE = {
     "CreepForceTable": "by CreepForceTable.build",
     "Field": "by the results",
     "Rubbing": "by wear",
+    "Smoothing": "by Profile.smoothed",
     "SweepTable": "by sweep",
+    "TouchingWheel": "by wheelset_geometry",
+    "WheelsetGeometry": "by wheelset_geometry",
     "WheelState": "by steps of wheels",
 }
 
@@ -184,6 +187,8 @@ RAIL = mtb.Profile.standard("60E1")
 HERTZ = mtb.hertz(1e3, 0.1)
 HALF = _mtb_rs.half_space(*mtb.HalfSpace(mtb.steel).elastic, [(0.0, 0.0, 2, 2)], [(1e-3, 1e-3)], True)
 PAIR = _mtb_rs.Compliance.relative(HALF, HALF)
+#: Points of a profile, to be smoothed.
+TABLE = mtb.Profile.from_points(np.linspace(-0.03, 0.03, 300), -(np.linspace(-0.03, 0.03, 300) ** 2))
 #: A call of every public function and method that takes numbers with a unit, several where some
 #: exclude others.
 CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
@@ -568,6 +573,31 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         lambda **a: mtb.sweep(mtb.scenes.paraboloid_on_plane(points=18), **a).parameters,
         dict(parameters={"force": [1e6, 2e6], "friction": [0.1]}),
     ),
+    (
+        "wheelset_geometry",
+        lambda **a: mtb.wheelset_geometry(**a).radius_difference,
+        dict(
+            wheel_radius=0.47,
+            gauge=1.436,
+            rail_inclination=0.03,
+            shifts=[-1e-3, 0.0, 2e-3],
+            gauge_depth=13e-3,
+            flange_back=1.361,
+            tape_circle=69e-3,
+        ),
+    ),
+    ("klingel_wavelength", mtb.klingel_wavelength, dict(conicity=0.1, wheel_radius=0.47, base=1.6)),
+    (
+        "equivalent_conicity",
+        mtb.equivalent_conicity,
+        dict(shift=[-4e-3, 0.0, 5e-3], radius_difference=[-3e-4, 0.0, 5e-4], amplitude=2e-3),
+    ),
+    (
+        "Profile.smoothed",
+        lambda **a: TABLE.smoothed(**a).height([0.0, 5e-3]),
+        dict(wavelength=3e-3, kinks=[4e-3]),
+    ),
+    ("Profile.smoothed", lambda **a: TABLE.smoothed(**a).height([0.0, 5e-3]), dict(kink_angle=0.3)),
     (
         "wheel_on_rail_gap",
         lambda **a: mtb.wheel_on_rail_gap("S1002", "60E1", **a).gap,

@@ -166,6 +166,15 @@ def pole_shoe_design(names: dict[str, Any]) -> None:
     assert len(names["even"]) < len(names["near"]) - 1
 
 
+def measured_wheelset(names: dict[str, Any]) -> None:
+    conicity, peak = names["conicity"], names["peak"]
+    assert conicity["exact"] == pytest.approx(0.174, abs=1e-3)
+    # noise moves the contact, and hardly the radii
+    assert conicity["smoothed"] == pytest.approx(conicity["exact"], rel=0.02)
+    assert peak["measured"] > 1.5 * peak["exact"]
+    assert peak["smoothed"] == pytest.approx(peak["exact"], rel=0.05)
+
+
 def worn_wheel_over_lateral_shift(names: dict[str, Any]) -> None:
     assert names["cone_error"] < 1e-9
     assert names["angle_error"] < 2e-4
@@ -247,6 +256,7 @@ CHECKS = {
         heat_of_a_stop,
         a_stop_with_heat_and_wear,
         hertz,
+        measured_wheelset,
         pictures_of_a_result,
         pole_shoe_design,
         rough_contact_area,
@@ -262,6 +272,7 @@ ARGUMENTS = {"braking_manoeuvre": ["--short"], "stopping_distance_and_its_deviat
 NEEDS = {
     "braking_manoeuvre": "exudyn",
     "friction_and_pull_from_forces": "scipy",
+    "measured_wheelset": "scipy",
     "sole_of_least_peak_pressure": "scipy",
 }
 

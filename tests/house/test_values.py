@@ -106,6 +106,9 @@ MADE: dict[str, Callable[[], Any]] = {
     "Scene": lambda: mtb.scenes.block_on_plane(),
     "Shift": lambda: mtb.Shift((1e-6, 0.0)),
     "SlidingHeat": lambda: mtb.scenes.block_on_plane(spacing=0.025, friction=0.1).sliding_heat(1.0, 1, 1.0),
+    "Smoothing": lambda: (
+        mtb.Profile.from_points(np.linspace(-0.03, 0.03, 99), np.zeros(99)).smoothed().smoothing
+    ),
     "Solid": lambda: mtb.scenes.block_on_plane(spacing=2e-2).solve("elastic-upper").solids()[0],
     "StartOfSliding": lambda: mtb.scenes.paraboloid_on_plane(points=8).start_of_sliding([(1e-6, 0.0)]),
     "StaticKinetic": lambda: mtb.StaticKinetic(0.3, 0.2),
@@ -118,6 +121,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "TangentialState": lambda: mtb.solve_tangential(patch(), ROLL, mtb.Coulomb(0.3)).state,
     "TetraMesh": box,
     "ToleranceWarning": lambda: mtb.ToleranceWarning("a"),
+    "TouchingWheel": lambda: mtb.wheelset_geometry(shifts=[0.0]).left,
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
     "ViewError": lambda: mtb.ViewError("a"),
     "WearLaw": lambda: mtb.Archard(np.full(3, 1e-13)),
@@ -127,6 +131,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "WheelScene": lambda: mtb.scenes.wheel_on_rail(),
     "WheelState": lambda: wheel_step().state,
     "WheelStep": wheel_step,
+    "WheelsetGeometry": lambda: mtb.wheelset_geometry(shifts=[0.0]),
 }
 
 

@@ -28,18 +28,20 @@ _LENGTHS = (
     "non_magnetic_gap pole_length rail_length rail_position reach reference reference_point rms_height "
     "roll_off s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
-    "displacement displacements where"
+    "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )
 _RATIOS = (
     "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
     "reduction relief_slope "
-    "rms_slope static tangential_ratio tilts tolerance"
+    "conicity rms_slope static tangential_ratio tilts tolerance"
 )
 #: Units of all public arguments that have one, by name; of a sequence whose entries differ, of each.
 ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(_LENGTHS.split(), "m"),
     **dict.fromkeys(_RATIOS.split(), "1"),
-    **dict.fromkeys(("angle", "contact_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"),
+    **dict.fromkeys(
+        ("angle", "contact_angle", "kink_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"
+    ),
     **dict.fromkeys(("half_slip", "memory_min_slip", "slip_speed", "standstill_speed", "velocity"), "m/s"),
     **dict.fromkeys(
         ("contact_pressure", "magnetic_pressure", "peak", "pressure", "pressures", "traction"), "Pa"

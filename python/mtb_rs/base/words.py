@@ -102,3 +102,18 @@ Unit = Literal["m", "mm", "um", "in"]
 #: Ways between the points of a profile, and ways that z of its file may point.
 Interpolation = Literal["smooth", "linear"]
 ZAxis = Literal["up", "down", "guess"]
+#: How the axle of a rigid wheelset stands on the rails.
+Axle = Literal["level", "free"]
+#: Ways to an equivalent conicity, and what is drawn of a wheelset over rails.
+Linearisation = Literal["integration", "harmonic"]
+Guidance = Literal[
+    "contact_points",
+    "radius_difference",
+    "contact_angle",
+    "rail_position",
+    "wheel_position",
+    "equivalent_conicity",
+    "wavelength",
+]
+#: What of a profile is drawn over y.
+Shape = Literal["height", "angle", "curvature"]

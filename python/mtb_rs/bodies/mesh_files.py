@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..base.check import path_of, positive, shortened
 from ..base.files import check_readable, check_surface_file, check_triangles
 from ..base.words import Unit
-from ..geometry.profiles import UNITS, metres
+from ..geometry.profile_files import UNITS, metres
 from .mesh import EDGES, SUSPICIOUS_SIZE, TetraMesh, check_unknowns, quadratic
 from .mesh_objects import MeshCells, cells_of
 from .mesher import gmsh_beside

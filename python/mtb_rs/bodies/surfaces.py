@@ -20,7 +20,8 @@ from ..base.renamed import renamed
 from ..base.units import taking_quantities
 from ..base.words import Unit
 from ..geometry.contact_points import ContactGrid, contact_grid, spacing_pair
-from ..geometry.profiles import Profile, as_profile, metres
+from ..geometry.profile_files import metres
+from ..geometry.profiles import Profile, as_profile
 
 Array = NDArray[np.float64]
 

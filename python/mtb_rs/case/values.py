@@ -164,7 +164,7 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
     known = f"one of {', '.join(STANDARD_PROFILES)}, the path of a profile file"
     if isinstance(given, str):
         given = {"file": given}
-    accepted = ("file", *_PROFILE_WORDS)
+    accepted = ("file", *_PROFILE_WORDS, "mirror", "wavelength")
     if not isinstance(given, Mapping) or "file" not in given or not set(given) <= set(accepted):
         raise ValueError(f"{known}, or a table of {', '.join(accepted)} is needed")
     for name, choices in _PROFILE_WORDS.items():
@@ -173,7 +173,8 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
     path = (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
     if not path.exists():
         raise ValueError(f"there is no file {path}: {known} is needed")
-    return Profile.from_file(path, **{k: v for k, v in given.items() if k != "file"})
+    profile = Profile.from_file(path, **{k: v for k, v in given.items() if k not in ("file", "wavelength")})
+    return profile.smoothed(given["wavelength"]) if "wavelength" in given else profile
 
 
 #: How a profile file is to be read, where it does not say so itself.
@@ -293,6 +294,8 @@ _PROFILE = _table(
     ["file"],
     file=_TEXT,
     **{key: {"enum": list(typing.get_args(words))} for key, words in _PROFILE_WORDS.items()},
+    mirror={"type": "boolean"},
+    wavelength=_POSITIVE,
 )
 #: JSON schema of a rough layer: by the exponential law, or by a table.
 _ROUGH = {

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,33 +16,29 @@ from ..base.files import read_text, write_bytes
 from ..base.owning import frozen
 from ..base.plain import same
 from ..base.questions import ask
-from ..base.words import Interpolation, Unit, ZAxis
+from ..base.words import Interpolation, Shape, Unit, ZAxis
 from .contact_points import ROUNDING
+from .profile_files import FLANGE_HEIGHT, USUAL_WIDTH, departs_upwards, recognised
+from .smoothing import Smoothing, smoothed
 
 Array = NDArray[np.float64]
 
 #: Profiles known by name: rail head 60E1 (UIC 60, EN 13674-1), wheel S1002 (EN 13715).
 STANDARD_PROFILES = ("60E1", "S1002")
-#: Widths [m] of rails and wheels, toys included.
-USUAL_WIDTH = (5e-3, 0.5)
-
-#: Departure [m] from the height at y = 0 beyond which a profile goes down into a flange or a flank.
-FLANGE_HEIGHT = 10e-3
-
-#: Metres per unit of length.
-UNITS: dict[Unit, float] = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
-
-
-def metres(unit: Unit) -> float:
-    """Length of a unit known by name [m]."""
-    return UNITS[choice("unit", unit, Unit)]
 
 
 class Profile:
     """Height z(y) [m] of the cross-section of a rail or a wheel, z up.
 
     Rails have their crown at y = 0. Wheels have the tape circle at y = 0, the field side at y > 0 and the
-    flange at y < 0. Use :meth:`standard`, :meth:`from_points` or :meth:`from_file` to make a profile.
+    flange at y < 0. Use :meth:`standard`, :meth:`from_points` or :meth:`from_file` to make a profile, and
+    :meth:`smoothed` to take the noise out of a measured one.
+
+    Attributes
+    ----------
+    name : str
+    smoothing : Smoothing or None
+        What :meth:`smoothed` has done to it, with the residual.
 
     Examples
     --------
@@ -50,13 +47,22 @@ class Profile:
     -1.11
     """
 
-    __slots__ = ("_core", "_recipe", "name")
+    __slots__ = ("_core", "_points", "_recipe", "name", "smoothing")
 
     _core: _mtb_rs.Profile
+    _points: tuple[Array, Array] | None
     _recipe: tuple[Any, ...]
     name: str
+    smoothing: Smoothing | None
 
-    def __init__(self, core: _mtb_rs.Profile, name: str = "", recipe: tuple[Any, ...] = ()) -> None:
+    def __init__(
+        self,
+        core: _mtb_rs.Profile,
+        name: str = "",
+        recipe: tuple[Any, ...] = (),
+        points: tuple[Array, Array] | None = None,
+        smoothing: Smoothing | None = None,
+    ) -> None:
         if not isinstance(core, _mtb_rs.Profile):
             raise ValueError(
                 "a Profile is made by Profile.standard, Profile.from_points or Profile.from_file, not by "
@@ -64,7 +70,9 @@ class Profile:
             )
         self._core = core
         self._recipe = recipe
+        self._points = points
         self.name = name
+        self.smoothing = smoothing
 
     @classmethod
     def standard(cls, name: str) -> Profile:
@@ -99,11 +107,12 @@ class Profile:
             )
         choice("interpolation", interpolation, Interpolation)
         choice("z_axis", z_axis, ZAxis)
-        # as the core guesses of files
-        if z_axis == "down" or (z_axis == "guess" and z.size and _departs_upwards(z)):
+        # as of files
+        if z_axis == "down" or (z_axis == "guess" and z.size and departs_upwards(z)):
             z = -z
         core = _mtb_rs.Profile.from_points(y, z, interpolation)
-        return cls(core, name, (cls.from_points, (frozen(y), frozen(z), interpolation, name)))
+        points = frozen(y), frozen(z)
+        return cls(core, name, (cls.from_points, (*points, interpolation, name)), points)
 
     @classmethod
     def from_file(
@@ -111,49 +120,127 @@ class Profile:
         path: str | Path,
         interpolation: Interpolation = "smooth",
         *,
-        unit: Unit = "mm",
+        unit: Unit | Literal["guess"] = "guess",
         z_axis: ZAxis = "guess",
+        mirror: bool | Literal["guess"] = "guess",
     ) -> Profile:
-        """Profile from a file of two columns (y, z), or of the .prr / .prw form with its header.
+        """Profile from a file: two columns (y, z), .prr or .prw with a header, or MiniProf's .ban or .whl.
+
+        Forms are known by their content, not by the ending. What a file does not say is recognised from its
+        points: unit, order of the points and of the columns, direction of z, mirror; each guess that may be
+        wrong is said in a warning, and the argument that states it silences that. Points that repeat the one
+        before are left out, and so are the ends where y turns back, as it does behind a flange.
 
         Parameters
         ----------
         path : str or Path
-            Its columns are separated by blanks, commas or semicolons; comments begin with #, !, % or //. A
+            Columns are separated by blanks, commas or semicolons; comments begin with #, !, % or //. A
             heading gives their order and units, for example ``z [mm], y [mm]``. Files of more than two
-            columns need a heading.
+            columns need a heading. Of MiniProf files X and Y are taken as they are, without the alignment
+            that a header may describe.
         interpolation : "smooth" or "linear"
         unit : str
-            Length unit of files that do not state theirs: "m", "mm", "um" or "in".
+            Length unit of files that do not state theirs: "m", "mm", "um" or "in". A guess takes mm, but m or
+            µm where only these give the width of a rail or a wheel.
         z_axis : "up", "down" or "guess"
             Direction of z in the file. A guess takes the larger departure from the median height as down,
             because rails fall off at their flanks and wheels at their flange.
+        mirror : bool or "guess"
+            Whether y is turned over. The flange of a wheel and the gauge face of a rail belong to y < 0; a
+            guess turns over what goes down at y > 0 only.
 
-        A width that no rail or wheel has gives a warning, because it is mostly a mistake in the unit.
+        A width that no rail or wheel has gives a warning, because it is mostly a mistake in the unit; so does
+        a profile that is steep at y = 0, where rails have their crown and wheels their tape circle.
 
         Raises
         ------
         ValueError
-            If the file cannot be read. For a wrong line the message names it.
+            If the file cannot be read, holds several profiles, or lists sections along the track (slices).
+            For a wrong line the message names it.
         """
         path = path_of("path", path)
         choice("interpolation", interpolation, Interpolation)
         choice("z_axis", z_axis, ZAxis)
+        if unit != "guess":
+            choice("unit", unit, Unit)
+        if not (isinstance(mirror, bool) or mirror == "guess"):
+            raise ValueError(f'mirror is {mirror!r}: True, False or "guess" is needed')
         text = read_text(path, "profile file")
         try:
-            core = _mtb_rs.Profile.parse(text, metres(unit), z_axis, interpolation)
+            y, z, stated, form = _mtb_rs.read_profile(text)
+            points = recognised(y, z, stated=stated, form=form, unit=unit, z_axis=z_axis, mirror=mirror)
+            profile = cls.from_points(points.y, points.z, interpolation, path.name)
         except ValueError as error:
             raise ValueError(f"profile file {str(path)!r}: {error}") from None
-        recipe = (cls._parsed, (text, metres(unit), z_axis, interpolation, path.name))
-        profile = cls(core, path.name, recipe)
-        ask(f"profile file {str(path)!r}: {question}" for question in of_width("profile", profile))
+        questions = [*points.notes, *of_width("profile", profile)]
+        ask(f"profile file {str(path)!r}: {question}" for question in questions)
         return profile
 
     @classmethod
-    def _parsed(cls, text: str, unit: float, z_axis: str, interpolation: str, name: str) -> Profile:
-        """What a pickled profile from a file is made of again."""
-        core = _mtb_rs.Profile.parse(text, unit, z_axis, interpolation)
-        return cls(core, name, (cls._parsed, (text, unit, z_axis, interpolation, name)))
+    def _of_numbers(cls, numbers: Array, name: str, smoothing: Smoothing) -> Profile:
+        """A smoothed profile, also from a pickle."""
+        core = _mtb_rs.Profile.from_numbers(numbers)
+        recipe = (cls._of_numbers, (frozen(numbers), name, smoothing))
+        return cls(core, name, recipe, (smoothing.y, smoothing.z), smoothing)
+
+    def smoothed(
+        self,
+        wavelength: float = 4e-3,
+        *,
+        kinks: Sequence[float] | None = None,
+        kink_angle: float = 0.2,
+    ) -> Profile:
+        """The profile without its noise: smoothing splines of y and z over the arc length (extra ``smooth``).
+
+        A cubic smoothing spline [Reinsch1967]_ takes the points, and another one what that leaves: together
+        they keep the share 1 - (x / (1 + x))^2 of the height of a wave along the profile, with x = 2.414
+        (wavelength / length)^4. The points carry the same weight by their length along the profile, however
+        they are spaced. Kinks part it into pieces that are smoothed apart and meet.
+
+        Parameters
+        ----------
+        wavelength : float [m]
+            Waves of this length keep half of their height, those of twice the length 98 %, those of half the
+            length 5 %.
+        kinks : (k,) [m] or None
+            Places y of kinks, () for none; None: they are recognised by their angle.
+        kink_angle : float [rad]
+            Angle from which on a kink is recognised: that between parabolas through the points on either
+            side, over a wavelength. A jump of curvature is none.
+
+        Returns
+        -------
+        Profile
+            Its `smoothing` has the largest and the rms distance of the points, and the kinks.
+
+        Raises
+        ------
+        ValueError
+            For profiles that are no points, such as standard ones, a wavelength shorter than two steps or
+            longer than the profile, kinks outside or too near to each other, and where the smoothed profile
+            turns back.
+        """
+        if self._points is None:
+            raise ValueError(f"the profile {self.name!r} is made of formulas: there is no noise to smooth")
+        y, z = self._points
+        if y[-1] < y[0]:
+            y, z = y[::-1], z[::-1]
+        found = smoothed(y, z, wavelength, kinks, kink_angle)
+        return self._of_numbers(found.numbers, f"{self.name}, smoothed", found.smoothing)
+
+    def plot(self, quantity: Shape = "height", ax: Any = None) -> Any:
+        """Draws the profile, into matplotlib's axes `ax` if given; returns the figure.
+
+        Parameters
+        ----------
+        quantity : "height", "angle" or "curvature"
+            Over y. The height has equal scales along both axes, and the points of a table; of a smoothed
+            profile the points before and the kinks are drawn as well.
+        ax : matplotlib.axes.Axes, optional
+        """
+        from ..pictures import draw_profile
+
+        return draw_profile(self, choice("quantity", quantity, Shape), ax)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return self._recipe
@@ -263,11 +350,6 @@ class Profile:
         # between two breaks of either side both are one piece, of at most the third degree
         y = np.concatenate([ends[:-1] + share * np.diff(ends) for share in (0.0, 0.25, 0.5, 0.75)])
         return bool(np.abs(self.height(y) - self.height(-y)).max() <= ROUNDING * size)
-
-
-def _departs_upwards(z: Array) -> bool:
-    middle = np.sort(z)[z.size // 2]
-    return bool(z.max() - middle > middle - z.min())
 
 
 def of_shape(wheel: Profile, rail: Profile) -> list[str]:

@@ -11,6 +11,7 @@ from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
 from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, draw_sweep, draw_wear
+from .wheelset_plot import draw_profile, draw_wheelset_geometry
 
 __all__ = [
     "animate",
@@ -19,10 +20,12 @@ __all__ = [
     "draw_area_load",
     "draw_braking",
     "draw_heat",
+    "draw_profile",
     "draw_section",
     "draw_start",
     "draw_sweep",
     "draw_wear",
+    "draw_wheelset_geometry",
     "drawing_of_chart",
     "own_figures",
     "page_of_chart",

@@ -116,7 +116,8 @@ def load(saved: str | Path) -> Any:
     Returns
     -------
     Result, NormalResult, TangentialResult, RollingTemperature, SlidingHeat, FoundationResult, Hertz, \
-StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve, WearResult or Braking
+StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve, WearResult, Braking or \
+WheelsetGeometry
         Of the kind that was saved.
 
     Raises

@@ -62,7 +62,7 @@ class Study(Savable):
         ----------
         directory : str or Path
         name : str or None
-            Of the files; None: "chart", "sweep" or "area_load".
+            Of the files; None: "chart", "sweep", "area_load" or "wheelset_geometry".
 
         Returns
         -------

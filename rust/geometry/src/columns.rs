@@ -48,6 +48,8 @@ pub struct Columns<const N: usize> {
     pub lines: Vec<usize>,
     /// SI units per unit of each column, where the heading says so.
     pub units: [Option<f64>; N],
+    /// Whether a heading names the columns.
+    pub is_named: bool,
 }
 
 /// A heading, and where it stands.
@@ -103,7 +105,7 @@ pub fn read_columns<'a, const N: usize>(
         if rows.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err()) {
             if line.contains('=') {
                 let reason = format!(
-                    "{line:?} belongs to the header of another form, such as MiniProf's .ban and .whl, which is not read: keep the columns {} alone, and save them as text",
+                    "{line:?} belongs to a header, which is not read: keep the columns {} alone, and save them as text",
                     named(wanted)
                 );
                 return Err(unreadable(number, reason));
@@ -134,11 +136,13 @@ pub fn read_columns<'a, const N: usize>(
         rows.push(row);
         at.push(number + 1);
     }
+    let is_named = heading.as_ref().is_some_and(|h| h.places.is_some());
     let units = heading.map_or([None; N], |h| h.units);
     Ok(Columns {
         rows,
         lines: at,
         units,
+        is_named,
     })
 }
 

@@ -173,6 +173,25 @@ pub enum Error {
         /// End that is reached, in the profile's own frame [m].
         end: f64,
     },
+    /// Rigid bodies that touch where a profile ends.
+    #[error(
+        "the bodies touch at the end of the {profile} profile, y = {} m: a longer profile or a smaller shift is needed",
+        Short(*.end)
+    )]
+    TouchesEnd {
+        /// "rail" or "wheel".
+        profile: &'static str,
+        /// The end, in the profile's own frame [m].
+        end: f64,
+    },
+    /// A wheelset that cannot stand on the rails where it is shifted to.
+    #[error("at a lateral shift of {} m: {reason}", Short(*.shift))]
+    AtShift {
+        /// The shift to the left [m].
+        shift: f64,
+        /// Why not.
+        reason: String,
+    },
     /// Coordinates of nodes that do not rise.
     #[error("{name}: at least two rising numbers [m] are needed")]
     NotRising {

@@ -15,7 +15,8 @@
 //! its left; gap > 0 is open. Vectors of many points are component-major: all x, all y, all z.
 //! Contact points run x fastest.
 //!
-//! **References.** [EN13674-1] for the rail, [EN13715] for the wheel, [Steininger2025] for the shoe.
+//! **References.** [EN13674-1] for the rail, [EN13715] for the wheel, [EN15302] for level
+//! axles of wheelsets, [Steininger2025] for the shoe.
 
 use std::ops::ControlFlow;
 
@@ -36,11 +37,12 @@ pub use columns::{Column, Columns, LENGTHS, read_columns};
 pub use contact_points::{ContactGrid, ContactPoints, GridPatch, cells_over};
 pub use error::Error;
 pub use mesh::{Closure, SurfaceMesh};
-pub use profile::{Interpolation, Profile, Station, Vertical};
+pub use profile::{Interpolation, Profile, ProfileForm, ProfileTable, Station, Vertical};
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{
-    GapField, PlaneChange, PlaneGap, WheelOnRail, WheelOverRail, WheelRailContact, WheelRailLoad,
+    Axle, GapField, PlaneChange, PlaneGap, StandingWheelset, Touch, WheelOnRail, WheelOverRail,
+    WheelRailContact, WheelRailLoad,
 };
 
 /// Asked now and then by what takes long; `Break` makes it stop with [`Error::Interrupted`].

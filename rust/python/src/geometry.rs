@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use mtb_geometry::{
-    Closure, Column, ContactGrid, ContactPoints, HeightField, HeightSurface, Interpolation,
-    PoleShoe, Station, Surface, SurfaceMesh, SurfacePair, Vertical, WheelOnRail, WheelRailLoad,
+    Axle, Closure, Column, ContactGrid, ContactPoints, HeightField, HeightSurface, Interpolation,
+    PoleShoe, ProfileForm, ProfileTable, StandingWheelset, Station, Surface, SurfaceMesh,
+    SurfacePair, Touch, WheelOnRail, WheelRailLoad,
 };
 use mtb_operator::{Monitor, Progress};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -91,26 +92,74 @@ fn columns<'py, const N: usize>(
     ))
 }
 
+type Table<'py> = (Values<'py>, Values<'py>, Option<f64>, &'static str);
+
+/// Points of a profile file in its own unit, this unit [m] where the file states it, and the form of the file.
+#[pyfunction]
+pub(crate) fn read_profile<'py>(py: Python<'py>, text: &str) -> PyResult<Table<'py>> {
+    let table = ProfileTable::read(text).map_err(|error| bad_input(&error))?;
+    let form = match table.form {
+        ProfileForm::Columns => "columns",
+        ProfileForm::Heading => "heading",
+        ProfileForm::Framed => "framed",
+        ProfileForm::MiniProf => "miniprof",
+    };
+    let [y, z] = [table.y, table.z].map(|values| values.into_pyarray(py));
+    Ok((y, z, table.unit, form))
+}
+
+/// Where a rigid wheelset touches both rails at each lateral shift, rows of (14, n): height and roll of the axle,
+/// then of the left and of the right wheel, this in a mirror, y and z in the track, y of both profiles, slope angle
+/// and radius.
+///
+/// `pairs`: wheel, rail and radius of the tape circle, left and right.
+#[pyfunction]
+#[pyo3(signature = (pairs, *, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, level, shifts))]
+#[allow(clippy::too_many_arguments, clippy::type_complexity)] // reason: keyword-only
+pub(crate) fn standing_wheelsets<'py>(
+    py: Python<'py>,
+    pairs: [(PyRef<'_, PyProfile>, PyRef<'_, PyProfile>, f64); 2],
+    gauge: f64,
+    gauge_depth: f64,
+    rail_inclination: f64,
+    flange_back: f64,
+    tape_circle: f64,
+    level: bool,
+    shifts: PyReadonlyArray1<'_, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let pairs = pairs.map(|(wheel, rail, wheel_radius)| WheelOnRail {
+        wheel_radius,
+        gauge,
+        gauge_depth,
+        rail_inclination,
+        flange_back,
+        tape_circle,
+        ..WheelOnRail::new(wheel.0.clone(), rail.0.clone())
+    });
+    let axle = if level { Axle::Level } else { Axle::Free };
+    let shifts = slice(&shifts)?.to_vec();
+    let found = enter(py, |monitor| {
+        StandingWheelset::over_shifts(&pairs, axle, &shifts, &|| look(monitor))
+    })?;
+    let row = |value: &dyn Fn(&StandingWheelset) -> f64| -> Vec<f64> {
+        found.iter().map(value).collect()
+    };
+    let mut values = row(&|w| w.height);
+    values.extend(row(&|w| w.roll));
+    let sides: [fn(&StandingWheelset) -> &Touch; 2] = [|w| &w.left, |w| &w.right];
+    for side in sides {
+        values.extend(row(&|w| side(w).position[0]));
+        values.extend(row(&|w| side(w).position[1]));
+        values.extend(row(&|w| side(w).rail_position));
+        values.extend(row(&|w| side(w).wheel_position));
+        values.extend(row(&|w| side(w).angle));
+        values.extend(row(&|w| side(w).rolling_radius));
+    }
+    rows(py, values, 14)
+}
+
 #[pymethods]
 impl PyProfile {
-    #[staticmethod]
-    fn parse(text: &str, unit: f64, z_axis: &str, interpolation: &str) -> PyResult<Self> {
-        let vertical = match z_axis {
-            "up" => Vertical::Up,
-            "down" => Vertical::Down,
-            "guess" => Vertical::Guess,
-            other => {
-                return Err(PyValueError::new_err(format!(
-                    "z_axis is {other:?}: \"up\", \"down\" or \"guess\" is accepted"
-                )));
-            }
-        };
-        let interpolation = interpolation_named(interpolation)?;
-        mtb_geometry::Profile::parse(text, unit, vertical, interpolation)
-            .map(Self)
-            .map_err(|error| bad_input(&error))
-    }
-
     #[staticmethod]
     fn rail_60e1() -> Self {
         Self(mtb_geometry::Profile::rail_60e1())
@@ -129,6 +178,14 @@ impl PyProfile {
     ) -> PyResult<Self> {
         let interpolation = interpolation_named(interpolation)?;
         mtb_geometry::Profile::from_points(slice(&y)?, slice(&z)?, interpolation)
+            .map(Self)
+            .map_err(|error| bad_input(&error))
+    }
+
+    /// From the numbers of pieces: ends, kind 0, origin, count and coefficients of each polynomial.
+    #[staticmethod]
+    fn from_numbers(numbers: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
+        mtb_geometry::Profile::from_numbers(slice(&numbers)?)
             .map(Self)
             .map_err(|error| bad_input(&error))
     }

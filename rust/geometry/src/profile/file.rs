@@ -16,8 +16,34 @@ pub enum Vertical {
     Guess,
 }
 
-/// Points of a profile file with what its header says to do with them.
-struct Table {
+/// The form of a profile file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileForm {
+    /// Columns without a heading that names them: y, then z.
+    Columns,
+    /// Columns named by a heading.
+    Heading,
+    /// Points between `point.begin` and `point.end`: `.prr` of rails and `.prw` of wheels.
+    Framed,
+    /// A header of `key=value` and columns below it: MiniProf's `.ban` of rails and `.whl` of wheels.
+    MiniProf,
+}
+
+/// Points of a profile as its file has them, after what a header asks for, in the unit of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileTable {
+    /// Coordinates across (n).
+    pub y: Vec<f64>,
+    /// Vertical coordinates (n).
+    pub z: Vec<f64>,
+    /// Length unit [m], where the file states it.
+    pub unit: Option<f64>,
+    /// The form of the file.
+    pub form: ProfileForm,
+}
+
+/// Points of a `.prr` or `.prw` file with what its header says to do with them.
+struct Framed {
     points: Vec<[f64; 2]>,
     shift: [f64; 2],
     rotation: f64,
@@ -31,15 +57,13 @@ struct Table {
 }
 
 impl Profile {
-    /// A profile from the text of a file: two columns y and z, or the `.prr` / `.prw` form with
-    /// `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
+    /// A profile from the text of a file, as [`ProfileTable::read`] takes it.
     ///
     /// `unit` is the length unit [m] of files that do not state theirs, in a header or in the heading of the
-    /// columns. Columns are read by [`read_columns`]; between `point.begin` and `point.end` the third is a weight,
-    /// which means something with smoothing only.
+    /// columns.
     ///
     /// # Errors
-    /// Those of [`read_columns`], smoothing asked for by the header, tables that [`Profile::from_points`] refuses.
+    /// Those of [`ProfileTable::read`], tables that [`Profile::from_points`] refuses.
     pub fn parse(
         text: &str,
         unit: f64,
@@ -47,12 +71,10 @@ impl Profile {
         interpolation: Interpolation,
     ) -> Result<Self, Error> {
         positive("unit", unit)?;
-        let table = if text.contains("point.begin") {
-            Table::with_header(text)?
-        } else {
-            Table::columns(text)?
-        };
-        let [y, mut z] = table.coordinates(unit);
+        let table = ProfileTable::read(text)?;
+        let scale = table.unit.unwrap_or(unit);
+        let scaled = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| scale * v).collect() };
+        let (y, mut z) = (scaled(&table.y), scaled(&table.z));
         if points_down(vertical, &z) {
             for v in &mut z {
                 *v = -*v;
@@ -91,7 +113,166 @@ const COORDINATES: [Column<'_>; 2] = [
     },
 ];
 
-impl Table {
+/// Keys of the header by which a MiniProf file is known.
+const MINIPROF: [&str; 4] = [
+    "ProgramName",
+    "XYPoints",
+    "ColumnDef",
+    "PrimaryIdentification",
+];
+
+impl ProfileTable {
+    /// Points from the text of a file: two columns y and z, MiniProf's `.ban` and `.whl`, or the `.prr` / `.prw` form
+    /// with `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
+    ///
+    /// Columns are read by [`read_columns`]. Between `point.begin` and `point.end` the third is a weight, which
+    /// means something with smoothing only. Of a MiniProf header `ColumnDef`, which names the columns (X and Y are
+    /// read), and `XYPoints`, their number, count; the coordinates are those that the file has.
+    ///
+    /// # Errors
+    /// Those of [`read_columns`], smoothing asked for by the header, more than one profile, fewer rows than the
+    /// header says, lists of sections along the track (slices).
+    pub fn read(text: &str) -> Result<Self, Error> {
+        refuse_slices(text)?;
+        let has_key = |line: &str| {
+            let key = line.split_once('=').map(|(key, _)| key.trim());
+            key.is_some_and(|key| MINIPROF.contains(&key))
+        };
+        if text.contains("point.begin") {
+            Framed::with_header(text).map(Framed::table)
+        } else if text.lines().any(has_key) {
+            Self::miniprof(text)
+        } else {
+            Self::columns(text)
+        }
+    }
+
+    fn new(points: &[[f64; 2]], unit: Option<f64>, form: ProfileForm) -> Self {
+        Self {
+            y: points.iter().map(|p| p[0]).collect(),
+            z: points.iter().map(|p| p[1]).collect(),
+            unit,
+            form,
+        }
+    }
+
+    /// The points of two columns, as their heading names them.
+    fn columns(text: &str) -> Result<Self, Error> {
+        let read = read_columns(text.lines().enumerate(), &COORDINATES)?;
+        let form = if read.is_named {
+            ProfileForm::Heading
+        } else {
+            ProfileForm::Columns
+        };
+        match read.units {
+            [None, None] => Ok(Self::new(&read.rows, None, form)),
+            [Some(across), Some(up)] => {
+                let points: Vec<[f64; 2]> = read
+                    .rows
+                    .iter()
+                    .map(|row| [across * row[0], up * row[1]])
+                    .collect();
+                Ok(Self::new(&points, Some(1.0), form))
+            }
+            _ => {
+                let reason = "the heading states the unit of one of y and z: state both, or none";
+                Err(unreadable(0, reason.into()))
+            }
+        }
+    }
+
+    /// The points below a MiniProf header.
+    fn miniprof(text: &str) -> Result<Self, Error> {
+        let mut places = [0, 1];
+        let mut stated: Option<(usize, &str)> = None;
+        let mut points = Vec::new();
+        for (number, whole) in text.lines().enumerate() {
+            let line = whole.trim_start_matches('\u{feff}').trim();
+            if let Some((key, value)) = line.split_once('=') {
+                if !points.is_empty() {
+                    let reason = format!(
+                        "{line:?} begins another header below the points: one profile a file is read"
+                    );
+                    return Err(unreadable(number, reason));
+                }
+                match key.trim() {
+                    "XYPoints" => stated = Some((number, value.trim())),
+                    "ColumnDef" => places = named_xy(number, value)?,
+                    _ => {}
+                }
+                continue;
+            }
+            let cells: Vec<&str> = line
+                .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+                .filter(|cell| !cell.is_empty())
+                .collect();
+            let is_title = points.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err());
+            if cells.is_empty() || is_title {
+                continue;
+            }
+            let value = |place: usize| {
+                let found = cells.get(place).and_then(|c| c.parse::<f64>().ok());
+                found.filter(|v| v.is_finite()).ok_or_else(|| {
+                    let reason = format!("{line:?} is not finite numbers, X and Y among them");
+                    unreadable(number, reason)
+                })
+            };
+            points.push([value(places[0])?, value(places[1])?]);
+        }
+        if let Some((number, value)) = stated
+            && value.parse::<usize>() != Ok(points.len())
+        {
+            let reason = format!(
+                "XYPoints={value}, and {} rows of points follow: the file is cut short or has been changed",
+                points.len()
+            );
+            return Err(unreadable(number, reason));
+        }
+        Ok(Self::new(&points, None, ProfileForm::MiniProf))
+    }
+}
+
+/// Where the columns X and Y stand, by the value of `ColumnDef`.
+fn named_xy(number: usize, value: &str) -> Result<[usize; 2], Error> {
+    let names: Vec<&str> = value.split([',', ';', '\t', ' ']).map(str::trim).collect();
+    let place = |wanted: &str| names.iter().position(|n| n.eq_ignore_ascii_case(wanted));
+    match (place("X"), place("Y")) {
+        (Some(x), Some(y)) => Ok([x, y]),
+        _ => {
+            let reason = format!("ColumnDef={value} does not name the columns X and Y");
+            Err(unreadable(number, reason))
+        }
+    }
+}
+
+/// A list of sections along the track or around a wheel names other files, one a line.
+fn refuse_slices(text: &str) -> Result<(), Error> {
+    let named: Vec<(usize, &str)> = text
+        .lines()
+        .enumerate()
+        .filter_map(|(number, line)| {
+            let last = line.split(['\'', '"', ' ', '\t', ',']);
+            let file = last.into_iter().find(|word| {
+                let lower = word.to_ascii_lowercase();
+                [".prr", ".prw", ".ban", ".whl"]
+                    .iter()
+                    .any(|e| lower.ends_with(e))
+            })?;
+            let first = line.split_whitespace().next()?;
+            first.parse::<f64>().is_ok().then_some((number, file))
+        })
+        .collect();
+    let [(number, file), _, ..] = named[..] else {
+        return Ok(());
+    };
+    let reason = format!(
+        "{file:?} is one of {} sections along the track or around the wheel (slices), and a profile is one section: read one of these files",
+        named.len()
+    );
+    Err(unreadable(number, reason))
+}
+
+impl Framed {
     fn new() -> Self {
         Self {
             points: Vec::new(),
@@ -105,27 +286,6 @@ impl Table {
         }
     }
 
-    /// The points of two columns, as their heading names them.
-    fn columns(text: &str) -> Result<Self, Error> {
-        let read = read_columns(text.lines().enumerate(), &COORDINATES)?;
-        let mut table = Self::new();
-        table.points = read.rows;
-        match read.units {
-            [None, None] => {}
-            [Some(across), Some(up)] => {
-                for point in &mut table.points {
-                    *point = [across * point[0], up * point[1]];
-                }
-                table.per_metre = Some(1.0);
-            }
-            _ => {
-                let reason = "the heading states the unit of one of y and z: state both, or none";
-                return Err(unreadable(0, reason.into()));
-            }
-        }
-        Ok(table)
-    }
-
     fn with_header(text: &str) -> Result<Self, Error> {
         let lines: Vec<(usize, &str)> = text.lines().enumerate().collect();
         let place = |key: &str| lines.iter().position(|(_, l)| content(l) == key);
@@ -133,6 +293,13 @@ impl Table {
             let reason = "point.begin and point.end are needed, each on its own line".into();
             return Err(unreadable(lines.len().saturating_sub(1), reason));
         };
+        if let Some(again) = lines[begin + 1..]
+            .iter()
+            .find(|(_, l)| content(l) == "point.begin")
+        {
+            let reason = "a second point.begin: one profile a file is read".into();
+            return Err(unreadable(again.0, reason));
+        }
         let points = lines.get(begin + 1..end).unwrap_or_default();
         let mut table = Self::new();
         for &(number, whole) in points {
@@ -193,7 +360,7 @@ impl Table {
                 .map_err(|_| unreadable(number, format!("{key} = {value:?} is not a number")))?;
             if key == "approx.smooth" && *slot != 0.0 {
                 let reason = format!(
-                    "{key} = {value}: profiles are not smoothed here; set it to 0 to take the points as they are, or export points that are smoothed already"
+                    "{key} = {value}: a file is read without smoothing; set it to 0 to take the points as they are, and smooth the profile itself"
                 );
                 return Err(unreadable(number, reason));
             }
@@ -217,9 +384,8 @@ impl Table {
         Ok(table)
     }
 
-    /// y and z in metres, after everything the header asks for, in its order.
-    fn coordinates(&self, unit: f64) -> [Vec<f64>; 2] {
-        let scale = self.per_metre.map_or(unit, |n| 1.0 / n);
+    /// The points after everything the header asks for, in its order.
+    fn table(self) -> ProfileTable {
         let (sin, cos) = (self.rotation / self.per_radian).sin_cos();
         let mut kept: Vec<[f64; 2]> = Vec::new();
         for p in &self.points {
@@ -230,16 +396,18 @@ impl Table {
                 kept.push(*p);
             }
         }
-        kept.into_iter()
+        let points: Vec<[f64; 2]> = kept
+            .into_iter()
             .map(|p| [p[0] + self.shift[0], p[1] + self.shift[1]])
             .map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]])
             .filter(|p| (0..2).all(|i| !(p[i] < self.bounds[i][0] || p[i] > self.bounds[i][1])))
             .map(|p| {
                 let turned = |i: usize| if self.mirror[i] { -p[i] } else { p[i] };
-                (scale * turned(0), scale * turned(1))
+                [turned(0), turned(1)]
             })
-            .unzip::<f64, f64, Vec<f64>, Vec<f64>>()
-            .into()
+            .collect();
+        let unit = self.per_metre.map(|n| 1.0 / n);
+        ProfileTable::new(&points, unit, ProfileForm::Framed)
     }
 }
 
@@ -302,6 +470,22 @@ spline.end
     }
 
     #[test]
+    fn miniprof_columns_are_found_by_their_names() {
+        for text in [
+            "ProgramName=MiniProf\nXYPoints=3\nColumnDef=X,Y,A,C\n\n0\t0\t9\t9\n1\t-2\t9\t9\n2\t-3\t9\t9\n",
+            "[Header]\nProgramName=MiniProf\nColumnDef=A,Y,X\n9 0 0\n9 -2 1\n9 -3 2\n",
+            "\u{feff}XYPoints=3\r\n\r\n0 0\r\n1 -2\r\n2 -3\r\n",
+        ] {
+            let table = ProfileTable::read(text).unwrap();
+            assert_eq!((table.form, table.unit), (ProfileForm::MiniProf, None));
+            assert_eq!(
+                (table.y, table.z),
+                (vec![0.0, 1.0, 2.0], vec![0.0, -2.0, -3.0])
+            );
+        }
+    }
+
+    #[test]
     fn the_unit_of_a_heading_counts() {
         for text in [
             "y [m],z [m]\n0,0\n0.001,-0.002\n0.002,-0.003",
@@ -344,8 +528,19 @@ spline.end
         for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,5;-2\n", "1,5\t-2,5"] {
             assert!(message(commas).contains("decimal commas"), "{commas}");
         }
-        let ban = "[Header]\nProgramName=Miniprof\n\n-35.2\t14.1\n";
-        assert!(message(ban).contains("MiniProf"));
+        assert!(message("scene = 3\n0 0\n1 1").contains("belongs to a header"));
+        let ban = "ProgramName=MiniProf\nXYPoints=2\n\n-35.2\t14.1\n";
+        assert!(message(ban).contains("XYPoints=2, and 1 rows"));
+        let short = "ProgramName=MiniProf\nColumnDef=X,Y\n\n-35.2\n";
+        assert!(message(short).contains("line 4"));
+        assert!(message("ColumnDef=A,B\n0 0\n1 1").contains("does not name the columns X and Y"));
+        let two = "XYPoints=2\n0 0\n1 1\nXYPoints=2\n0 0\n1 1\n";
+        assert!(message(two).contains("another header"));
+        assert!(message("XYPoints=2\n0 0\n1 nan\n").contains("line 3"));
+        let twice = PRR.replace("spline.end", "point.begin\n0 0\npoint.end\nspline.end");
+        assert!(message(&twice).contains("a second point.begin"));
+        let slices = "2 ! slices\n0.0 'a.prr'\n10.0 'b.prr'\n";
+        assert!(message(slices).contains("one of 2 sections"));
         assert!(message("0 0\n1 0\n1 2\n").contains("row 3"));
         let smoothed = PRR.replace("approx.smooth = 0.0", "approx.smooth = 0.1");
         assert!(

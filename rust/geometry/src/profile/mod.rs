@@ -13,7 +13,7 @@ use crate::Error;
 use crate::error::{all_finite, out_of_range};
 use piece::{Curve, Piece};
 
-pub use file::Vertical;
+pub use file::{ProfileForm, ProfileTable, Vertical};
 pub use piece::Station;
 
 /// Coordinates beyond this [m], and steps along y below it, are refused: slopes and curvatures would overflow.

@@ -7,6 +7,7 @@ mod middle;
 mod over;
 mod plane;
 mod section;
+mod touch;
 
 use std::f64::consts::PI;
 
@@ -20,6 +21,7 @@ pub use change::PlaneChange;
 pub use gap::GapField;
 pub use over::WheelOverRail;
 pub use plane::PlaneGap;
+pub use touch::{Axle, StandingWheelset, Touch};
 
 /// Largest load estimate that is looked for [m].
 const MOST_APPROACH: f64 = 5e-3;

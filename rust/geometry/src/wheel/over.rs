@@ -57,6 +57,17 @@ pub(super) struct Station {
     pub(super) slope: f64,
 }
 
+impl Station {
+    pub(super) fn of(wheel: &Profile, tape_radius: f64, position: f64) -> Self {
+        let [height, slope] = height_and_slope(wheel, position);
+        Self {
+            position,
+            radius: tape_radius - height,
+            slope: -slope,
+        }
+    }
+}
+
 /// A place on the top side of the rail, in the track.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeadPoint {
@@ -87,14 +98,7 @@ impl WheelOverRail {
         let section = Section::new(pair)?;
         let stations = samples(&pair.wheel, SAMPLING)
             .into_iter()
-            .map(|position| {
-                let [height, slope] = height_and_slope(&pair.wheel, position);
-                Station {
-                    position,
-                    radius: pair.wheel_radius - height,
-                    slope: -slope,
-                }
-            })
+            .map(|position| Station::of(&pair.wheel, pair.wheel_radius, position))
             .collect();
         let placement = section.rail;
         let (sin, cos) = (placement.sin, placement.cos);
@@ -206,6 +210,21 @@ impl WheelOverRail {
             .collect()
     }
 
+    /// Where a prism can touch the circle of the wheel at a station.
+    pub(super) fn lowest_of(
+        &self,
+        station: &Station,
+        centre: Vector3<f64>,
+        axle: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let length = (1.0 - axle.x * axle.x).sqrt();
+        let along = (Vector3::x() - axle.x * axle) / length;
+        let down = axle.cross(&along);
+        let sin = (station.slope * axle.x / length).clamp(-1.0, 1.0);
+        let cos = (1.0 - sin * sin).sqrt();
+        centre + axle * (self.tape + station.position) + (down * cos + along * sin) * station.radius
+    }
+
     pub(super) fn outline(
         &self,
         centre: Vector3<f64>,
@@ -227,9 +246,6 @@ impl WheelOverRail {
                 "a unit vector that points to the left is needed",
             ));
         }
-        let length = (1.0 - axle.x * axle.x).sqrt();
-        let along = (Vector3::x() - axle.x * axle) / length;
-        let down = axle.cross(&along);
         let mut below = Below::new(&self.head);
         let n = self.stations.len();
         let mut outline = Outline {
@@ -238,11 +254,7 @@ impl WheelOverRail {
             angle: Vec::with_capacity(n),
         };
         for station in &self.stations {
-            let sin = (station.slope * axle.x / length).clamp(-1.0, 1.0);
-            let cos = (1.0 - sin * sin).sqrt();
-            let point = centre
-                + axle * (self.tape + station.position)
-                + (down * cos + along * sin) * station.radius;
+            let point = self.lowest_of(station, centre, axle);
             let (from, share) = below.at(point.y);
             let [first, second] = [from, (from + 1).min(self.head.len() - 1)].map(|k| self.head[k]);
             let is_over = (self.head[0].y..=self.head[self.head.len() - 1].y).contains(&point.y);

@@ -438,3 +438,29 @@ fn changes_of_a_plane_are_its_differences() {
     }
     assert!(planes_seen >= 25);
 }
+
+#[test]
+fn a_wheelset_of_cones_has_radii_that_differ_by_twice_the_slope() {
+    let slope = 0.05;
+    let pairs = [cone_on_circle(slope), cone_on_circle(slope)];
+    let shifts = [-4e-3, 0.0, 3e-3];
+    let level = StandingWheelset::over_shifts(&pairs, Axle::Level, &shifts, &unwatched).unwrap();
+    for (shift, standing) in shifts.iter().zip(&level) {
+        let difference = standing.left.rolling_radius - standing.right.rolling_radius;
+        assert!((difference - 2.0 * slope * shift).abs() < 1e-9, "{shift}");
+        assert!((standing.left.angle.tan() - slope).abs() < 1e-6);
+        assert!(standing.roll == 0.0);
+    }
+    // both wheels touch, the left one higher where it runs on a larger radius
+    let free = StandingWheelset::over_shifts(&pairs, Axle::Free, &shifts, &unwatched).unwrap();
+    for (shift, standing) in shifts.iter().zip(&free) {
+        assert!((standing.left.clearance - standing.right.clearance).abs() < 1e-11);
+        assert!(shift * standing.roll >= 0.0 && standing.roll.abs() < 1e-3);
+    }
+    let far = StandingWheelset::over_shifts(&pairs, Axle::Free, &[0.5], &unwatched);
+    assert!(
+        far.unwrap_err()
+            .to_string()
+            .starts_with("at a lateral shift of 0.5 m: ")
+    );
+}
