@@ -58,6 +58,7 @@ class Problem:
         products_from: int = ...,
         layer: _Array | None = None,
         hardness: _Array | None = None,
+        shear: _Array | None = None,
         rough: tuple[float, float] | tuple[list[float], list[float]] | None = None,
     ) -> Problem: ...
     @property

@@ -152,7 +152,7 @@ def test_equal_steps_beyond_the_limit_say_so() -> None:
             {"expansion": True, "lower": mtb.Conductor(1, 1, 1), "upper": mtb.Conductor(1, 1, 1)},
             "coefficient",
         ),
-        ({"wear": -1.0}, "wear_coefficient is"),
+        ({"wear": -1.0}, "wear is -1 1/Pa: a wear coefficient of at least 0"),
         ({"lower_wear": "steel"}, "lower_wear is 'steel'"),
         ({"fading": 3.0}, "fading is 3.0"),
         ({"fading": ([1.0, 0.0], [1.0, 1.0])}, "that rise"),

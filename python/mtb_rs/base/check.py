@@ -101,13 +101,8 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
         given = np.empty(0, dtype=object)
     if given.dtype.kind not in "fiu":
         raise ValueError(f"{name} is {shortened(values)}: real numbers{_in(unit)} are needed")
-    masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else None
+    refuse_masked(name, given, unit)
     array = np.ascontiguousarray(np.asarray(given), dtype=float).reshape(given.shape)
-    if masked is not None and masked.any():
-        raise ValueError(
-            f"{name}{_at(masked)} is masked: masked values are not accepted, "
-            f"give every point a number{_in(unit)}"
-        )
     bad = ~(np.abs(array) <= LARGEST)
     if bad.any():
         value = float(array[bad][0])
@@ -121,6 +116,16 @@ def in_a_row(name: str, values: Any, needed: str) -> list[Any]:
     if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
         raise ValueError(f"{name} is {shortened(values)}: {needed}, are needed")
     return list(values)
+
+
+def refuse_masked(name: str, given: NDArray[Any], unit: str = "") -> None:
+    """ValueError for an array with masked values: what lies under a mask is no number."""
+    masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else None
+    if masked is not None and masked.any():
+        raise ValueError(
+            f"{name}{_at(masked)} is masked: masked values are not accepted, "
+            f"give every point a number{_in(unit)}"
+        )
 
 
 def path_of(name: str, value: Any) -> Path:

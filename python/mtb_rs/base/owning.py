@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .check import refuse_masked
 from .errors import ConvergenceError
 
 C = TypeVar("C")
@@ -32,16 +33,25 @@ def frozen(array: NDArray[Any]) -> NDArray[Any]:
     return np.frombuffer(np.asarray(array).tobytes(), array.dtype).reshape(array.shape)
 
 
-def owned(value: Any) -> Any:
-    """`value` with the arrays it holds frozen; lists become tuples, mappings are copied and held."""
+def owned(value: Any, name: str = "value") -> Any:
+    """`value` with the arrays it holds frozen; lists become tuples, mappings are copied and held.
+
+    Raises
+    ------
+    ValueError
+        For masked values: an array of one's own has no mask.
+    """
     if isinstance(value, np.ndarray):
+        refuse_masked(name, value)
         return frozen(value)
     if isinstance(value, tuple) and hasattr(value, "_make"):
-        return type(value)._make(owned(entry) for entry in value)
+        return type(value)._make(owned(entry, f"{name}[{k}]") for k, entry in enumerate(value))
     if type(value) in (list, tuple):
-        return tuple(owned(entry) for entry in value)
+        return tuple(owned(entry, f"{name}[{k}]") for k, entry in enumerate(value))
     if isinstance(value, Mapping):
-        return Held((name, owned(entry)) for name, entry in value.items())
+        return Held(
+            (key, owned(entry, key if isinstance(key, str) else name)) for key, entry in value.items()
+        )
     return value
 
 
@@ -112,7 +122,7 @@ def own(self: Any) -> None:
         # what it was given: what it notes down for itself later it may change
         value = getattr(self, entry.name, None) if entry.init else None
         if isinstance(value, (np.ndarray, list, tuple, Mapping)):
-            object.__setattr__(self, entry.name, owned(value))
+            object.__setattr__(self, entry.name, owned(value, entry.name))
 
 
 def check_finite(name: str, value: Any) -> Any:

@@ -28,6 +28,8 @@ from ..base.files import read_bytes, text_of
 from ..base.questions import gathered
 from ..base.words import Method, Model
 from ..friction.fields import check_friction
+from ..friction.laws import ShearLayer
+from ..friction.magnet import Magnet
 from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
@@ -83,15 +85,23 @@ class Case(BaseModel):
         return [name for name in type(self).model_fields if name not in _BESIDES]
 
     def variables(self) -> list[str]:
-        """What a sweep may vary: the scene's arguments, and those of the motion as "rolling.velocity"."""
+        """What a sweep may vary: the scene's arguments, those of the motion as "rolling.velocity".
+
+        And the words of a magnet or a layer, as "magnetic_pressure.ampere_turns".
+        """
         motion = self.motion
         own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
-        return self.arguments() + own
+        parts = {name: getattr(self, name, None) for name in ("magnetic_pressure", "layer")}
+        made = [(name, part) for name, part in parts.items() if isinstance(part, (Magnet, ShearLayer))]
+        return (
+            self.arguments() + own + [f"{name}.{entry.name}" for name, part in made for entry in fields(part)]
+        )
 
     def argument(self, name: str, word: Any) -> Any:
         """What `word`, in place of the case's own, means as the argument `name` of the scene.
 
-        An argument of the motion is named with its table: ``"rolling.velocity"``.
+        An argument of the motion, or a word of a magnet or layer, is named with its table:
+        ``"rolling.velocity"``, ``"magnetic_pressure.ampere_turns"``.
 
         Raises
         ------
@@ -103,7 +113,9 @@ class Case(BaseModel):
         if dot:
             words = self._words | {table: {**self._words.get(table, {}), key: word}}
         case = case_from_words(words, source=self._source, directory=self._directory)
-        return getattr(case.motion, key) if dot else getattr(case, name)
+        is_of_motion = self.motion is not None and table == self.motion.word
+        holder = case.motion if is_of_motion else getattr(case, table) if dot else case
+        return getattr(holder, key)
 
     def scene(self) -> Scene:
         """The scene.

@@ -118,7 +118,10 @@ _STOPPED = ("time", "speed", "way", "brake_forces", "other_force")
 _BALANCED = ("pose", "vertical_force", "balance_error", "friction_work", "friction_power")
 #: Kinds of results: their entries, and the class of their report.
 KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
-    Result: (("inputs", "model", "error_estimate", *_LOADED, "normal_force", "approach"), Report),
+    Result: (
+        ("inputs", "model", "error_estimate", *_LOADED, "normal_force", "approach", "friction_power"),
+        Report,
+    ),
     NormalResult: (_PRESSED, Report),
     TangentialResult: (("motion", "creepage", *_RUBBED), Report),
     FoundationResult: (_RUBBED, None),
@@ -143,6 +146,8 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     ),
     WheelStep: ((*_BALANCED, *_LOADED), WheelReport),
 }
+#: Entries that only some results of a kind have: a scene need not state how fast it slides.
+SOMETIMES: dict[type, tuple[str, ...]] = {Result: ("friction_power",)}
 
 
 def summary_schema() -> dict[str, Any]:
@@ -174,7 +179,7 @@ def _branch(kind: type) -> dict[str, Any]:
         "title": kind.__name__,
         "type": "object",
         "properties": properties,
-        "required": list(properties),
+        "required": [name for name in properties if name not in SOMETIMES.get(kind, ())],
         "additionalProperties": False,
     }
 

@@ -33,7 +33,7 @@ from ..bodies.material import Material
 from ..bodies.simple import Rigid
 from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
-from ..friction.laws import InterfaceLayer
+from ..friction.laws import InterfaceLayer, PlasticLayer, ShearLayer
 from ..friction.magnet import IRONS, Branch, Magnet
 from ..geometry.profiles import STANDARD_PROFILES, Profile
 from ..half_space.motions import Forces, Rolling, Shift
@@ -185,13 +185,18 @@ _PROFILE_WORDS = {
 }
 
 
-def _layer(given: Any) -> InterfaceLayer:
-    if isinstance(given, InterfaceLayer):
+def _layer(given: Any) -> ShearLayer:
+    if isinstance(given, ShearLayer):
         return given
-    if not isinstance(given, dict) or set(given) != {"thickness", "shear_modulus"}:
-        raise ValueError("a table with thickness [m] and shear_modulus [Pa] is needed")
-    thickness, modulus = _numbers("the layer", list(given[k] for k in ("thickness", "shear_modulus")))
-    return InterfaceLayer(thickness=thickness, shear_modulus=modulus)
+    shears, yields = {"thickness", "shear_modulus"}, {"yield_stress", "hardening"}
+    keys = set(given) if isinstance(given, dict) else set()
+    if not shears <= keys <= shears | yields or keys & yields == {"hardening"}:
+        raise ValueError(
+            "a table with thickness [m] and shear_modulus [Pa] is needed, for a layer that yields also with "
+            "yield_stress [Pa] and hardening [Pa/m]"
+        )
+    numbers = {key: _number(key, value) for key, value in given.items()}
+    return (PlasticLayer if keys & yields else InterfaceLayer)(**numbers)
 
 
 def motion_of(kind: type[Rolling] | type[Shift], given: Any) -> Rolling | Shift:
@@ -387,7 +392,12 @@ _BY_NAME: dict[str, Any] = {
     "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),
     "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],
     "layer": read_by(
-        _layer, _table(["thickness", "shear_modulus"], thickness=_POSITIVE, shear_modulus=_POSITIVE)
+        _layer,
+        _table(
+            ["thickness", "shear_modulus"],
+            **dict.fromkeys(("thickness", "shear_modulus", "yield_stress"), _POSITIVE),
+            hardening=_NUMBER,
+        ),
     ),
     **dict.fromkeys(("rail", "wheel"), read_by(_profile, {"anyOf": [_TEXT, _PROFILE]})),
 }

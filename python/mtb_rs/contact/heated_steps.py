@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..bodies.conductor import Conductor
 from ..bodies.sides import ElasticPart
-from ..friction.wear_laws import Rubbing, WearLaw
+from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
 from .problem import ContactProblem, mean_tractions
 from .symmetry import alike, mirror_symmetry
 
@@ -386,8 +386,9 @@ class HeatedSliding:
             before[1, body.points] = body.step(duration).step.observe(cooled)
             if body.strained is not None:
                 worn[body.points] += body.opened(cooled)
-        rubbing = Rubbing(self.pressure, friction, np.ones(n), mean, problem.points.points)
-        coefficient = np.zeros(n) if heated.wear is None else heated.wear.coefficient(rubbing)
+        rubbed = problem.capped(friction, self.pressure)
+        rubbing = Rubbing(self.pressure, rubbed, np.ones(n), mean, problem.points.points)
+        coefficient = np.zeros(n) if heated.wear is None else coefficients_of(heated.wear, rubbing)
         diagonal = way * coefficient
         speeds = mean * self.share_of_speed
         numbers = heated.resistance, heated.share
@@ -404,10 +405,13 @@ class HeatedSliding:
         is_single = not (heated.expands and outcome.unstable)
         is_state = outcome.status == "solved" and is_single
         settled = outcome.settled
+        # where a layer yields, friction has not grown with the pressure
+        friction = problem.capped(friction, pressure)
         depth = diagonal * pressure
         volume = 0.0
         if heated.lower_wear is not None:
-            volume = float(way * heated.lower_wear.coefficient(rubbing) * pressure @ problem.area)
+            rate = coefficients_of(heated.lower_wear, rubbing)
+            volume = float(way * rate * pressure @ problem.area)
         unknowns = np.concatenate([friction * pressure * self.direction, pressure[None]])
         force = problem.geometry.loads(np.ascontiguousarray(unknowns)).sum(axis=1)
         area = np.ascontiguousarray(problem.area)
@@ -484,6 +488,12 @@ class HeatedSliding:
         )
         return outcome, flux[:, source], surface[:, source], outcome.pressure[source]
 
+    def _status(self, trial: Trial) -> NDArray[np.int8]:
+        """0 open, 1 stick, 2 slip, 3 plastic (n,)."""
+        moves = np.where(self.problem.yields(trial.friction, trial.pressure), 3, 2)
+        touching = moves if trial.friction.any() else 1
+        return np.where(trial.pressure > 0.0, touching, 0).astype(np.int8)
+
     def _is_symmetric(self, fields: list[Array]) -> bool:
         assert self.symmetry is not None
         image = self.symmetry.image
@@ -504,6 +514,10 @@ class HeatedSliding:
         self.pressure, self.active = trial.pressure, trial.pressure > 0.0
         self.surface = trial.surface
         self.worn = self.worn + trial.depth
+        if self.heated.wear is not None:
+            height = min(float(np.ptp(body.body.mesh.nodes[:, 2])) for body in self.bodies)
+            way = self.passing.distances[-1]
+            check_worn(self.heated.wear, self.worn, height, "the height of the upper body", way)
         self.heat = self.heat + duration * trial.flux[1]
         self.flux, self.wearing = np.ascontiguousarray(trial.flux[1]), trial.depth / duration
         self.volume_lower += trial.volume_lower
@@ -531,7 +545,7 @@ class HeatedSliding:
             "fields": {
                 "pressure": mean[2],
                 "traction": mean[:2],
-                "status": np.where(trial.pressure > 0.0, 2 if trial.friction.any() else 1, 0).astype(np.int8),
+                "status": self._status(trial),
                 "temperature_upper": trial.surface[1],
                 "temperature_lower": trial.surface[0],
                 "heat_flux_upper": trial.flux[1],

@@ -23,6 +23,9 @@ from . import refined
 
 Array = NDArray[np.float64]
 
+#: Part of a yield stress by which friction may be below it where the layer yields: rounding.
+YIELDED = 1e-9
+
 
 @dataclass(frozen=True)
 @plain
@@ -128,6 +131,8 @@ class ContactProblem:
         What was found of this magnet, where the pull is that of a solution.
     hardness : (n,) or None [Pa]
         Pressure at which one body flows, at each point; None for bodies that stay elastic.
+    shear : (n,) or None [Pa]
+        Yield stress of a layer between the bodies, the largest friction that it transmits; None for none.
     rough : RoughLaw or None
         Law of a rough layer between the bodies.
     moments : (mx, my) [N m]
@@ -160,6 +165,7 @@ class ContactProblem:
     magnet: _mtb_rs.Settled | None = None
     hardness: Array | None = None
     rough: RoughLaw | None = None
+    shear: Array | None = None
 
     @property
     def n(self) -> int:
@@ -184,7 +190,7 @@ class ContactProblem:
         made_from = (
             *(*bodies, self.geometry, motions, of_upper),
             *(is_pulled, refined.PRODUCTS_FROM, self.layer),
-            *(self.hardness, None if self.rough is None else self.rough.core),
+            *(self.hardness, self.shear, None if self.rough is None else self.rough.core),
         )
         return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 
@@ -250,8 +256,21 @@ class ContactProblem:
         return self.points.points if self.averages is None else self.averages.places
 
     def friction_at(self, pressure: Array) -> Array:
-        """Friction coefficient (n,)."""
-        return self.friction.at(pressure)
+        """Friction over pressure (n,): the coefficient, or less where a layer yields."""
+        return self.capped(self.friction.at(pressure), pressure)
+
+    def capped(self, friction: Array, pressure: Array) -> Array:
+        """Friction over pressure (n,) by coefficients (n,): less than these where a layer yields."""
+        if self.shear is None:
+            return friction
+        over = friction * pressure > self.shear
+        return np.where(over, self.shear / np.where(over, pressure, 1.0), friction)
+
+    def yields(self, friction: Array, pressure: Array) -> NDArray[np.bool_]:
+        """Which points (n,) slide by the yielding of a layer, with this friction over the pressure (n,)."""
+        if self.shear is None:
+            return np.zeros(self.n, dtype=bool)
+        return np.asarray((pressure > 0.0) & (friction * pressure >= self.shear * (1.0 - YIELDED)))
 
     @property
     def parts(self) -> tuple[ElasticPart, ...]:

@@ -126,7 +126,7 @@ class SlidingHeat(Curved, Pictured):
     errors: Array = field(default_factory=lambda: np.zeros(0))
     thermal_margin: float | None = None
     patches: tuple[Patch, ...] = ()
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "temperature_upper", "temperature_lower",
         "heat_flux_upper", "heat_flux_lower", "status",

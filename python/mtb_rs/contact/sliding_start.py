@@ -98,7 +98,7 @@ class StartOfSliding(Curved, Pictured):
     points: Array = field(default_factory=lambda: np.empty((3, 0)))
     area: Array = field(default_factory=lambda: np.empty(0))
     patches: tuple[Patch, ...] = ()
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def blank(self) -> str:

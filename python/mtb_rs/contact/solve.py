@@ -215,6 +215,7 @@ def finish(
     choosing: float = 0.0,
     spacing: tuple[float, float] | None = None,
     bodies: tuple[Any, Any] = (None, None),
+    velocity: Array | None = None,
 ) -> Result:
     """Tractions, displacements, forces and the report of a solution.
 
@@ -225,6 +226,8 @@ def finish(
     choosing : float
         Floating-point operations of what was solved besides, to choose and to estimate.
     spacing : (dx, dy) [m]
+    velocity : (2,) [m/s] or None
+        Of sliding; None: not known, or nothing slides.
 
     Raises
     ------
@@ -239,7 +242,8 @@ def finish(
     mean = mean_tractions(problem, coefficients)
     traction = to_global(np.concatenate([mean[:2], np.zeros((1, n))]), points)
     contact = pressure > 0.0
-    status = np.where(contact, np.where(np.any(tangential != 0.0, axis=0), 2, 1), 0).astype(np.int8)
+    moves = np.where(problem.yields(solution.friction, pressure), 3, 2)
+    status = np.where(contact, np.where(np.any(tangential != 0.0, axis=0), moves, 1), 0).astype(np.int8)
 
     m_upper = problem.upper.work.size
     displacement = Displacement(
@@ -319,6 +323,7 @@ def finish(
         reference_point=reference_point,
         normal_force=float(mean[2] @ area),
         approach=_approach(problem, solution),
+        friction_power=None if velocity is None else _power(problem, tangential, velocity),
         model=problem.model,
         error_estimate=report.error_estimates.get("pressure"),
         report=report,
@@ -438,9 +443,30 @@ def _approach(problem: ContactProblem, solution: Solution) -> float | Array:
     return amplitudes[0] if len(amplitudes) == 1 else np.array(amplitudes)
 
 
+def _power(problem: ContactProblem, tangential: Array, velocity: Array) -> float:
+    """Heat of sliding [W]: the work of friction (2, n) [Pa] on the velocity (2,) [m/s] of the upper body."""
+    weights = problem.geometry.weights_of_resultants((0.0, 0.0, 0.0))[:2, :2]
+    return float(np.einsum("k,kcn,cn->", velocity, weights, tangential))
+
+
+#: Statuses of loads that no pressure of the contact carries.
+NOT_CARRIED = ("unreachable", "overloaded")
+
+
+def overload(hardness: Array | None, area: Array | None) -> str:
+    """What there is to say of a load that the contact does not bear at its hardness."""
+    over = "the load is more than the contact bears"
+    if hardness is None or area is None:
+        return f"{over} at its hardness, where it acts"
+    return (
+        f"{over}: at a hardness of {float(hardness.max()):.6g} Pa the contact points carry "
+        f"{float(area @ hardness):.6g} N, if the load acts so that all of them flow, and less elsewhere"
+    )
+
+
 def failure(problem: ContactProblem, solution: Solution, result: Any = None) -> ConvergenceError:
     """The error of a solution that is none, in words a user can act on; its state is attached."""
-    kind = ResultantError if solution.status == "unreachable" else ConvergenceError
+    kind = ResultantError if solution.status in NOT_CARRIED else ConvergenceError
     return kind(_explain(problem, solution), result)
 
 
@@ -456,8 +482,8 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
             return "solved, but on an unstable branch: a little more load gives less contact"
         return "solved"
     mu = float(solution.friction.max(initial=0.0))
-    if (overloaded := _overloaded(problem, solution)) is not None:
-        return overloaded
+    if solution.status == "overloaded":
+        return f"{overload(problem.hardness, problem.area)} ({_loads_in_words(problem)})"
     if solution.status == "unreachable":
         return (
             "the resultant of the load lies outside what the contact can carry: no pressure >= 0 on the "
@@ -480,30 +506,6 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
     if solution.solver.startswith(BY_PRODUCTS):
         outcome += "; so many points have no other method. Solve on wider cells"
     return f"{outcome}{_lost_digits(problem)})"
-
-
-def _overloaded(problem: ContactProblem, solution: Solution) -> str | None:
-    """Why the points bear no such load at their hardness; None where this is not why there is no solution."""
-    hard = problem.hardness
-    if hard is None or (solution.wedging_margin or 0.0) > 1.0:
-        return None
-    at, loads = f"at a hardness of {float(hard.max()):.6g} Pa", _loads_in_words(problem)
-    if solution.status == "no solution":
-        return (
-            f"no equilibrium: {at} the contact does not bear this load where it acts ({loads}), or the body "
-            f"wedges at its friction of {float(solution.friction.max(initial=0.0)):g}"
-        )
-    along = problem.friction_at(hard) * problem.direction
-    traction = np.concatenate([along, np.ones((1, problem.n))]) * (problem.area * hard)
-    work = np.einsum("cn,mcn->mn", traction, problem.relative_motions)
-    wanted = problem.loading.work
-    borne = np.maximum(-np.sign(wanted)[:, None] * work, 0.0).sum(axis=1)
-    if solution.status != "unreachable" or np.all((borne > np.abs(wanted)) | (wanted == 0.0)):
-        return None
-    return (
-        f"the load is more than the contact bears: {at} the contact points carry "
-        f"{float(problem.area @ hard):.6g} N, and less while one of them is open ({loads})"
-    )
 
 
 def _friction_is_idle(problem: ContactProblem) -> bool:

@@ -51,7 +51,11 @@ def _image_of(problem: ContactProblem) -> Index | None:
     friction = problem.friction
     # both gaps: before the loads that move the faces, and after
     fields: list[Array] = [problem.area, problem.loading.gap, problem.direction[0], points.gap]
-    fields += [field for field in (friction.fixed, problem.layer, problem.hardness) if field is not None]
+    fields += [
+        field
+        for field in (friction.fixed, problem.layer, problem.hardness, problem.shear)
+        if field is not None
+    ]
     if not all(alike(f, f[image]) for f in fields) or problem.direction[1].any():
         return None
     if not (_mirrored(points.normal, image) and _mirrored(points.tangent_x, image)):
@@ -125,6 +129,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         gap=problem.loading.gap[kept],
         layer=None if problem.layer is None else problem.layer[kept],
         hardness=None if problem.hardness is None else problem.hardness[kept],
+        shear=None if problem.shear is None else problem.shear[kept],
         upper=halves[0],
         lower=halves[1],
         averages=None,

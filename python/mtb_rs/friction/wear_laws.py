@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import number, positive, reals
+from ..base.check import number, positive, reals, shortened
 from ..base.owning import owning
 from ..base.plain import plain
 
@@ -49,6 +49,31 @@ class WearLaw(ABC):
     @abstractmethod
     def coefficient(self, rubbing: Rubbing) -> Array:
         """Depth worn off over distance slid and pressure (n,) [1/Pa], >= 0."""
+
+
+def coefficients_of(law: WearLaw, rubbing: Rubbing) -> Array:
+    """Coefficients (n,) [1/Pa] that a law gives; ValueError, naming it, for ones that are none."""
+    found = law.coefficient(rubbing)
+    bad = ~((found >= 0.0) & np.isfinite(found))
+    if bad.any():
+        k = int(np.argmax(bad))
+        raise ValueError(
+            f"the law of wear {shortened(law)} gives {found[k]:g} 1/Pa at point {k}, under "
+            f"{rubbing.pressure[k]:g} Pa: finite wear coefficients of at least 0 are needed"
+        )
+    return found
+
+
+def check_worn(law: WearLaw, depth: Array, height: float, of_what: str, distance: float) -> None:
+    """ValueError where a body is worn by more than its height [m]: then no body is left."""
+    deepest = float(depth.max(initial=0.0))
+    if deepest <= height:
+        return
+    raise ValueError(
+        f"after {distance:.4g} m of sliding {deepest:.4g} m are worn off, more than {of_what} of "
+        f"{height:.4g} m, by the law {shortened(law)}: wear coefficients are in 1/Pa, and those of dry steel "
+        "are about 1e-15 to 1e-12; a number in 1/MPa is a million times too large"
+    )
 
 
 @owning
@@ -250,7 +275,7 @@ def depth_of_pass(
     p, mu, relative = (np.ascontiguousarray(part.reshape(-1)) for part in (pressure, friction, slip))
     velocity = None if speed is None else abs(speed) * relative
     rubbing = Rubbing(p, mu, relative, velocity, points.reshape(len(points), -1))
-    coefficient = as_wear_law("law", law).coefficient(rubbing).reshape(pressure.shape)
+    coefficient = coefficients_of(as_wear_law("law", law), rubbing).reshape(pressure.shape)
     # what slips under a pressure and a friction dissipates their product
     rate = np.where(friction > 0.0, coefficient * dissipation / np.where(friction > 0.0, friction, 1.0), 0.0)
     return np.asarray(rate.sum(axis=1) * step)
@@ -263,7 +288,9 @@ def as_wear_law(name: str, given: Any) -> WearLaw:
     if callable(given):
         return _OfFunction(given)
     if isinstance(given, (int, float, np.integer, np.floating)) and not isinstance(given, bool):
-        return Archard(number(name, given, "1/Pa"))
+        if number(name, given, "1/Pa") < 0.0:
+            raise ValueError(f"{name} is {given:g} 1/Pa: a wear coefficient of at least 0 is needed")
+        return Archard(float(given))
     raise ValueError(
         f"{name} is {given!r}: a wear coefficient [1/Pa], a law (Archard, WearMap, EnergyWear) or a function "
         "of what rubs is needed"

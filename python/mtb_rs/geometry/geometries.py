@@ -84,6 +84,11 @@ class Geometry(ABC):
         """Whether the border of the grid is the edge of a body, so that contact may reach it."""
 
     @property
+    def body_height(self) -> float | None:
+        """Height [m] of the upper body above the contact; None where it is not known."""
+        return None
+
+    @property
     @abstractmethod
     def is_grid(self) -> bool:
         """Whether results have the shape (ny, nx) of one grid."""
@@ -391,6 +396,11 @@ class BlockOnPlane(Geometry):
     is_grid: bool = True
 
     @property
+    def body_height(self) -> float:
+        """That of the block."""
+        return self.height
+
+    @property
     def start(self) -> Spacing:
         """Eight cells along the shorter side."""
         return min(self.width, self.length) / 8.0, min(self.width, self.length) / 8.0
@@ -448,6 +458,11 @@ class ShoeOnRail(Geometry):
                 f"rail_length is {self.rail_length:g} m: the shoe presses on {2.0 * reach:.6g} m of it, "
                 "so a longer rail is needed"
             )
+
+    @property
+    def body_height(self) -> float:
+        """That of the shoe."""
+        return self.shoe.height
 
     @property
     def start(self) -> Spacing:

@@ -71,7 +71,7 @@ def canvas(ax: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:
 
 
 def label_of(asked: Field, body: Body) -> str:
-    return asked.label + (f" of the {body} body" if asked.body is not None else "")
+    return asked.label + (f" of the {asked.body} body" if asked.body is not None else "")
 
 
 def style_axes(ax: Axes) -> None:

@@ -58,9 +58,14 @@ def as_drawn(result: Any) -> Drawn:
 
 def quantity_of(result: Pictured, word: str, body: Body = "lower") -> Field:
     """What a word stands for in a result, of a body where bodies differ; `ValueError` for one it has not."""
+    found = [field for field in result.fields().values() if word in field.words]
+    of_body = [field for field in found if field.body in (None, body)]
+    # what one body alone has needs no word for the body
+    if found and (of_body or len(found) == 1):
+        return (of_body or found)[0].part(word)
     for field in result.fields().values():
-        if field.body in (None, body) and word in field.words:
-            return field.part(word)
+        if word == field.name and field.body is not None and not field.is_vector:
+            return field.part(next(iter(field.words)))
     # stresses are drawn in space, of bodies that have elements
     accepted = (*drawable(result), "von_mises") if result.has_solids else drawable(result)
     raise ValueError(f"quantity is {word!r}: one of {', '.join(accepted)} is needed")

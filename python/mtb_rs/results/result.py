@@ -433,7 +433,8 @@ class Result(Judged, Differentiable, Pictured):
         Deformed gap, >= 0.
     initial_gap : (...) [m]
     status : (...) int
-        0 open, 1 stick (and frictionless contact), 2 slip.
+        0 open, 1 stick (and frictionless contact), 2 slip, 3 plastic: the yield stress of a
+        :class:`PlasticLayer` limits the traction.
     displacement : Displacement
     force, moment : (3,) [N], [N m]
         Contact load (pressure and friction) on the lower body; moment about `reference_point`.
@@ -460,6 +461,8 @@ class Result(Judged, Differentiable, Pictured):
         :class:`mtb_rs.Magnet` pulls at the gaps of the state.
     plastic_indentation : (...) or None [m]
         Depth to which one body has flowed, where the pressure is the hardness; None without a hardness.
+    friction_power : float or None [W]
+        Heat of sliding, >= 0: friction times velocity; None where nothing slides, or no velocity is stated.
     summary : Mapping
         Inputs of the scene, which `summary.json` repeats: the arguments of a ready scene, or the fields of a
         scene of your own. Functions are told by their name and digest; in a loaded result large arrays,
@@ -488,15 +491,16 @@ class Result(Judged, Differentiable, Pictured):
     report: Report
     patches: tuple[Patch, ...] = ()
     surfaces: tuple[Surface, ...] = ()
-    summary: Mapping[str, Any] = field(default_factory=dict)
-    lower: Any = None
-    upper: Any = None
+    summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    lower: Any = field(default=None, compare=False)
+    upper: Any = field(default=None, compare=False)
     parts: tuple[ElasticPart, ...] = field(default=(), compare=False)
     coefficients: Array | None = None
     motion: Array | None = None
     magnetic_pressure: Array | None = None
     loaded: tuple[Solid, ...] | None = field(default=None, repr=False, compare=False)
     plastic_indentation: Array | None = None
+    friction_power: float | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "normal", "pressure", "traction", "gap", "initial_gap", "status",
     )  # fmt: skip
@@ -509,6 +513,11 @@ class Result(Judged, Differentiable, Pictured):
         flowed = {} if self.plastic_indentation is None else {"plastic_indentation": self.plastic_indentation}
         moved = {"displacement_upper": upper, "displacement_lower": lower}
         return super().fields() | fields_of(None, **moved, **pull, **flowed)
+
+    def totals(self) -> dict[str, ResultField]:
+        """Its forces, moments and motions, by name: values with unit and label."""
+        power = {} if self.friction_power is None else {"friction_power": self.friction_power}
+        return super().totals() | totals_of(**power)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, the model, how good it is."""

@@ -95,7 +95,7 @@ class WearResult(Curved, Pictured):
     patches: tuple[Patch, ...] = ()
     rail: Array = field(default_factory=lambda: np.empty((4, 0)))
     final: Result | None = field(default=None, repr=False)
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def pressure(self) -> Array:  # type: ignore[override]

@@ -117,11 +117,16 @@ class DerivedState:
         return np.ascontiguousarray(self.problem.friction_at(self.pressure))
 
     @cached_property
+    def coefficient(self) -> Array:
+        """Friction coefficient (n,), also where a layer yields before it is reached."""
+        return np.ascontiguousarray(self.problem.friction.at(self.pressure))
+
+    @cached_property
     def slope(self) -> Array:
         """Derivative (n,) of friction times pressure by the pressure."""
         law = self.problem.friction
         if law.fixed is not None:
-            return self.friction
+            return self.coefficient
         # a user's function: Richardson's extrapolation of differences
         p = self.pressure
         width = _WIDTH * np.maximum(p, 1e-3 * p.max())
@@ -131,7 +136,7 @@ class DerivedState:
                 (law.at(p + h) - law.at(np.maximum(p - h, 0.0))) / (p + h - np.maximum(p - h, 0.0))
             )
 
-        return np.ascontiguousarray(self.friction + p * (4.0 * by(0.5 * width) - by(width)) / 3.0)
+        return np.ascontiguousarray(self.coefficient + p * (4.0 * by(0.5 * width) - by(width)) / 3.0)
 
     def points(self) -> Points:
         problem = self.problem
@@ -255,7 +260,7 @@ class DerivedState:
             by = abs(leaf.value) or 1.0
             changed = replace(self.scene, friction=leaf.put(leaf.value + by))
             there = changed.friction_at(problem.points, problem.patches, problem.kept, changed.velocity)
-            rows.append((there - self.friction) / by * problem.direction)
+            rows.append((there - self.coefficient) / by * problem.direction)
         return Change(drag=np.array(rows))
 
     def _by_layer(self) -> Change:

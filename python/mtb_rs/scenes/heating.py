@@ -19,15 +19,18 @@ from ..contact.heated_steps import Heated, HeatedSliding
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
 from ..contact.sliding_start import check_room
-from ..contact.solve import failure, solve_direct
+from ..contact.solve import NOT_CARRIED, failure, solve_direct
 from ..friction.fields import as_form
 from ..friction.wear_laws import as_wear_law
 from .posed import PosedScene
 
 Array = NDArray[np.float64]
 
-#: Estimated error of a step above which equal steps are too long.
+#: Estimated error above which equal steps are too long: of one of them above the thermal limit, in the mean
+#: below it, where the first steps after a sudden change of the speed have large ones at any length.
 COARSE = 0.25
+#: Part of the speed of shear waves above which inertia, which is left out, is felt: by its square.
+FAST = 0.3
 
 
 def heat(
@@ -59,17 +62,23 @@ def heat(
         value = number("velocity", found, "m/s")
         if value < 0.0:
             raise ValueError(f"velocity is {value:g} m/s at {time:g} s: it must not be negative")
+        heated_scene.check_speed("velocity", value)
         return value
 
     sliding = heated_scene.sliding()
     failed = heated_scene.failed
     found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
     margin, errors = found["thermal_margin"], found["errors"][1:]
-    if tolerance is None and sliding.heated.expands and errors.size and errors.max() > COARSE:
-        warn(
-            f"The steps are too long: one of them has an error of {errors.max():.2g} of what it adds, and "
-            f"the heat is {margin or 0.0:.3g} times the thermal limit. Give tolerance, or more steps."
-        )
+    grows = margin is not None and margin > 1.0
+    if tolerance is None and sliding.heated.expands and errors.size:
+        # below the limit a single step does not spoil those after it
+        error, which = (errors.max(), "one of them") if grows else (errors.mean(), "in the mean each of them")
+        why = f", and the heat is {margin:.3g} times the thermal limit" if grows else ""
+        if error > COARSE:
+            warn(
+                f"The steps are too long: {which} has an error of {error:.2g} of the heat and wear that it "
+                f"adds{why}. Give tolerance, or more steps."
+            )
     said = {
         "duration": duration,
         "steps": steps,
@@ -113,6 +122,26 @@ class HeatedScene:
         scene.check_touching(bool((first.pressure > 0.0).any()), problem.points, problem.loads)
         return cls(scene, model, problem, first, heated, said)
 
+    def check_speed(self, name: str, speed: float) -> None:
+        """ValueError for a speed [m/s] at which the bodies are no longer in static equilibrium."""
+        scene, heated = self.scene, self.heated
+        waves = []
+        for is_upper, body, conductor in (
+            (True, scene.upper, heated.upper),
+            (False, scene.lower, heated.lower),
+        ):
+            own = scene.solids.get(is_upper)
+            material = body.material if own is None else own.material  # type: ignore[union-attr]
+            if material is not None:
+                shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+                waves.append(float(np.sqrt(shear / conductor.density)))
+        slowest = min(waves)
+        if speed > FAST * slowest:
+            raise ValueError(
+                f"{name} is {speed:g} m/s: the bodies are in static equilibrium here, without inertia, which "
+                f"holds below about {FAST * slowest:.3g} m/s, {FAST:g} of the speed of shear waves in them"
+            )
+
     def sliding(self, share: float = 1.0) -> HeatedSliding:
         """The bodies at the beginning of their steps, with a share of the magnetic pressure."""
         scene, problem = self.scene, self.problem
@@ -148,9 +177,10 @@ class HeatedScene:
 
     def failed(self, outcome: Any, why: str | None) -> ConvergenceError:
         """The error for a state that was not found, or for steps that do not converge."""
-        if why is not None:
+        is_carried = outcome.status not in NOT_CARRIED
+        if why is not None and is_carried:
             return ConvergenceError(why)
-        if self.heated.expands:
+        if self.heated.expands and is_carried:
             return ConvergenceError(
                 "a step has no single state: its heat is above the thermal limit of so long a step; give a "
                 "tolerance, by which steps are made short enough, or more steps"

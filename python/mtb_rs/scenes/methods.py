@@ -96,6 +96,11 @@ def slide_from_rest(
     scene.check_model(model)
     if model == "auto":
         model = "elastic-upper" if "elastic-upper" in scene.geometry.models else "half-space"
+    if scene.layer is not None and scene.layer.plasticity is not None:
+        raise ValueError(
+            f"layer is {shortened(scene.layer)}: a start of sliding takes an InterfaceLayer; a Shift takes a "
+            "PlasticLayer"
+        )
     if pressure == "follows":
         for name in ("hardness", "normal_layer"):
             if getattr(scene, name) is not None and (name == "hardness" or scene.rough is not None):

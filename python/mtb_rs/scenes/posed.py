@@ -41,7 +41,7 @@ from ..friction.fields import (
     numbers_in,
 )
 from ..friction.fields import field as field_at
-from ..friction.laws import InterfaceLayer, normal_flexibility, of_friction
+from ..friction.laws import InterfaceLayer, PlasticLayer, ShearLayer, normal_flexibility, of_friction
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
@@ -72,7 +72,7 @@ class PosedScene(Told):
     magnetic_pressure: Any = None
     attraction: Attraction = "upper"
     velocity: float | None = None
-    layer: InterfaceLayer | None = None
+    layer: InterfaceLayer | PlasticLayer | None = None
     normal_layer: Any = None
     hardness: Any = None
     supports: Any = None
@@ -149,8 +149,8 @@ class PosedScene(Told):
                     )
         if has_bodies:
             put(self, "supports", held_by(self.supports))
-        if self.layer is not None and not isinstance(self.layer, InterfaceLayer):
-            raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer is needed")
+        if self.layer is not None and not isinstance(self.layer, ShearLayer):
+            raise ValueError(f"layer is {self.layer!r}: an InterfaceLayer or a PlasticLayer is needed")
         if self.normal_layer is not None:
             put(self, "normal_layer", normal_flexibility(self.normal_layer))
             if self.rough is None:
@@ -231,6 +231,14 @@ class PosedScene(Told):
         return {upper: body for upper, body in sides if isinstance(body, ElasticBody)}
 
     @property
+    def sliding_velocity(self) -> Array | None:
+        """Velocity (2,) [m/s] of the upper body over the lower one; None where it is not stated."""
+        if self.velocity is None or self.sliding_direction is None:
+            return None
+        way = np.array(self.sliding_direction) / np.hypot(*self.sliding_direction)
+        return np.asarray(self.velocity * way)
+
+    @property
     def own_model(self) -> Model | None:
         """The model of a scene with an ElasticBody, which its bodies are; None for other scenes."""
         own: dict[tuple[bool, ...], Model] = {
@@ -301,6 +309,7 @@ class PosedScene(Told):
             surfaces=self.geometry.surfaces(),
             summary=self.statement(),
             bodies=(self.lower, self.upper),
+            velocity=self.sliding_velocity if problem.direction.any() else None,
             **known,
         )
         is_touching = result.report.contact_area > 0.0
@@ -467,6 +476,7 @@ class PosedScene(Told):
             layer=self.normal_layer_at(points, patches, kept),
             hardness=self._hardness(points, patches, kept),
             rough=self.rough,
+            shear=self.shear(n),
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
         )
         if self.approach is not None:
@@ -499,6 +509,24 @@ class PosedScene(Told):
         numbers = None if kept is None else kept.numbers
         spec = self._on(patches, self.normal_layer)
         return field_at("normal_layer", spec, points.points, patches, None, 0.0, kept=numbers)
+
+    def shear(self, n: int, *, is_still: bool | None = None) -> Array | None:
+        """Yield stress (n,) [Pa] of the layer that the bodies slide on; None without such a layer.
+
+        ValueError for one that hardens or softens, unless nothing slides.
+        """
+        if self.layer is None or self.layer.plasticity is None:
+            return None
+        strength, hardening = self.layer.plasticity
+        if hardening == 0.0:
+            return np.full(n, strength)
+        if self.sliding_direction is None if is_still is None else is_still:
+            return None
+        limit = "friction alone would limit the traction" if hardening > 0.0 else "no strength would be left"
+        raise ValueError(
+            f"layer has a hardening of {hardening:g} Pa/m: bodies that slide shear it on and on, until "
+            f"{limit}; sliding takes a PlasticLayer without hardening, shifts and rolling take one with it"
+        )
 
     def _hardness(self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None) -> Array | None:
         """Pressures (n,) [Pa] at which one body flows at contact points."""

@@ -22,7 +22,7 @@ from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
 from ..bodies.simple import HalfSpace, Simple
 from ..bodies.supports import Support
-from ..friction.laws import Coulomb, InterfaceLayer
+from ..friction.laws import Coulomb, InterfaceLayer, PlasticLayer
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import BlockOnPlane, ParaboloidOnPlane, ShoeOnRail, WheelOnRail
 from ..geometry.pole_shoe import PoleShoe
@@ -139,6 +139,7 @@ def block_on_plane(
     velocity: float | None = None,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
+    layer: InterfaceLayer | PlasticLayer | None = None,
     normal_layer: Any = None,
     hardness: Any = None,
 ) -> Scene:
@@ -164,6 +165,9 @@ def block_on_plane(
         Of the upper body over the lower one; None: it does not slide.
     upper, lower : Material, HalfSpace or Rigid
         The bodies above and below.
+    layer : InterfaceLayer or PlasticLayer
+        Third body that shears. Its yield stress bounds the friction of the sliding; its stiffness has no
+        influence there, and softens the start of sliding.
     normal_layer : float, array, callable, table, ThinLayer or RoughLayer [m/Pa]
         Third body that gives way under the pressure, by this flexibility times the pressure at each point.
     hardness : float, array, callable or table [Pa]
@@ -198,7 +202,7 @@ def pole_shoe_on_rail(
     lower: Material | Simple = steel,
     rail: str | Profile = "60E1",
     rail_length: float = 0.18,
-    layer: InterfaceLayer | None = None,
+    layer: InterfaceLayer | PlasticLayer | None = None,
     normal_layer: Any = None,
     hardness: Any = None,
 ) -> Scene:
@@ -240,9 +244,9 @@ def pole_shoe_on_rail(
         "60E1", or a profile from points or a file.
     rail_length : float [m]
         Length of the rail about the middle of the shoe, at least that of the contact.
-    layer : InterfaceLayer
-        Third body between shoe and rail. It has no influence in gross sliding, and it softens the start of
-        sliding.
+    layer : InterfaceLayer or PlasticLayer
+        Third body that shears. Its yield stress bounds the friction of the sliding; its stiffness has no
+        influence there, and softens the start of sliding.
     normal_layer : float, array, callable, table, ThinLayer or RoughLayer [m/Pa]
         Third body that gives way under the pressure, by this flexibility times the pressure at each point.
     hardness : float, array, callable or table [Pa]

@@ -98,9 +98,12 @@ class Scene(PosedScene):
     velocity : float [m/s]
         Sliding speed, the argument of quantities that are tabulated over the velocity. The direction is that
         of `sliding_direction`; only steps of a prepared contact take a negative velocity, for backwards.
-    layer : InterfaceLayer
-        A third body that shears between the two. It changes nothing in gross sliding, and it softens the
-        start of sliding; see :meth:`start_of_sliding`.
+    layer : InterfaceLayer or PlasticLayer
+        A third body that shears between the two. Its stiffness changes nothing in gross sliding, and it
+        softens the start of sliding; see :meth:`start_of_sliding`. The yield stress of a PlasticLayer bounds
+        the friction: a point that slides has the traction ``min(mu p, yield_stress)``. Sliding goes on and
+        on, so that it takes no PlasticLayer that hardens or softens; a shift and rolling do. The start of
+        sliding, wheels in steps, convolutions and the methods of the thesis take an InterfaceLayer only.
     normal_layer : float, array, function, table, ThinLayer or RoughLayer [m/Pa]
         A third body that gives way under the pressure: each point by this flexibility times its own pressure,
         or by the law of a :class:`mtb_rs.RoughLayer`, whose first touch the gap then counts from.

@@ -17,7 +17,7 @@ from ..base.plain import same
 from .posed import PosedScene
 
 _BODIES = {"upper", "lower", "geometry", "spacing"}
-#: Everything sliding takes, and what is idle in it: a layer that shears.
+#: Everything sliding takes, and what is idle in it: a layer that shears and does not yield.
 _SLIDING = {"friction", "sliding_direction", "velocity", "layer"}
 #: Of the finite elements, which half-spaces do without.
 _ELEMENTS = {"supports", "element_size"}
@@ -36,11 +36,16 @@ TAKEN = {
 
 def beyond(scene: PosedScene, way: str) -> list[str]:
     """Fields that are not at their default in the scene, and that a way does not take."""
+    taken = TAKEN[way] | {"name"}
+    slides = scene.sliding_direction is not None or way == "wheels in steps"
+    if slides and scene.layer is not None and scene.layer.plasticity is not None:
+        # it bounds the friction, which none of these ways asks for
+        taken = taken - {"layer"}
     return [
         f.name
         for f in fields(scene)
         # `compare` tells what a scene is made of from what it was made by
-        if f.compare and f.name not in TAKEN[way] | {"name"} and not same(getattr(scene, f.name), f.default)
+        if f.compare and f.name not in taken and not same(getattr(scene, f.name), f.default)
     ]
 
 

@@ -24,7 +24,7 @@ from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import ALIGNED
 from ..contact.problem import ContactProblem
-from ..contact.solve import JAMMED, Body, displaced, of_magnet
+from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
 from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
@@ -146,6 +146,8 @@ class StepResult(Differentiable, Pictured):
         With which a :class:`mtb_rs.Magnet` pulls at the gaps of the step; None for all other loads.
     plastic_indentation : (n,) or None [m]
         Depth to which one body has flowed; None where none has, as without a hardness.
+
+    Points that slide have the status 2, also where a layer yields.
     """
 
     force: Array
@@ -161,6 +163,7 @@ class StepResult(Differentiable, Pictured):
     _pressure: Array | None = field(default=None, repr=False, compare=False)
     magnetic_pressure: Array | None = None
     plastic_indentation: Array | None = None
+    _traction: Array | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -191,19 +194,37 @@ class StepResult(Differentiable, Pictured):
             return np.asarray(self._pressure)
         return self._core.mean_pressure(self.state.pressure)
 
+    @property
+    def traction(self) -> Array:
+        """Mean friction (3, n) [Pa] over each contact point, on the lower body, common frame."""
+        if self._traction is None:
+            raise ValueError(
+                "this step was saved by an earlier version, which kept no traction: take it again"
+            )
+        if self._core is None:
+            return self._traction
+        geometry = self._core.geometry
+        own = np.asarray(self._traction).reshape(2, -1)
+        mean = geometry.mean_tractions(np.concatenate([own, self.state.pressure[None]]))
+        return np.asarray(np.einsum("kcn,kn->cn", geometry.tangents, mean[:2]))
+
     def fields(self) -> dict[str, ResultField]:
         """Its fields over the contact points, by name: values with unit and label."""
         pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
         flowed = {} if self.plastic_indentation is None else {"plastic_indentation": self.plastic_indentation}
-        return super().fields() | fields_of(None, **pull, **flowed)
+        rubbed = {} if self._traction is None else {"traction": self.traction}
+        return super().fields() | fields_of(None, **rubbed, **pull, **flowed)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the report."""
         return {"report": self.report.as_dict()}
 
+    def _kept_traction(self) -> Array | None:
+        return None if self._traction is None else self.traction
+
     def _kept(self) -> StepResult:
         # without the matrices
-        return replace(self, _core=None, _pressure=self.pressure)
+        return replace(self, _core=None, _pressure=self.pressure, _traction=self._kept_traction())
 
     def _tangent(self) -> Tangent:
         return self._source().tangent
@@ -226,7 +247,7 @@ class StepResult(Differentiable, Pictured):
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices
         kept = {name: value for name, value in self.__dict__.items() if name != "_derived"}
-        return kept | {"_core": None, "_pressure": self.pressure}
+        return kept | {"_core": None, "_pressure": self.pressure, "_traction": self._kept_traction()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -394,7 +415,7 @@ class PreparedContact:
                 products=out.products,
                 fell_back=out.fell_back,
                 # where nothing balances the load there is no state, and nothing of it is solved
-                residual=1.0 if out.status == "unreachable" else out.residual,
+                residual=1.0 if out.status in NOT_CARRIED else out.residual,
                 unstable=out.unstable,
                 magnet=of_magnet(out.settled, self.area),
             ),
@@ -402,13 +423,14 @@ class PreparedContact:
             _grid=self._grid,
             _core=self._core,
             plastic_indentation=-np.minimum(out.gap, 0.0) if out.gap.min() < 0.0 else None,
+            _traction=out.traction,
         )
         if tangent is not None:
             source = self._derived(tangent, out, sliding, magnetic_pressure, diagonal is not None)
             object.__setattr__(result, "_derived", source)
         if out.status != "solved":
             hard = None if self._source is None else self._source.problem.hardness
-            raise _failure(out, result, uniform, hard)
+            raise _failure(out, result, uniform, hard, self.area)
         if self._source is not None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
@@ -615,7 +637,11 @@ def _from_bytes(data: bytes) -> PreparedContact:
 
 
 def _failure(
-    out: _mtb_rs.Outcome, result: StepResult, magnetic_pressure: float | None, hardness: Array | None
+    out: _mtb_rs.Outcome,
+    result: StepResult,
+    magnetic_pressure: float | None,
+    hardness: Array | None,
+    area: Array,
 ) -> ConvergenceError:
     mu = float(out.friction.max(initial=0.0))
     if out.status == "unreachable":
@@ -624,18 +650,13 @@ def _failure(
             apart = (
                 f". magnetic_pressure is {magnetic_pressure:g} Pa, and a negative one pushes the bodies apart"
             )
-        hard = "" if hardness is None else f", and at most the hardness of {hardness.max():.6g} Pa,"
         return ResultantError(
             "the resultant of the load lies outside what the contact can carry: no pressure "
-            f">= 0{hard} on the {out.friction.size} contact points balances it{apart}",
+            f">= 0 on the {out.friction.size} contact points balances it{apart}",
             result,
         )
-    if out.status == "no solution" and hardness is not None:
-        return ConvergenceError(
-            f"no equilibrium: at a hardness of {hardness.max():.6g} Pa the contact does not bear this load "
-            f"where it acts, or the body wedges at its friction of {mu:g}",
-            result,
-        )
+    if out.status == "overloaded":
+        return ResultantError(overload(hardness, area), result)
     if out.status == "no solution":
         return ConvergenceError(
             f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}; the report of "
@@ -795,6 +816,7 @@ def prepare(
     """Prepares the contact of a scene in one of its models; see :meth:`mtb_rs.Scene.prepare`."""
     if as_form(scene.friction).depends_on_pressure:
         raise ValueError("friction depends on the pressure: a step takes numbers, fields and tables")
+    scene.shear(1, is_still=False)
     if standstill_speed is not None:
         positive("standstill_speed", standstill_speed, "m/s")
     origin = np.asarray(reference_point, dtype=float)

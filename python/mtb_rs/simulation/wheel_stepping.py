@@ -18,7 +18,7 @@ from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
-from ..friction.laws import InterfaceLayer, as_wheel_friction
+from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
 from ..geometry.profiles import as_profile
@@ -180,7 +180,7 @@ def prepare_wheels(
     geometry: WheelOnRail,
     side: Wheels,
     friction: Any,
-    layer: InterfaceLayer | None,
+    layer: ShearLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
 ) -> PreparedWheels:
@@ -198,7 +198,9 @@ def prepare_wheels(
         raise ValueError("nothing presses the wheel: a scene with a force [N] is needed")
     law = as_wheel_friction(friction).native_of_wheels()
     if layer is not None and not isinstance(layer, InterfaceLayer):
-        raise ValueError(f"layer is {layer!r}: an InterfaceLayer is needed")
+        raise ValueError(
+            f"layer is {layer!r}: wheels in steps take an InterfaceLayer; Rolling takes a PlasticLayer"
+        )
     if geometry.on_flange is not None:
         warn(geometry.on_flange)
     place = geometry.placement

@@ -100,7 +100,9 @@ def brake(
             checkpoint, given, "stop", "scene, vehicle, shares, heat, wear, model, tolerance"
         ) as kept,
     ):
-        ride = _Ride(HeatedScene.of(posed, *stated), speed, mass, other_force, pulls, tolerance, kept)
+        shoe = HeatedScene.of(posed, *stated)
+        shoe.check_speed("speed", speed)
+        ride = _Ride(shoe, speed, mass, other_force, pulls, tolerance, kept)
         ride.run(told)
     said = {
         **{"speed": speed, "mass": mass, "other_force": without_functions(other_force)},

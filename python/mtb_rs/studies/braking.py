@@ -68,7 +68,7 @@ class Braking(Curved):
     errors: Array
     mass: float
     shoes: tuple[SlidingHeat, ...]
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def shoe(self) -> SlidingHeat:

@@ -27,6 +27,8 @@ from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
+from ..friction.laws import ShearLayer
+from ..friction.magnet import Magnet
 from ..half_space.motions import Motion, Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
@@ -76,6 +78,8 @@ def sweep(
         table of pandas has them in its rows; the scene's own value stands for an argument that a case leaves
         out. The parameter of the table is then the ``case``, known by its row's index or, in a list, by its
         number from 1; arguments that are numbers are columns.
+        What an argument is given as, a :class:`Magnet` or a layer, may vary in its parts, under names like
+        "magnetic_pressure.ampere_turns".
     motion : Rolling, Shift or None
         Rolling or shift of the upper body after each pressing, as of a case file, with the friction and the
         layer of the scene; the bodies are then half-spaces. Its own arguments may vary, under names like
@@ -125,8 +129,9 @@ def sweep(
     if motion is not None and not isinstance(motion, Motion):
         raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed, or None")
     of_motion = {f"{motion.word}.{f.name}" for f in fields(motion)} if motion is not None else set()
-    known = _known(scene) | of_motion
-    own = known if scene.recipe is None else set(scene.recipe[1]) | of_motion
+    of_parts = parts_of(scene)
+    known = _known(scene) | of_motion | of_parts
+    own = known if scene.recipe is None else set(scene.recipe[1]) | of_motion | of_parts
     for name in cases.names:
         if name not in known:
             near = meant(name, known)
@@ -181,7 +186,7 @@ class _Work:
             return
         try:
             with gathered():  # the case itself asks again
-                scene = self.scene.with_(**case)
+                scene = stated(self.scene, case)
             if model == "auto" and self.options.get("method", "direct") == "direct":
                 model = choose(scene, TOLERANCE if tolerance is None else tolerance, quantity).model
                 self.model = model
@@ -199,12 +204,12 @@ class _Work:
     def _solved(self, case: Values) -> tuple[Result, TangentialResult | None]:
         """The scene of a case, and its motion after it."""
         if self.motion is None:
-            scene = self.scene.with_(**case)
+            scene = stated(self.scene, case)
             scene.ask_of_places()
             return methods.solve(scene, **self.options | self._chosen(scene)), None
         start = f"{self.motion.word}."
         changes = {k.removeprefix(start): v for k, v in case.items() if k.startswith(start)}
-        scene = self.scene.with_(**{k: v for k, v in case.items() if not k.startswith(start)})
+        scene = stated(self.scene, {k: v for k, v in case.items() if not k.startswith(start)})
         return Moving(scene, replace(self.motion, **changes)).solve(**self.options)
 
     def __call__(self, case: Values) -> Record:
@@ -438,6 +443,31 @@ def _with_given(given: dict[str, Array], found: dict[str, Array]) -> dict[str, A
     """Columns of arguments first; what was measured stands where an argument has no value."""
     first = {k: np.where(np.isnan(values), found.get(k, np.nan), values) for k, values in given.items()}
     return {**first, **{name: values for name, values in found.items() if name not in first}}
+
+
+def parts_of(scene: Scene) -> set[str]:
+    """Parts of magnets and layers that arguments are, by names like "magnetic_pressure.iron_share"."""
+    given = {name: getattr(scene, name) for name in ("magnetic_pressure", "layer")}
+    return {
+        f"{name}.{entry.name}"
+        for name, value in given.items()
+        if isinstance(value, (Magnet, ShearLayer))
+        for entry in fields(value)
+    }
+
+
+def stated(scene: Scene, case: Values) -> Scene:
+    """The scene with other arguments, and other parts of what its arguments are given as."""
+    whole = {name: value for name, value in case.items() if "." not in name}
+    changed = scene.with_(**whole) if whole else scene
+    for name, value in case.items():
+        argument, dot, part = name.partition(".")
+        if dot:
+            before = getattr(changed, argument)
+            if part not in {entry.name for entry in fields(before)}:
+                raise ValueError(f"{argument} is {before!r}: it has no {part}")
+            changed = changed.with_(**{argument: replace(before, **{part: value})})
+    return changed
 
 
 def _known(scene: Scene) -> set[str]:

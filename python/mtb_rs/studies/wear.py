@@ -21,9 +21,9 @@ from ..base.stored import input_data
 from ..base.units import taking_quantities
 from ..base.words import Model
 from ..contact.problem import ContactProblem, mean_tractions
-from ..contact.solve import solve_direct
+from ..contact.solve import overload, solve_direct
 from ..contact.symmetry import MirrorSymmetry, alike, mirror_symmetry
-from ..friction.wear_laws import Archard, Rubbing, WearLaw, as_wear_law
+from ..friction.wear_laws import Archard, Rubbing, WearLaw, as_wear_law, check_worn, coefficients_of
 from ..geometry.contact_points import Patch
 from ..geometry.profiles import Profile
 from ..results.result import Result
@@ -286,6 +286,25 @@ class _Stage:
             line, length = line[problem.kept.numbers], length[problem.kept.numbers]
         return line.tolist(), np.ascontiguousarray(length)
 
+    def height(self) -> tuple[float, str]:
+        """How deep the upper body can be worn [m], and what this is."""
+        bodies = [] if self.problem is None else [part.body for part in self.problem.upper.state]
+        if bodies:
+            heights = [float(np.ptp(body.mesh.nodes[:, 2])) for body in bodies]
+            return min(heights), "the height of the upper body"
+        scene = self.scene
+        if scene is None and self.prepared is not None and self.prepared._source is not None:
+            scene = self.prepared._source.scene  # type: ignore[assignment]
+        height = None if scene is None else scene.geometry.body_height
+        return self.extent() if height is None else (height, "the height of the upper body")
+
+    def extent(self) -> tuple[float, str]:
+        """Width of the contact [m]: half-spaces worn as deep are none any more."""
+        points = self.points()
+        area = self.prepared._core.area if self.problem is None else self.problem.area  # type: ignore[union-attr]
+        width = float(max(np.ptp(points[0]), np.ptp(points[1]), np.sqrt(area.max())))
+        return width, "the width of the contact"
+
     def points(self) -> Array:
         return self.prepared._core.points if self.problem is None else self.problem.points.points  # type: ignore[union-attr]
 
@@ -377,7 +396,7 @@ class _Worn:
         symmetry = None if problem is None or stage.prepared is not None else mirror_symmetry(problem)
         if symmetry is not None:
             probe = Rubbing(np.ones(n), np.ones(n), np.ones(n), stage.speed, points)
-            parts = [law.coefficient(probe) for law in self.laws]
+            parts = [coefficients_of(law, probe) for law in self.laws]
             if not all(alike(values, values[symmetry.image]) for values in parts):
                 symmetry = None
         source = whole if symmetry is None else symmetry.source
@@ -389,7 +408,7 @@ class _Worn:
 
         def law(pressure: Array, friction: Array) -> tuple[Array, Array]:
             rubbing = Rubbing(pressure[source], friction[source], np.ones(n), stage.speed, points)
-            upper, lower = (np.ascontiguousarray(own.coefficient(rubbing)[chosen]) for own in self.laws)
+            upper, lower = (np.ascontiguousarray(coefficients_of(own, rubbing)[chosen]) for own in self.laws)
             return upper, lower
 
         area = stage.place().area if problem is None else problem.area
@@ -413,6 +432,8 @@ class _Worn:
                 assert stage.prepared is not None
                 mean, force = stage.prepared._core.mean_pressure(out.pressure), out.force
             upper, lower = step.upper[source], step.lower[source]
+            check_worn(self.laws[0], upper, *stage.height(), step.distance)
+            check_worn(self.laws[1], lower, *stage.extent(), step.distance)
             load = float(mean @ area)
             even = float(np.minimum(mean, load / area.sum()) @ area) / load if load > 0.0 else 0.0
             record = {
@@ -471,15 +492,12 @@ class _Worn:
         _mtb_rs.wear_problem(cut.core, cut.free_loading, direction, friction, *given, *pulled)
 
     def _failure(self, out: _mtb_rs.Outcome, distance: float, stage: _Stage) -> ConvergenceError:
-        hard = None if stage.problem is None else stage.problem.hardness
-        flows = (
-            ""
-            if hard is None
-            else f", or the load is more than the contact bears at a hardness of {hard.max():.6g} Pa"
-        )
+        problem = stage.problem
+        hard = None if problem is None else problem.hardness
         why = {
-            "no solution": f"no sliding equilibrium: the body wedges{flows}",
-            "unreachable": f"the resultant of the load lies outside what the contact can carry{flows}",
+            "no solution": "no sliding equilibrium: the body wedges",
+            "unreachable": "the resultant of the load lies outside what the contact can carry",
+            "overloaded": overload(hard, None if problem is None else problem.area),
         }.get(out.status, f"not converged (residual {out.residual:.1e})")
         before = self._put(stage) if self.records else None
         return ConvergenceError(f"after {distance:.6g} m of sliding there is no contact: {why}", before)

@@ -2,7 +2,8 @@
 //! Pressures with a limit, checked by their conditions and against projected Gauss-Seidel.
 
 use mtb_complementarity::linear::{
-    Border, ByProducts, Options, Problem, Status, gauss_seidel, solve, solve_by_products,
+    Border, ByProducts, Options, Problem, Status, gauss_seidel, reachable_within, solve,
+    solve_by_products,
 };
 use mtb_operator::unmonitored;
 use proptest::prelude::*;
@@ -121,6 +122,68 @@ proptest! {
         let beyond = Border { target: &[4.001, 0.0], ..border };
         let beyond = Problem { border: Some(beyond), ..problem };
         let refused = solve(&beyond, &Options::default(), &unmonitored).unwrap();
-        prop_assert_eq!(refused.status, Status::Unreachable);
+        prop_assert_eq!(refused.status, Status::Overloaded);
+    }
+}
+
+/// Weights on springs along a line: some pressures within their limits carry a force and a moment, or none do.
+#[test]
+fn pressures_within_limits_carry_what_lies_in_the_hull_of_their_sums() {
+    // points at -1, 0 and 1, which bear 1, 2 and 3
+    let (balance, limit) = ([1.0, 1.0, 1.0, -1.0, 0.0, 1.0], [1.0, 2.0, 3.0]);
+    for (target, is_borne) in [
+        ([6.0, 2.0], true),
+        ([6.0, 1.9], false),
+        ([5.0, 3.0], true),
+        ([5.0, 3.001], false),
+        ([3.0, 3.0], true),
+        ([2.0, -1.0], true),
+        ([2.0, -1.001], false),
+        ([0.0, 0.0], true),
+        ([-1e-3, 0.0], false),
+    ] {
+        assert_eq!(
+            reachable_within(&balance, &target, &limit),
+            is_borne,
+            "{target:?}"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_pressures_within_their_limits_carry_is_borne(
+        points in prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64, 0.1..3.0_f64, 0.0..1.0_f64), 3..40),
+    ) {
+        let ones = vec![1.0; points.len()];
+        let column = |f: fn(&(f64, f64, f64, f64)) -> f64| points.iter().map(f).collect::<Vec<f64>>();
+        let balance = [ones, column(|p| p.0), column(|p| p.1)].concat();
+        let limit = column(|p| p.2);
+        let n = points.len();
+        let target: Vec<f64> = (0..3)
+            .map(|k| (0..n).map(|i| balance[k * n + i] * limit[i] * points[i].3).sum())
+            .collect();
+        prop_assert!(reachable_within(&balance, &target, &limit));
+        // more than all of them together
+        let all: f64 = limit.iter().sum();
+        prop_assert!(!reachable_within(&balance, &[1.001 * all, target[1], target[2]], &limit));
+    }
+
+    #[test]
+    fn bodies_far_apart_are_solved_as_those_that_touch(far in 1.0..1e9_f64) {
+        let matrix = [4.0, 1.0, 0.5, 1.0, 4.0, 1.0, 0.5, 1.0, 4.0];
+        let gap = [0.3, 0.1, 0.2];
+        let border = Border { motion: &[1.0, 1.0, 1.0], balance: &[1.0, 1.0, 1.0], target: &[1.0] };
+        let of = |offset: &[f64]| {
+            let problem = Problem { matrix: &matrix, offset, border: Some(border), symmetric: true, limit: None };
+            solve(&problem, &Options::default(), &unmonitored).unwrap()
+        };
+        let (near, away) = (of(&gap), of(&gap.map(|g| g + far)));
+        prop_assert_eq!(away.status, Status::Solved);
+        for (a, b) in near.pressure.iter().zip(&away.pressure) {
+            // the gaps themselves have lost digits
+            prop_assert!((a - b).abs() < 1e-15 * far + 1e-12);
+        }
+        prop_assert!((away.motion[0] - near.motion[0] - far).abs() < 1e-14 * far + 1e-12);
     }
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What lies between the bodies beyond springs: a hardness that bounds the pressure, a rough layer that gives way by
-//! a law.
+//! What lies between the bodies beyond springs: a hardness that bounds the pressure, a layer that bounds the friction,
+//! a rough layer that gives way by a law.
+
+use std::collections::HashSet;
 
 use crate::error::{Error, check, check_number};
+use crate::sliding::{RigidMotion, SlidingContact};
 
 /// Part of the largest opening by which an opening may miss the law in a solution.
 pub(crate) const SETTLED: f64 = 1e-10;
@@ -10,13 +13,18 @@ pub(crate) const SETTLED: f64 = 1e-10;
 pub(crate) const ROUNDS: usize = 60;
 /// Part by which a pressure may be beyond the end of a law: rounding.
 const BEYOND: f64 = 1e-9;
+/// Part by which the friction of a point must be beyond the shear limit to change sides: rounding.
+const EDGE: f64 = 1e-12;
 
-/// Hardness and rough layer between two bodies.
+/// Hardness, shear limit and rough layer between two bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// Largest pressure that each point bears (n) [Pa]; where it is reached, one body flows, and the gap that the
     /// surfaces would have is below zero by the depth to which it has flowed.
     pub limit: Option<Vec<f64>>,
+    /// Largest friction that a layer transmits at each point (n) [Pa]: of points that slide, the friction is that of
+    /// Coulomb or this, whichever is less.
+    pub shear: Option<Vec<f64>>,
     /// Law of a rough layer.
     pub rough: Option<RoughLaw>,
 }
@@ -157,7 +165,7 @@ impl RoughLaw {
 impl Interface {
     /// Whether it does nothing.
     pub fn is_empty(&self) -> bool {
-        self.limit.is_none() && self.rough.is_none()
+        self.limit.is_none() && self.shear.is_none() && self.rough.is_none()
     }
 
     /// Checks it for `n` points.
@@ -165,18 +173,51 @@ impl Interface {
     /// # Errors
     /// A limit of the wrong length, that is not finite or not positive.
     pub fn check(&self, n: usize) -> Result<(), Error> {
-        let Some(limit) = &self.limit else {
-            return Ok(());
-        };
-        check("hardness", limit, n)?;
-        match limit.iter().position(|v| *v <= 0.0) {
-            Some(index) => Err(Error::NotPositive {
-                name: "hardness",
-                index,
-                value: limit[index],
-            }),
-            None => Ok(()),
+        let limits = [("hardness", &self.limit), ("yield stress", &self.shear)];
+        for (name, limit) in limits {
+            let Some(limit) = limit else { continue };
+            check(name, limit, n)?;
+            if let Some(index) = limit.iter().position(|v| *v <= 0.0) {
+                return Err(Error::NotPositive {
+                    name,
+                    index,
+                    value: limit[index],
+                });
+            }
         }
+        Ok(())
+    }
+
+    /// Friction over pressure (n) of points that slide: the coefficients (n), or less where the layer yields.
+    pub(crate) fn coefficients(&self, friction: Vec<f64>, pressure: &[f64]) -> Vec<f64> {
+        let Some(shear) = &self.shear else {
+            return friction;
+        };
+        let points = friction.iter().zip(pressure).zip(shear);
+        points
+            .map(|((mu, p), most)| if mu * p > *most { most / p } else { *mu })
+            .collect()
+    }
+
+    /// The points (n) whose layer yields at the friction that it transmits, and the derivative of friction by the pressure
+    /// (n), which is `slope` elsewhere; no points where there is no such layer.
+    pub(crate) fn yields(
+        &self,
+        friction: &[f64],
+        pressure: &[f64],
+        slope: &[f64],
+    ) -> (Vec<bool>, Vec<f64>) {
+        let Some(shear) = &self.shear else {
+            return (Vec::new(), slope.to_vec());
+        };
+        let points = friction.iter().zip(pressure).zip(shear);
+        let yields: Vec<bool> = points
+            .map(|((mu, p), most)| mu * p >= most * (1.0 - BEYOND))
+            .collect();
+        let slope = slope.iter().zip(&yields);
+        let slope = slope.map(|(slope, yields)| if *yields { 0.0 } else { *slope });
+        let slope = slope.collect();
+        (yields, slope)
     }
 
     /// A diagonal compliance (n) [m/Pa], if there is one, and the slope of the rough layer under pressures (n).
@@ -275,5 +316,94 @@ impl<'a> Linearisation<'a> {
             }
         }
         Ok(has_settled)
+    }
+}
+
+/// The points of a sliding contact whose layer yields: there the friction is given, and no more follows the pressure.
+///
+/// They are one more set of active points, beside those that touch and those that flow: of each round the contact is
+/// solved with this set held, and what has gone beyond the limit joins it, until it stays as it is.
+pub(crate) struct Yielding<'a> {
+    shear: &'a [f64],
+    friction: &'a [f64],
+    yields: Vec<bool>,
+    visited: HashSet<Vec<bool>>,
+}
+
+impl<'a> Yielding<'a> {
+    /// From pressures (n) [Pa] at which the set is guessed; `None`: nothing yields yet.
+    pub(crate) fn new(shear: &'a [f64], friction: &'a [f64], at: Option<&[f64]>) -> Self {
+        let over = |at: &[f64]| {
+            (0..shear.len())
+                .map(|i| friction[i] * at[i] > shear[i])
+                .collect()
+        };
+        Self {
+            shear,
+            friction,
+            yields: at.map_or_else(|| vec![false; shear.len()], over),
+            visited: HashSet::new(),
+        }
+    }
+
+    /// Coefficients (n) of the friction that follows the pressure.
+    pub(crate) fn coefficients(&self) -> Vec<f64> {
+        let points = self.friction.iter().zip(&self.yields);
+        points
+            .map(|(mu, yields)| if *yields { 0.0 } else { *mu })
+            .collect()
+    }
+
+    /// Friction (n) [Pa] that does not.
+    pub(crate) fn given(&self) -> Vec<f64> {
+        let points = self.shear.iter().zip(&self.yields);
+        points
+            .map(|(most, yields)| if *yields { *most } else { 0.0 })
+            .collect()
+    }
+
+    /// The motions under the work of the friction that is given, in `direction` (2n).
+    pub(crate) fn motions(&self, contact: &SlidingContact<'_>) -> Vec<RigidMotion> {
+        let (n, given) = (self.shear.len(), self.given());
+        let motions = contact.motions.iter().map(|motion| {
+            let work: f64 = (0..n)
+                .map(|i| {
+                    let along = contact.direction[i] * motion.tangential_x[i]
+                        + contact.direction[n + i] * motion.tangential_y[i];
+                    contact.area[i] * given[i] * along
+                })
+                .sum();
+            RigidMotion {
+                work: motion.work + work,
+                ..motion.clone()
+            }
+        });
+        motions.collect()
+    }
+
+    /// Turns to the set at the pressures (n) that were found; whether it stays as it is.
+    ///
+    /// A set that comes again changes by its last point alone.
+    pub(crate) fn turn(&mut self, pressure: &[f64]) -> bool {
+        let next: Vec<bool> = (0..pressure.len())
+            .map(|i| {
+                // rounding does not move a point that is at the border
+                let margin = if self.yields[i] {
+                    1.0 - EDGE
+                } else {
+                    1.0 + EDGE
+                };
+                self.friction[i] * pressure[i] > self.shear[i] * margin
+            })
+            .collect();
+        if next == self.yields {
+            return true;
+        }
+        if self.visited.insert(next.clone()) {
+            self.yields = next;
+        } else if let Some(last) = (0..next.len()).rev().find(|&i| next[i] != self.yields[i]) {
+            self.yields[last] = next[last];
+        }
+        false
     }
 }

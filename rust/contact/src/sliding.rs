@@ -10,7 +10,7 @@ use mtb_complementarity::linear::{
 use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
 
 use crate::error::{Error, check};
-use crate::interface::{Interface, Linearisation, ROUNDS, SETTLED};
+use crate::interface::{Interface, Linearisation, ROUNDS, SETTLED, Yielding};
 
 /// Two bodies whose contact slides everywhere.
 ///
@@ -33,7 +33,7 @@ pub struct SlidingContact<'a> {
     /// It may differ from solve to solve. Below zero a point closes under its own pressure, as a pull does that
     /// follows the gap; less than the compliance of the bodies there, or the point snaps shut.
     pub diagonal: Option<&'a [f64]>,
-    /// Hardness and rough layer; `None` where there are none.
+    /// Hardness, shear limit of a layer, and rough layer; `None` where there are none.
     pub interface: Option<&'a Interface>,
 }
 
@@ -340,7 +340,8 @@ impl SlidingMatrix {
         self.solve_fed_back(contact, None, start, monitor)
     }
 
-    /// The same where pressures open the gaps besides by a `feedback` (n, n) [m/Pa], row-major.
+    /// The same where the friction of a unit of pressure opens the gaps besides by a `feedback` (n, n) [m/Pa],
+    /// row-major: where friction stops to follow the pressure, so does what it feeds back.
     ///
     /// # Errors
     /// As [`SlidingMatrix::solve`].
@@ -356,6 +357,89 @@ impl SlidingMatrix {
         if let Some(feedback) = feedback {
             check("feedback", feedback, n * n)?;
         }
+        let Some(shear) = contact.interface.and_then(|i| i.shear.as_ref()) else {
+            return self.solve_layered(contact, feedback, start, monitor);
+        };
+        let mut yielding = Yielding::new(shear, contact.friction, None);
+        let mut start = start;
+        let mut iterations = 0;
+        for round in 1.. {
+            let (friction, given) = (yielding.coefficients(), yielding.given());
+            let motions = yielding.motions(contact);
+            let mut gap = contact.gap.to_vec();
+            self.add_friction(contact.direction, &given, &mut gap);
+            let fed = feedback.map(|feedback| {
+                let mut held = feedback.to_vec();
+                for (gap, row) in gap.iter_mut().zip(held.chunks_exact_mut(n)) {
+                    for (j, fed) in row.iter_mut().enumerate().filter(|(j, _)| given[*j] > 0.0) {
+                        *gap += *fed * given[j] / contact.friction[j];
+                        *fed = 0.0;
+                    }
+                }
+                held
+            });
+            let held = SlidingContact {
+                gap: &gap,
+                friction: &friction,
+                motions: &motions,
+                ..*contact
+            };
+            let mut found = self.solve_layered(&held, fed.as_deref(), start, monitor)?;
+            iterations += found.iterations;
+            found.iterations = iterations;
+            if found.status != Status::Solved || yielding.turn(&found.pressure) {
+                return Ok(found);
+            }
+            if round == ROUNDS {
+                found.status = Status::IterationLimit;
+                return Ok(found);
+            }
+            start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
+        }
+        unreachable!("the rounds end")
+    }
+
+    /// Adds what a friction (n) [Pa] in `direction` (2n) opens to `gap`.
+    fn add_friction(&self, direction: &[f64], friction: &[f64], gap: &mut [f64]) {
+        if friction.iter().all(|q| *q == 0.0) {
+            return;
+        }
+        match &self.form {
+            Form::Dense { coupling: None, .. } => {}
+            Form::Dense {
+                coupling: Some(coupling),
+                ..
+            } => {
+                for (gap, row) in gap.iter_mut().zip(coupling.chunks_exact(self.points)) {
+                    *gap += row.iter().zip(friction).map(|(c, q)| c * q).sum::<f64>();
+                }
+            }
+            Form::Products {
+                is_coupled: false, ..
+            } => {}
+            Form::Products { pair, .. } => {
+                let n = self.points;
+                for (component, along) in [
+                    (Component::X, &direction[..n]),
+                    (Component::Y, &direction[n..]),
+                ] {
+                    let traction: Vec<f64> =
+                        friction.iter().zip(along).map(|(q, d)| q * d).collect();
+                    pair.add_displacement(Component::Normal, component, 1.0, &traction, gap);
+                }
+            }
+        }
+    }
+
+    /// The same with a shear limit left out.
+    fn solve_layered(
+        &self,
+        contact: &SlidingContact<'_>,
+        feedback: Option<&[f64]>,
+        start: Option<Vec<bool>>,
+        monitor: Monitor<'_>,
+    ) -> Result<SlidingSolution, Error> {
+        let n = self.points;
         let Some(law) = contact.interface.and_then(|i| i.rough.as_ref()) else {
             return self.solve_linear(contact, feedback, start, monitor);
         };

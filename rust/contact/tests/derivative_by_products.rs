@@ -63,6 +63,7 @@ fn state(random: &mut TestRng) -> SlidingState {
         motions: vec![lift, tilt],
         diagonal: Some(field(5e-15, 4e-15)),
         limit: None,
+        yields: Vec::new(),
     }
 }
 

@@ -384,8 +384,8 @@ fn files_of_earlier_versions_are_read() {
     let prepared = springs();
     let bytes = prepared.to_bytes();
     let mut old = Vec::new();
-    // without the flags of a hardness and of a rough layer, and before also without the count of grids; there are none
-    for (version, without) in [(3_u32, 16), (2, 24)] {
+    // without the flag of a layer that yields, of a hardness and of a rough layer, and of the count of grids; there are none
+    for (version, without) in [(4_u32, 8), (3, 24), (2, 32)] {
         let body = &bytes[24..bytes.len() - without];
         old = Vec::from(b"MTBC".as_slice());
         old.extend(version.to_le_bytes());
@@ -394,7 +394,7 @@ fn files_of_earlier_versions_are_read() {
         old.extend(body);
         assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
     }
-    for unknown in [1_u8, 5] {
+    for unknown in [1_u8, 6] {
         old[4] = unknown;
         let message = Prepared::from_bytes(&old).unwrap_err().to_string();
         assert!(message.ends_with("it is of another version"), "{message}");
@@ -408,6 +408,7 @@ fn hardness_and_rough_layer_are_kept() {
     let prepared = Prepared {
         interface: Interface {
             limit: Some(vec![0.5, 2.0, 2.0]),
+            shear: Some(vec![0.3, 0.4, 0.5]),
             rough: Some(law.clone()),
         },
         ..springs()

@@ -26,6 +26,7 @@ pub(crate) fn status_name(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::NoSolution => "no solution",
         Status::Unreachable => "unreachable",
+        Status::Overloaded => "overloaded",
         Status::IterationLimit => "iteration limit",
     }
 }

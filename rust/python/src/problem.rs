@@ -427,11 +427,11 @@ impl PyProblem {
     /// of each free motion, common frame; `of_upper`: whether each moves the upper body; `is_pulled`: whether a
     /// pull on that body works on it, by default so; `products_from`: points from which on bodies that allow it are
     /// solved by products; `layer` (n,): flexibilities of a layer between the bodies [m/Pa]; `hardness` (n,): pressures
-    /// at which a body flows [Pa]; `rough`: see `RoughArgument`.
+    /// at which a body flows [Pa]; `shear` (n,): largest friction that a layer transmits [Pa]; `rough`: see `RoughArgument`.
     #[new]
     #[pyo3(signature = (
         lower, upper, geometry, motions, of_upper, is_pulled=None, products_from=PRODUCTS_FROM, layer=None,
-        hardness=None, rough=None
+        hardness=None, shear=None, rough=None
     ))]
     #[allow(
         clippy::too_many_arguments,
@@ -447,6 +447,7 @@ impl PyProblem {
         products_from: usize,
         layer: Option<PyReadonlyArray1<'_, f64>>,
         hardness: Option<PyReadonlyArray1<'_, f64>>,
+        shear: Option<PyReadonlyArray1<'_, f64>>,
         rough: Option<RoughArgument>,
     ) -> PyResult<Self> {
         let [lower, upper] = [lower, upper].map(|c| c.map(|c| c.get().0.clone()));
@@ -478,12 +479,13 @@ impl PyProblem {
             .collect();
         let motions = motions.map_err(|e| bad_input(&e))?;
         let problem = Problem::new(pair, geometry, motions).map_err(|e| bad_input(&e))?;
-        let limit = match &hardness {
-            None => None,
-            Some(limit) => Some(crate::contact::flat(limit, "hardness")?),
+        let of = |given: &Option<PyReadonlyArray1<'_, f64>>, name| {
+            let values = given.as_ref().map(|v| crate::contact::flat(v, name));
+            Ok::<_, PyErr>(values.transpose()?.map(<[f64]>::to_vec))
         };
         let interface = Interface {
-            limit: limit.map(<[f64]>::to_vec),
+            limit: of(&hardness, "hardness")?,
+            shear: of(&shear, "shear")?,
             rough: rough.map(law_of).transpose()?,
         };
         let problem = problem

@@ -6,7 +6,7 @@ use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, report, reset_workers};
 
 use super::dense::Factor;
-use super::existence::reachable;
+use super::existence::{reachable, reachable_within};
 use super::lemke::lemke;
 use super::limited::{ROUNDING, Sides, carries, lemke_limited, rest};
 use super::problem::{Border, Problem, Solution, Status};
@@ -25,6 +25,8 @@ pub(super) const SINGULAR: f64 = 1e-9;
 /// Stiffness of a motion, in parts of that of the stiffest, below which a set does not hold it at all: two rows
 /// of points a millionth of the body apart still have as much.
 const LOOSE: f64 = 1e-12;
+/// Smallest gap in parts of the largest above which bodies stand far apart.
+const FAR: f64 = 0.5;
 /// Sets the active-set method may visit; it needs about ten where a solution exists.
 const SETS: usize = 200;
 
@@ -61,13 +63,81 @@ pub fn solve(
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
     problem.check()?;
-    let n = problem.dim();
-    if let Some(border) = problem.border
-        && !(reachable(border.balance, border.target)
-            && problem.limit.is_none_or(|limit| carries(border, limit)))
-    {
-        return Ok(nothing(problem, Status::Unreachable));
+    if let Some(border) = problem.border {
+        if !reachable(border.balance, border.target) {
+            return Ok(nothing(problem, Status::Unreachable));
+        }
+        if !problem.limit.is_none_or(|limit| carries(border, limit)) {
+            return Ok(nothing(problem, Status::Overloaded));
+        }
     }
+    let shifted = problem
+        .border
+        .and_then(|border| from_touching(problem.offset, border.motion));
+    let mut found = match &shifted {
+        None => searched(problem, options, monitor)?,
+        Some((_, offset)) => searched(&Problem { offset, ..*problem }, options, monitor)?,
+    };
+    if let Some((moved, _)) = shifted {
+        found
+            .motion
+            .iter_mut()
+            .zip(moved)
+            .for_each(|(c, m)| *c += m);
+    }
+    found.status = told(found.status, problem.border, problem.limit);
+    Ok(found)
+}
+
+/// How a search ended, where pressures within their limit may not carry the load.
+pub(super) fn told(status: Status, border: Option<Border<'_>>, limit: Option<&[f64]>) -> Status {
+    match (border, limit) {
+        (Some(border), Some(limit))
+            if status != Status::Solved
+                && !reachable_within(border.balance, border.target, limit) =>
+        {
+            Status::Overloaded
+        }
+        _ => status,
+    }
+}
+
+/// Motions that bring bodies which stand far apart together, and the offset from there on: so far away the
+/// displacements by the load would be lost in the rounding of the gaps. `None` where they do not stand so.
+///
+/// `motion` are the columns of a [`Border`].
+pub fn from_touching(offset: &[f64], motion: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let n = offset.len();
+    let m = motion.len() / n.max(1);
+    // each row in its own unit: rows carry weights
+    let unit = |i: usize| (0..m).fold(0.0_f64, |most, j| most.max(motion[j * n + i].abs()));
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (i, offset) in offset.iter().enumerate() {
+        let unit = unit(i);
+        let height = if unit > 0.0 { offset / unit } else { 0.0 };
+        (low, high) = (low.min(height), high.max(height));
+    }
+    if m == 0 || low <= FAR * high {
+        return None;
+    }
+    let weight: Vec<f64> = (0..n).map(|i| 1.0 / unit(i)).collect();
+    let columns = Mat::from_fn(n, m, |i, j| weight[i] * motion[j * n + i]);
+    let svd = columns.thin_svd().ok()?;
+    let moved = svd.pseudoinverse() * Mat::from_fn(n, 1, |i, _| weight[i] * offset[i]);
+    let moved: Vec<f64> = (0..m).map(|j| moved[(j, 0)]).collect();
+    let mut rest = offset.to_vec();
+    for (column, by) in motion.chunks_exact(n).zip(&moved) {
+        rest.iter_mut().zip(column).for_each(|(o, c)| *o -= c * by);
+    }
+    Some((moved, rest))
+}
+
+fn searched(
+    problem: &Problem<'_>,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Solution, Error> {
+    let n = problem.dim();
     let active = match &options.start {
         Some(start) if start.len() != n => {
             return Err(Error::Shape {

@@ -107,6 +107,108 @@ pub fn reachable(balance: &[f64], target: &[f64]) -> bool {
     false
 }
 
+/// Whether some `0 <= p <= limit` meets the balance, as [`reachable`] tells of `p >= 0`.
+///
+/// Decided by least squares between bounds [StarkParker1995]: a point that would carry more than its limit is held
+/// there, one that would pull is left out, and the others share what remains.
+pub fn reachable_within(balance: &[f64], target: &[f64], limit: &[f64]) -> bool {
+    let (m, n) = (target.len(), limit.len());
+    // rows scaled by what all points together carry, columns by the limits
+    let rows: Vec<Vec<f64>> = (0..m)
+        .map(|i| {
+            let row = balance[i * n..(i + 1) * n].iter().zip(limit);
+            row.map(|(k, l)| k * l).collect()
+        })
+        .collect();
+    let scale: Vec<f64> = rows
+        .iter()
+        .map(|row| row.iter().map(|k| k.abs()).sum())
+        .collect();
+    if (0..m).any(|i| scale[i] == 0.0 && target[i] != 0.0) {
+        return false;
+    }
+    let kept: Vec<usize> = (0..m).filter(|&i| scale[i] > 0.0).collect();
+    let entry = |i: usize, j: usize| rows[kept[i]][j] / scale[kept[i]];
+    let f: Vec<f64> = kept.iter().map(|&i| target[i] / scale[i]).collect();
+    let size = f.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+    let m = kept.len();
+    let mut x = vec![0.0; n];
+    let mut free: Vec<usize> = Vec::new();
+    for _ in 0..4 * n + 20 * m {
+        let rest: Vec<f64> = (0..m)
+            .map(|i| f[i] - (0..n).map(|j| entry(i, j) * x[j]).sum::<f64>())
+            .collect();
+        if rest.iter().all(|v| v.abs() <= 1e-10 * size) {
+            return true;
+        }
+        let gain = |j: usize| (0..m).map(|i| entry(i, j) * rest[i]).sum::<f64>();
+        let wanted = |j: usize| if x[j] >= 1.0 { -gain(j) } else { gain(j) };
+        let outside = (0..n).filter(|j| !free.contains(j));
+        let best = outside
+            .map(|j| (j, wanted(j)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((enter, _)) = best.filter(|(_, gain)| *gain > 1e-14 * size) else {
+            return false;
+        };
+        free.push(enter);
+        while !free.is_empty() {
+            let k = free.len();
+            let matrix = Mat::from_fn(m, k, |i, j| entry(i, free[j]));
+            let right = Mat::from_fn(m, 1, |i, _| rest_without(&f, &x, &free, |j| entry(i, j), i));
+            let Ok(svd) = matrix.thin_svd() else {
+                return false;
+            };
+            let there = svd.pseudoinverse() * right;
+            let step = (0..k)
+                .map(|j| {
+                    let (now, then) = (x[free[j]], there[(j, 0)]);
+                    if then > 1.0 {
+                        (1.0 - now) / (then - now)
+                    } else if then < 0.0 {
+                        now / (now - then)
+                    } else {
+                        1.0
+                    }
+                })
+                .fold(1.0_f64, f64::min);
+            for j in 0..k {
+                let now = x[free[j]];
+                x[free[j]] = (now + step * (there[(j, 0)] - now)).clamp(0.0, 1.0);
+            }
+            if step >= 1.0 {
+                break;
+            }
+            // what reached its bound stays there
+            for j in 0..k {
+                let value = &mut x[free[j]];
+                if *value < 1e-13 {
+                    *value = 0.0;
+                } else if *value > 1.0 - 1e-13 {
+                    *value = 1.0;
+                }
+            }
+            let before = free.len();
+            free.retain(|&j| x[j] > 0.0 && x[j] < 1.0);
+            if free.len() == before {
+                break;
+            }
+        }
+    }
+    true
+}
+
+/// What the points that are not free leave of row `i`.
+fn rest_without(
+    f: &[f64],
+    x: &[f64],
+    free: &[usize],
+    entry: impl Fn(usize) -> f64,
+    i: usize,
+) -> f64 {
+    let held = (0..x.len()).filter(|j| x[*j] != 0.0 && !free.contains(j));
+    f[i] - held.map(|j| entry(j) * x[j]).sum::<f64>()
+}
+
 /// Largest `mu` up to which `A_n + mu A_t` stays positive definite: `1 / lambda_max(-A_n^-1 sym(A_t))`.
 ///
 /// Below it the complementarity problem has exactly one solution for every load. `normal` (symmetric

@@ -11,8 +11,8 @@ mod problem;
 mod products;
 mod springs;
 
-pub use active_set::{Options, solve};
-pub use existence::{definiteness_limit, reachable};
+pub use active_set::{Options, from_touching, solve};
+pub use existence::{definiteness_limit, reachable, reachable_within};
 pub use gauss_seidel::gauss_seidel;
 pub use lemke::lemke;
 pub use limited::{ROUNDING, Sides, carries};

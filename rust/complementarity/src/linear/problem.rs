@@ -49,6 +49,8 @@ pub enum Status {
     NoSolution,
     /// The target of the balance cannot be reached by any `p >= 0`.
     Unreachable,
+    /// The target of the balance can be reached, but by no `p` within its limit.
+    Overloaded,
     /// Neither the active-set method nor Lemke's came to an end.
     IterationLimit,
 }

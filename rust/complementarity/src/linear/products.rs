@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use faer::Mat;
 use mtb_operator::{Monitor, krylov::gmres, report};
 
-use super::active_set::balanced;
+use super::active_set::{balanced, told};
 use super::existence::reachable;
 use super::limited::{Sides, carries, targets};
 use super::problem::{Border, Problem, Solution, Status};
@@ -265,9 +265,12 @@ pub fn solve_by_products(
         check("target", border.target, m)?;
         check("motion", border.motion, n * m)?;
         check("balance", border.balance, n * m)?;
-        let is_carried = problem.limit.is_none_or(|limit| carries(border, limit));
-        if !(is_carried && reachable(border.balance, border.target)) {
+        if !reachable(border.balance, border.target) {
             point.status = Status::Unreachable;
+            return Ok(point);
+        }
+        if !problem.limit.is_none_or(|limit| carries(border, limit)) {
+            point.status = Status::Overloaded;
             return Ok(point);
         }
     }
@@ -439,5 +442,6 @@ pub fn solve_by_products(
             }
         }
     }
+    point.status = told(point.status, problem.border, problem.limit);
     Ok(point)
 }

@@ -36,7 +36,9 @@ pub(super) fn solve(
     let status = match solution.status {
         linear::Status::Solved if residual <= tolerance => Status::Solved,
         linear::Status::Solved => Status::Stagnated,
-        linear::Status::Unreachable | linear::Status::NoSolution => Status::Unreachable,
+        linear::Status::Unreachable | linear::Status::Overloaded | linear::Status::NoSolution => {
+            Status::Unreachable
+        }
         linear::Status::IterationLimit => Status::IterationLimit,
     };
     Ok(NormalSolution {

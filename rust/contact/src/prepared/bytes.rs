@@ -12,11 +12,15 @@ use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 4;
-/// The version before, which knew of no hardness and no rough layer.
+const VERSION: u32 = 5;
+/// The version before, which knew of no layer that yields.
+const WITHOUT_SHEAR: u32 = 4;
+/// The version before that one, which knew of no hardness and no rough layer.
 const WITHOUT_INTERFACE: u32 = 3;
-/// The version before that one, which did not hold where the bodies go on beyond their points.
+/// One more before, which did not hold where the bodies go on beyond their points.
 const WITHOUT_WINDOWS: u32 = 2;
+
+const KNOWN: [u32; 4] = [VERSION, WITHOUT_SHEAR, WITHOUT_INTERFACE, WITHOUT_WINDOWS];
 
 impl Prepared {
     /// The contact as bytes, for a file.
@@ -64,6 +68,7 @@ impl Prepared {
             out.counts(&[window.start, window.nx, window.ny]);
         }
         out.option(self.interface.limit.as_ref(), |out, limit| out.array(limit));
+        out.option(self.interface.shear.as_ref(), |out, shear| out.array(shear));
         out.option(self.interface.rough.as_ref(), |out, law| {
             let (floor, level, opening, last) = law.parts();
             out.array(&[floor, last]);
@@ -75,14 +80,13 @@ impl Prepared {
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
-    /// One of an earlier version has no hardness and no rough layer; one of version 2 does not know whether its bodies go on beyond their points, and takes it that they
+    /// One of version 4 has no layer that yields, one of an earlier version no hardness and no rough layer either; one of version 2 does not know whether its bodies go on beyond their points, and takes it that they
     /// end there.
     ///
     /// # Errors
     /// Bytes that are none, of another version, cut short, changed, or that do not fit together.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (version, mut body) =
-            Reader::open_any(bytes, MARK, &[VERSION, WITHOUT_INTERFACE, WITHOUT_WINDOWS])?;
+        let (version, mut body) = Reader::open_any(bytes, MARK, &KNOWN)?;
         let area = body.array()?;
         let mut geometry = Geometry {
             points: body.array()?,
@@ -119,8 +123,11 @@ impl Prepared {
             geometry.windows = windows?;
         }
         let mut interface = Interface::default();
-        if version == VERSION {
+        if version == VERSION || version == WITHOUT_SHEAR {
             interface.limit = body.option(Reader::array)?;
+            if version == VERSION {
+                interface.shear = body.option(Reader::array)?;
+            }
             interface.rough = body.option(law)?;
         }
         body.close()?;

@@ -79,6 +79,8 @@ impl Taken {
         motions: Vec<RigidMotion>,
         balanced: Vec<usize>,
     ) -> Self {
+        let (friction, pressure) = (&outcome.friction, &outcome.solution.pressure);
+        let (yields, slope) = prepared.interface.yields(friction, pressure, friction);
         Self {
             pose: step.pose,
             velocity: step.velocity,
@@ -86,13 +88,14 @@ impl Taken {
             friction: step.friction.map(<[f64]>::to_vec),
             state: SlidingState {
                 area: prepared.geometry.area.clone(),
-                pressure: outcome.solution.pressure.clone(),
-                friction: outcome.friction.clone(),
-                slope: outcome.friction.clone(),
+                pressure: pressure.clone(),
+                friction: friction.clone(),
+                slope,
                 direction,
                 motions,
-                diagonal: (prepared.interface).softened(step.diagonal, &outcome.solution.pressure),
+                diagonal: (prepared.interface).softened(step.diagonal, pressure),
                 limit: prepared.interface.limit.clone(),
+                yields,
             },
             balanced,
         }

@@ -59,7 +59,7 @@ pub struct Prepared {
     pub reference_point: [f64; 3],
     /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
-    /// Hardness and rough layer.
+    /// Hardness, shear limit of a layer, and rough layer.
     pub interface: Interface,
 }
 
@@ -490,13 +490,11 @@ impl PreparedContact {
         };
         let (solution, effort) = self.stepper.solve(&contact, monitor)?;
         let about = prepared.reference_point;
-        let mut outcome = Outcome::sliding(
-            &prepared.geometry,
-            about,
-            solution,
-            friction.clone(),
-            direction,
-        );
+        let friction = prepared
+            .interface
+            .coefficients(friction.clone(), &solution.pressure);
+        let mut outcome =
+            Outcome::sliding(&prepared.geometry, about, solution, friction, direction);
         outcome.effort = effort;
         Ok(outcome)
     }

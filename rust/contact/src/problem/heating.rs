@@ -221,14 +221,12 @@ impl Problem {
                 continue;
             }
             solution.iterations = iterations;
+            let friction = self
+                .interface
+                .coefficients(friction.to_vec(), &solution.pressure);
+            let power = self.power(direction, &friction, heating);
             let (flux, temperature) = heating.shared(&division, &power, &solution.pressure);
-            let outcome = Outcome::sliding(
-                &self.geometry,
-                [0.0; 3],
-                solution,
-                friction.to_vec(),
-                direction,
-            );
+            let outcome = Outcome::sliding(&self.geometry, [0.0; 3], solution, friction, direction);
             return Ok(Heated {
                 outcome,
                 flux,

@@ -256,6 +256,7 @@ impl Problem {
                 }
                 solution.iterations = iterations;
                 let about = [0.0; 3];
+                let coefficient = self.interface.coefficients(coefficient, &solution.pressure);
                 return Ok(Outcome::sliding(
                     &self.geometry,
                     about,
@@ -290,7 +291,7 @@ impl Problem {
 
     /// The equations of a sliding state, linearised about it: `pressure` (n) [Pa], `friction` (n) and the `slope` (n)
     /// of friction times pressure over the pressure, which is the friction itself unless it follows the pressure.
-    /// Its `diagonal` (n) [m/Pa] is that of the loading; a rough layer adds its slope. Unless it `is_coupled`, friction
+    /// Its `diagonal` (n) [m/Pa] is that of the loading; a rough layer adds its slope, and where a layer yields friction has none. Unless it `is_coupled`, friction
     /// opens and closes no gap. No matrix is formed `by_products`, and of a problem that
     /// [is so itself](Problem::is_by_products).
     ///
@@ -308,15 +309,17 @@ impl Problem {
         by_products: bool,
         monitor: Monitor<'_>,
     ) -> Result<Linearised, Error> {
+        let (yields, slope) = self.interface.yields(friction, pressure, slope);
         let state = SlidingState {
             area: self.geometry.area.clone(),
             pressure: pressure.to_vec(),
             friction: friction.to_vec(),
-            slope: slope.to_vec(),
+            slope,
             direction: direction.to_vec(),
             motions: self.loaded(&vec![0.0; self.motions.len()]),
             diagonal: self.interface.softened(diagonal, pressure),
             limit: self.interface.limit.clone(),
+            yields,
         };
         if by_products || self.is_by_products() {
             return Linearised::by_products(self.pair.clone(), state, is_coupled);

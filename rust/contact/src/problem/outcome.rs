@@ -39,7 +39,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// A solution in which every point in contact slides in `direction` (2n); moments about `about` [m].
+    /// A solution in which every point in contact slides in `direction` (2n), with friction coefficients that the shear
+    /// limit of a layer has lowered; moments about `about` [m].
     pub(crate) fn sliding(
         geometry: &Geometry,
         about: [f64; 3],
@@ -160,6 +161,9 @@ impl Outcome {
                 });
                 Some(format!("{outside}{}", negative.unwrap_or_default()))
             }
+            Status::Overloaded => Some(
+                "the load is more than the contact bears at its hardness where it acts".to_owned(),
+            ),
             Status::IterationLimit => Some(format!(
                 "not converged (residual {})",
                 Rough(self.solution.residual)

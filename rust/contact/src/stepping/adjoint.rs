@@ -158,6 +158,30 @@ impl Tangent<'_> {
         found: &ByLoads,
         axis: usize,
     ) -> Result<Vec<f64>, Error> {
+        let mut own = self.by_size_too(of, found, axis)?;
+        if self.state.yields.iter().any(|yields| *yields) {
+            let n = self.count();
+            let other = self.by_size_too(of, found, 1 - axis)?;
+            for (own, other) in own.chunks_exact_mut(n).zip(other.chunks_exact(n)) {
+                let mut drag = if axis == 0 {
+                    [&*own, other].concat()
+                } else {
+                    [other, &*own].concat()
+                };
+                self.state.turned(&mut drag);
+                own.copy_from_slice(&drag[axis * n..(axis + 1) * n]);
+            }
+        }
+        Ok(own)
+    }
+
+    /// The same where friction may change its size at all points.
+    fn by_size_too(
+        &self,
+        of: &Weights<'_>,
+        found: &ByLoads,
+        axis: usize,
+    ) -> Result<Vec<f64>, Error> {
         let (n, m) = (self.count(), self.state.motions.len());
         of.check(n, m)?;
         check("gap", &found.gap, of.count * n)?;

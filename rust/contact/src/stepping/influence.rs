@@ -161,6 +161,17 @@ impl Influence {
         }
     }
 
+    /// Adds what a friction (n) [Pa] in `direction` (2n) opens to `gap`.
+    pub(super) fn add_friction(&self, direction: &[f64], friction: &[f64], gap: &mut [f64]) {
+        let n = self.points;
+        for (axis, block) in self.along.iter().enumerate() {
+            if let Some(block) = block {
+                let along = &direction[axis * n..(axis + 1) * n];
+                add_columns(block, n, |j| friction[j] * along[j], gap);
+            }
+        }
+    }
+
     /// Gaps (n) that pressures, and tractions along both tangents, open: a column each.
     pub(super) fn products(&self, pressure: &Mat<f64>, traction: [&Mat<f64>; 2]) -> Mat<f64> {
         let mut gap = Mat::zeros(self.points, pressure.ncols());

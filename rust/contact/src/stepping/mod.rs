@@ -13,11 +13,11 @@ mod tangent;
 
 use std::sync::Arc;
 
-use mtb_complementarity::linear::Status;
+use mtb_complementarity::linear::{Status, from_touching};
 use mtb_operator::Monitor;
 
 use crate::error::{Error, check};
-use crate::interface::{Linearisation, ROUNDS, SETTLED};
+use crate::interface::{Linearisation, ROUNDS, SETTLED, Yielding};
 use crate::sliding::{SlidingContact, SlidingSolution, check_own};
 use active_sets::factorisable;
 pub use adjoint::{ByLoads, Weights};
@@ -81,6 +81,15 @@ pub struct Effort {
     pub fell_back: bool,
 }
 
+impl Effort {
+    fn add(&mut self, other: Self) {
+        self.sets += other.sets;
+        self.factorisations += other.factorisations;
+        self.products += other.products;
+        self.fell_back |= other.fell_back;
+    }
+}
+
 #[derive(Clone)]
 struct Point {
     pressure: Vec<f64>,
@@ -129,6 +138,49 @@ impl SlidingStepper {
         monitor: Monitor<'_>,
     ) -> Result<(SlidingSolution, Effort), Error> {
         contact.check(self.influence.points())?;
+        let Some(shear) = contact.interface.and_then(|i| i.shear.as_ref()) else {
+            return self.solve_layered(contact, monitor);
+        };
+        let last = self.resumed.as_ref().or(self.memory.last.as_ref());
+        let at = last.map(|point| point.pressure.clone());
+        let mut yielding = Yielding::new(shear, contact.friction, at.as_deref());
+        let mut all = Effort::default();
+        for round in 1.. {
+            let (friction, given) = (yielding.coefficients(), yielding.given());
+            let motions = yielding.motions(contact);
+            let mut gap = contact.gap.to_vec();
+            self.influence
+                .add_friction(contact.direction, &given, &mut gap);
+            let held = SlidingContact {
+                gap: &gap,
+                friction: &friction,
+                motions: &motions,
+                ..*contact
+            };
+            if round > 1 {
+                // not a further step: nothing is ahead
+                self.memory.before = None;
+            }
+            let (mut found, effort) = self.solve_layered(&held, monitor)?;
+            all.add(effort);
+            found.iterations = all.sets;
+            if found.status != Status::Solved || yielding.turn(&found.pressure) {
+                return Ok((found, all));
+            }
+            if round == ROUNDS {
+                found.status = Status::IterationLimit;
+                return Ok((found, all));
+            }
+        }
+        unreachable!("the rounds end")
+    }
+
+    /// The same with a shear limit left out.
+    fn solve_layered(
+        &mut self,
+        contact: &SlidingContact<'_>,
+        monitor: Monitor<'_>,
+    ) -> Result<(SlidingSolution, Effort), Error> {
         let Some(law) = contact.interface.and_then(|i| i.rough.as_ref()) else {
             return self.solve_linear(contact, monitor);
         };
@@ -150,10 +202,7 @@ impl SlidingStepper {
                 self.memory.before = None;
             }
             let (mut found, effort) = self.solve_linear(&linear, monitor)?;
-            all.sets += effort.sets;
-            all.factorisations += effort.factorisations;
-            all.products += effort.products;
-            all.fell_back |= effort.fell_back;
+            all.add(effort);
             found.iterations = all.sets;
             if found.status != Status::Solved || rough.turn(&found.pressure, SETTLED)? {
                 return Ok((found, all));
@@ -185,8 +234,19 @@ impl SlidingStepper {
         }
         let mut effort = Effort::default();
         self.recall(&terms.drag);
-        let found = self.by_sets(contact, &terms, &mut effort, monitor)?;
-        let solution = if let Some(solution) = found {
+        let closing: Vec<f64> = (contact.motions.iter())
+            .flat_map(|motion| motion.opening.iter().map(|o| -o))
+            .collect();
+        let shifted = from_touching(contact.gap, &closing);
+        let near = shifted
+            .as_ref()
+            .map_or(*contact, |(_, gap)| SlidingContact { gap, ..*contact });
+        let found = self.by_sets(&near, &terms, &mut effort, monitor)?;
+        let solution = if let Some(mut solution) = found {
+            if let Some((moved, _)) = &shifted {
+                let motions = solution.motion.iter_mut().zip(moved);
+                motions.for_each(|(c, m)| *c += m);
+            }
             solution
         } else {
             effort.fell_back = true;

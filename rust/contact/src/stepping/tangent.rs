@@ -25,7 +25,7 @@ pub struct SlidingState {
     /// Friction coefficient of each point (n).
     pub friction: Vec<f64>,
     /// Derivative of coefficient times pressure by the pressure (n): the coefficient itself, unless it follows the
-    /// pressure.
+    /// pressure, and nothing where a layer yields.
     pub slope: Vec<f64>,
     /// Direction of sliding (2n).
     pub direction: Vec<f64>,
@@ -35,6 +35,9 @@ pub struct SlidingState {
     pub diagonal: Option<Vec<f64>>,
     /// Hardness (n) [Pa]: where the pressure is as large, it stays.
     pub limit: Option<Vec<f64>>,
+    /// The points (n) whose layer yields, so that neither pressure nor coefficient changes the size of their friction;
+    /// empty where there is no such layer.
+    pub yields: Vec<bool>,
 }
 
 /// Of what is given to a sliding contact: small changes, or the gradient by it.
@@ -105,6 +108,20 @@ impl SlidingState {
     /// Which points are closed and which are held at the hardness.
     pub(super) fn sides(&self) -> Sides {
         Sides::of_pressure(&self.pressure, self.limit.as_deref())
+    }
+
+    /// Leaves of changes of friction (2n), or of weights of it, what does not change its size where the layer yields.
+    pub(super) fn turned(&self, drag: &mut [f64]) {
+        let n = self.pressure.len();
+        for i in (0..self.yields.len()).filter(|&i| self.yields[i]) {
+            let (x, y) = (self.direction[i], self.direction[n + i]);
+            let size = x * x + y * y;
+            if size > 0.0 {
+                let along = (drag[i] * x + drag[n + i] * y) / size;
+                drag[i] -= along * x;
+                drag[n + i] -= along * y;
+            }
+        }
     }
 
     /// The points whose gaps stay closed while their pressures change.
@@ -247,7 +264,9 @@ impl<'a> Tangent<'a> {
             check("work", &change.work, m)?;
             check("drag", &change.drag, 2 * n)?;
             let along = pressure.iter().chain(pressure).zip(&change.drag);
-            drags.push(along.map(|(p, d)| d * p).collect::<Vec<f64>>());
+            let mut drag: Vec<f64> = along.map(|(p, d)| d * p).collect();
+            self.state.turned(&mut drag);
+            drags.push(drag);
         }
         // what the gaps do while the pressures stay
         let zero = Mat::zeros(n, changes.len());
