@@ -73,7 +73,7 @@ def residual(case: Case, pressure: Array) -> float:
         k[0, 0] = np.inf
         u = np.fft.irfft2(np.fft.rfft2(pressure) * 2.0 / k, s=(n, n))
     else:
-        body = _mtb_rs.half_space(ELASTIC.shear_modulus, 0.0, [(0.0, 0.0, n, n)], (1.0 / n, 1.0 / n), True)
+        body = _mtb_rs.half_space((ELASTIC.shear_modulus, 0.0), [(0.0, 0.0, n, n)], (1.0 / n, 1.0 / n), True)
         traction = np.zeros((3, n * n))
         traction[2] = pressure.ravel()
         u = body.displacement(traction)[2].reshape(n, n)

@@ -78,7 +78,7 @@ def bare_convolution(n: int) -> tuple[float, str]:
         return np.asarray(scipy.fft.irfft2(spectrum, (2 * n, 2 * n), workers=workers)[:n, :n])
 
     # without compressibility a pressure moves the surface along its normal only: one product
-    body = _mtb_rs.half_space(1.0, 0.5, [(0.0, 0.0, n, n)], (1.0 / n, 1.0 / n), True)
+    body = _mtb_rs.half_space((1.0, 0.5), [(0.0, 0.0, n, n)], (1.0 / n, 1.0 / n), True)
     traction = np.zeros((3, n * n))
     traction[2] = field.ravel()
     body.displacement(traction)

@@ -64,7 +64,7 @@ def body_of(grid: Grid, basis: str) -> tuple[Any, np.ndarray]:
     n, h = grid.points, grid.h
     x, y = grid.xy
     if basis == "rectangles":
-        return _mtb_rs.half_space(*MATERIAL, [(x[0], y[0], n, n)], (h, h), True), np.full(n * n, h * h)
+        return _mtb_rs.half_space(MATERIAL, [(x[0], y[0], n, n)], (h, h), True), np.full(n * n, h * h)
     if basis == "bilinear hats":
         return _mtb_rs.half_space_hats(*MATERIAL, [(x[0], y[0], n, n)], (h, h), True)
     edge = 0.5 + 0.5 * h

@@ -21,7 +21,7 @@ from .bodies.conductor import Conductor, conducting_steel
 from .bodies.elastic_body import ElasticBody
 from .bodies.material import Material, steel
 from .bodies.mesh import TetraMesh
-from .bodies.simple import HalfSpace, Rigid
+from .bodies.simple import HalfSpace, Layered, Rigid
 from .bodies.supports import Guide, Support
 from .bodies.surfaces import BodySurface, surface_gap
 from .contact.sliding_heat import SlidingHeat
@@ -171,6 +171,7 @@ __all__ = [
     "Hertz",
     "InterfaceLayer",
     "KalkerCoefficients",
+    "Layered",
     "Magnet",
     "Margin",
     "Material",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, final
 
 import numpy as np
@@ -744,9 +744,20 @@ def surface_gap(
     reach: float,
     approach: float | None,
 ) -> tuple[ContactGrid, _Array, NDArray[np.bool_]]: ...
+
+@final
+class Layered:
+    def __new__(
+        cls,
+        layer: tuple[float, float],
+        thickness: float,
+        base: tuple[float, float] | None,
+        is_bonded: bool,
+    ) -> Layered: ...
+    def wave(self, wave_number: float) -> float: ...
+
 def half_space(
-    shear_modulus: float,
-    poisson_ratio: float,
+    medium: tuple[float, float] | Layered,
     patches: list[tuple[float, float, int, int]],
     spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
@@ -806,8 +817,8 @@ class PatchOperators:
         cls,
         shape: tuple[int, int],
         spacing: tuple[float, float],
-        lower: tuple[float, float] | None,
-        upper: tuple[float, float] | None,
+        lower: tuple[float, float] | Layered | None,
+        upper: tuple[float, float] | Layered | None,
         layer: float,
         motion: str,
         step: tuple[float, float],
@@ -1087,7 +1098,7 @@ class NormalTangent:
         cls,
         initial_gap: _Array,
         spacing: tuple[float, float],
-        bodies: list[tuple[float, float]],
+        bodies: Sequence[tuple[float, float] | Layered],
         force: float | None,
         approach: float | None,
         moments: tuple[float | None, float | None],
@@ -1141,7 +1152,7 @@ class NormalOutcome:
 def solve_normal(
     gap: _Array,
     spacing: tuple[float, float],
-    bodies: list[tuple[float, float]],
+    bodies: Sequence[tuple[float, float] | Layered],
     force: float | None,
     approach: float | None,
     moments: tuple[float | None, float | None],

@@ -185,7 +185,7 @@ def points(surface: mtb.BodySurface | mtb.Profile) -> Any:
 CORNERS = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0]]) * 5e-3
 RAIL = mtb.Profile.standard("60E1")
 HERTZ = mtb.hertz(1e3, 0.1)
-HALF = _mtb_rs.half_space(*mtb.HalfSpace(mtb.steel).elastic, [(0.0, 0.0, 2, 2)], [(1e-3, 1e-3)], True)
+HALF = _mtb_rs.half_space(mtb.HalfSpace(mtb.steel).elastic, [(0.0, 0.0, 2, 2)], [(1e-3, 1e-3)], True)
 PAIR = _mtb_rs.Compliance.relative(HALF, HALF)
 #: Points of a profile, to be smoothed.
 TABLE = mtb.Profile.from_points(np.linspace(-0.03, 0.03, 300), -(np.linspace(-0.03, 0.03, 300) ** 2))
@@ -295,6 +295,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("Hertz.on_grid", lambda **a: HERTZ.on_grid((8, 8), **a), dict(spacing=1e-4)),
     ("Hertz.pressure", HERTZ.pressure, dict(x=[1e-5], y=[1e-5])),
     ("Hertz.separation", HERTZ.separation, dict(x=[0.01], y=[0.02])),
+    ("Layered", partial(mtb.Layered, mtb.steel, base=mtb.Rigid()), dict(thickness=1e-3)),
     ("InterfaceLayer", mtb.InterfaceLayer, dict(thickness=1e-3, shear_modulus=1e9)),
     (
         "PlasticLayer",

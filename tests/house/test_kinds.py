@@ -31,7 +31,7 @@ def family(made: type) -> set[str]:
 
 #: Classes of which only doors ask.
 KINDS = {
-    "bodies": {"HalfSpace", "Rigid", "Simple", "ElasticBody"},
+    "bodies": {"HalfSpace", "Layered", "Rigid", "Simple", "ElasticBody"},
     "geometries": family(Geometry),
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
@@ -42,11 +42,18 @@ KINDS = {
 #: Functions that take what a user gives.
 DOORS = {
     "bodies": {
-        "bodies/simple.py": {"as_body"},
+        "bodies/simple.py": {
+            "__post_init__",
+            "are_layered",
+            "are_unlike",
+            "as_body",
+            "medium_of",
+            "surface_of",
+            "without_layers",
+        },
         "case/values.py": {"_body"},
-        "half_space/pressure_field.py": {"_half_space"},
-        "scenes/posed.py": {"__post_init__", "_surface", "solids"},
-        "scenes/ready.py": {"_elastic"},
+        "half_space/pressure_field.py": {"__post_init__", "_half_space", "pair_modulus"},
+        "scenes/posed.py": {"__post_init__", "_check_layers", "_surface", "check_model", "solids"},
     },
     "geometries": {"scenes/posed.py": {"__post_init__"}},
     "friction and loads": {

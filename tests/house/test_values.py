@@ -79,6 +79,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Hertz": lambda: mtb.hertz(1e3, 0.1),
     "InterfaceLayer": lambda: mtb.InterfaceLayer(1e-3, 1e9),
     "KalkerCoefficients": lambda: mtb.kalker_coefficients(1.0, 0.3),
+    "Layered": lambda: mtb.Layered(mtb.steel, 1e-3, mtb.Rigid()),
     "Margin": lambda: step().margin(),
     "Material": lambda: mtb.steel,
     "NormalResult": lambda: mtb.solve_normal(

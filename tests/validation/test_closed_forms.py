@@ -86,7 +86,7 @@ def test_paraboloid_closes_its_own_gap() -> None:
 
 def test_love_agrees_with_the_influence_coefficients() -> None:
     half_sides = (1.5e-3, 1e-3)
-    body = _mtb_rs.half_space(80e9, 0.3, [(0.0, 0.0, 5, 4)], (3e-3, 2e-3), True)
+    body = _mtb_rs.half_space((80e9, 0.3), [(0.0, 0.0, 5, 4)], (3e-3, 2e-3), True)
     traction = np.zeros((3, 20))
     traction[2, 7] = 1e6
     x, y = np.meshgrid(3e-3 * (np.arange(5) - 2), 2e-3 * (np.arange(4) - 1))

@@ -44,7 +44,7 @@ def elastic_energy(field: mtb.PressureField, traction: np.ndarray, layer: mtb.In
     load = np.ascontiguousarray(np.concatenate([traction.reshape(2, -1), np.zeros((1, nx * ny))]))
     moved = sum(
         half_space(
-            body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], field.spacing, True
+            (body.shear_modulus, body.poisson_ratio), [(0.0, 0.0, nx, ny)], field.spacing, True
         ).displacement(load)
         for body in (field.lower, field.upper)
     )

@@ -30,7 +30,7 @@ def half_space_on_hats() -> tuple[Array, Array]:
     """Indentation by pressure and by traction along x, weighted with hats: rectangles half as wide."""
     parts, step = 2, WIDTH / CELLS
     fine = CELLS * parts
-    body = _mtb_rs.half_space(80e9, 0.3, [(0.0, 0.0, fine, fine)], (step / parts, step / parts), True)
+    body = _mtb_rs.half_space((80e9, 0.3), [(0.0, 0.0, fine, fine)], (step / parts, step / parts), True)
     place = (np.arange(fine) + 0.5) / parts
     hat = np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(CELLS + 1)))
     hats = np.einsum("ij,kl->ikjl", hat, hat).reshape(fine**2, -1)

@@ -24,7 +24,7 @@ def cell_pressures(cells: int, friction: float, lower: mtb.Material, upper: mtb.
     """Middles [m] and pressures [Pa] of `cells` strips across the punch, a thousand half-widths long."""
     dx = 2.0 * HALF_WIDTH / cells
     below, above = (
-        _mtb_rs.half_space(m.shear_modulus, m.poisson_ratio, [(0.0, 0.0, cells, 1)], (dx, LENGTH), True)
+        _mtb_rs.half_space((m.shear_modulus, m.poisson_ratio), [(0.0, 0.0, cells, 1)], (dx, LENGTH), True)
         for m in (lower, upper)
     )
     direction = np.stack([np.ones(cells), np.zeros(cells)])

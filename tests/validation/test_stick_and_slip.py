@@ -255,7 +255,7 @@ def test_start_of_sliding_is_the_same_dense_or_by_fourier() -> None:
 
     patch = reference.elliptic_pressure(1e4, (3e-3, 3e-3), (12, 12), BODY, BODY)
     # two equal half-spaces are one of half the shear modulus
-    both = half_space(41e9, 0.28, [(0.0, 0.0, 12, 12)], patch.spacing, True)
+    both = half_space((41e9, 0.28), [(0.0, 0.0, 12, 12)], patch.spacing, True)
     area = np.full(144, patch.spacing[0] * patch.spacing[1])
     path = np.array([[1e-6, 0.0], [2e-6, 1e-6], [3e-5, 1e-6]])
     layer = mtb.InterfaceLayer(1e-5, 80e9)
@@ -462,7 +462,7 @@ def as_one(
     ny, nx = normal.pressure.shape
     cell = normal.spacing[0]
     bodies = [
-        half_space(body.shear_modulus, body.poisson_ratio, [(0.0, 0.0, nx, ny)], (cell, cell), True)
+        half_space((body.shear_modulus, body.poisson_ratio), [(0.0, 0.0, nx, ny)], (cell, cell), True)
         for body in (soft, stiff)
     ]
     x = (np.arange(nx) - 0.5 * (nx - 1)) * cell

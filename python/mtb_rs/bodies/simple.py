@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 from .. import _mtb_rs
-from ..base.check import shortened
+from ..base.check import positive, shortened
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.profiles import Profile
@@ -39,6 +40,8 @@ class HalfSpace:
     material: Material
     surface: Any = None
     is_half_space: ClassVar[bool] = True
+    #: Displacement by a uniform pressure [m/Pa] where that is finite, otherwise 0.
+    mean_compliance: ClassVar[float] = 0.0
     #: Moduli of its material by which results are derived.
     moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
     #: Moduli by which they are not, and why.
@@ -71,7 +74,7 @@ class HalfSpace:
     def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
         """Compliance on the cells of flat grids; without `interact` each lies on a half-space of its own."""
         places, spacings = zip(*grids, strict=True)
-        return _mtb_rs.half_space(*self.elastic, list(places), list(spacings), interact)
+        return _mtb_rs.half_space(self.elastic, list(places), list(spacings), interact)
 
     def on_hats(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance | None:
         """The same on the nodes of the grids: their hats."""
@@ -117,6 +120,7 @@ class Rigid:
         dict.fromkeys(("young_modulus", "poisson_ratio"), "this body is rigid and has no moduli")
     )
     elastic: ClassVar[None] = None
+    mean_compliance: ClassVar[float] = 0.0
     normal_compliance: ClassVar[float] = 0.0
     plane_strain_compliance: ClassVar[float] = 0.0
     mixed_compliance: ClassVar[float] = 0.0
@@ -141,14 +145,170 @@ class Rigid:
         object.__setattr__(self, "surface", as_surface(self.surface))
 
 
-Simple = HalfSpace | Rigid
+_NO_DERIVATIVES = (
+    "this body is Layered, and derivatives by its moduli and thickness are not known: take differences "
+    "of results"
+)
+
+
+@lru_cache(maxsize=16)
+def _core(
+    layer: tuple[float, float], thickness: float, base: tuple[float, float] | None, bonded: bool
+) -> _mtb_rs.Layered:
+    """The same body for equal constants, which keeps what was computed of it."""
+    return _mtb_rs.Layered(layer, thickness, base, bonded)
+
+
+@stored
+@dataclass(frozen=True)
+@plain
+class Layered:
+    """An elastic layer of constant thickness on an elastic half-space, or on a rigid base: a coated body.
+
+    Any thickness and any Poisson's ratio are taken, 0.5 included. A :class:`mtb_rs.ThinLayer` is the limit of
+    a thin, compressible layer on a rigid base.
+
+    Parameters
+    ----------
+    layer : Material
+        Of the layer, whose surface is in contact.
+    thickness : float [m]
+        Of the layer.
+    base : Material or Rigid
+        Below the layer: a half-space of this material, or a rigid body.
+    bonded : bool
+        True: layer and base move as one at their interface. False: the layer slides on its base without
+        friction, and does not leave it. Such a layer would be carried away by friction on its surface, so
+        that it takes contacts without friction only.
+
+    Raises
+    ------
+    ValueError
+        For a thickness that is not positive, and for a base that is neither.
+
+    References
+    ----------
+    [Burmister1945], [Johnson1985, ch. 5.8]
+
+    Examples
+    --------
+    >>> import mtb_rs as mtb
+    >>> rubber = mtb.Material(5e6, 0.499)
+    >>> pad = mtb.Layered(rubber, 2e-3, mtb.Rigid())
+    >>> coated = mtb.Layered(mtb.Material(300e9, 0.25), 5e-6, mtb.steel)
+    """
+
+    layer: Material
+    thickness: float
+    base: Material | Rigid
+    bonded: bool = True
+    #: It is no half-space of one material, which is what other ways than half-spaces take.
+    is_half_space: ClassVar[bool] = False
+    moduli: ClassVar[tuple[str, ...]] = ()
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys(("young_modulus", "poisson_ratio", "thickness"), _NO_DERIVATIVES)
+    )
+
+    def __post_init__(self) -> None:
+        base: Any = self.base
+        if isinstance(base, HalfSpace) and base.surface is None:
+            base = base.material
+        if isinstance(base, Rigid) and base.surface is not None:
+            raise ValueError("base is a Rigid with a surface: below a layer it is plane, and has none")
+        if not isinstance(base, (Material, Rigid)):
+            raise ValueError(f"base of a layer is {shortened(base)}: a Material or Rigid() is needed")
+        if not isinstance(self.layer, Material):
+            raise ValueError(f"layer is {shortened(self.layer)}: a Material is needed")
+        if not isinstance(self.bonded, bool):
+            raise ValueError(f"bonded is {self.bonded!r}: True or False is needed")
+        object.__setattr__(self, "base", base)
+        object.__setattr__(self, "thickness", positive("thickness", self.thickness, "m"))
+
+    @property
+    def material(self) -> Material:
+        """That at its surface."""
+        return self.layer
+
+    @property
+    def elastic(self) -> _mtb_rs.Layered:
+        """The body as the core has it."""
+        base = None if self._below is None else (self._below.shear_modulus, self._below.poisson_ratio)
+        return _core((self.layer.shear_modulus, self.layer.poisson_ratio), self.thickness, base, self.bonded)
+
+    @property
+    def _below(self) -> Material | None:
+        """Material of the base; None of a rigid one."""
+        return self.base if isinstance(self.base, Material) else None
+
+    @property
+    def mean_compliance(self) -> float:
+        """Displacement by a uniform pressure [m/Pa] on a rigid base; 0 on a half-space, which has none."""
+        return 0.0 if self._below is not None else self.elastic.wave(0.0)
+
+    @property
+    def normal_compliance(self) -> float:
+        """(1 - nu) / G [1/Pa] of the layer or of the base, whichever gives way more."""
+        materials = [self.layer, *([] if self._below is None else [self._below])]
+        return max((1.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu^2) / E [1/Pa], likewise."""
+        return 0.5 * self.normal_compliance
+
+    def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance:
+        """Compliance on the cells of flat grids; without `interact` each lies on a body of its own."""
+        places, spacings = zip(*grids, strict=True)
+        return _mtb_rs.half_space(self.elastic, list(places), list(spacings), interact)
+
+    def on_hats(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance:
+        """Refused: hats belong to elastic bodies beside it."""
+        raise ValueError(BESIDE_ELASTIC)
+
+    def on_cut_hats(self, hats: Hats, carrier: _mtb_rs.Sampling, grid: Grid) -> _mtb_rs.Compliance:
+        """Refused, likewise."""
+        raise ValueError(BESIDE_ELASTIC)
+
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        base = "Rigid" if self._below is None else self._below
+        return {
+            "kind": "Layered",
+            "layer": self.layer,
+            "thickness": self.thickness,
+            "base": base,
+            "bonded": self.bonded,
+        }
+
+    def kept(self) -> Layered:
+        """What a saved result keeps of it: all."""
+        return self
+
+
+#: Why a layered body is none of finite elements, and none beside them.
+BESIDE_ELASTIC = (
+    "a Layered body is known under cells of uniform traction only, and not beside elastic bodies of finite "
+    'elements: model="half-space" takes it, and beside an ElasticBody a HalfSpace or Rigid is needed'
+)
+
+
+Simple = HalfSpace | Layered | Rigid
+
+
+def are_unlike(one: Simple, other: Simple) -> bool:
+    """Whether a pressure moves the surfaces of two bodies tangentially against each other."""
+    simple = [body for body in (one, other) if not isinstance(body, Layered)]
+    if len(simple) < 2:
+        return one != other
+    mixed = [body.mixed_compliance for body in simple]
+    return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
 
 
 def as_body(name: str, body: object) -> Simple:
     """A body, or the half-space of a material."""
     if isinstance(body, Material):
         return HalfSpace(body)
-    if isinstance(body, (HalfSpace, Rigid)):
+    if isinstance(body, (HalfSpace, Layered, Rigid)):
         return body
     from .mesh_objects import as_trimesh  # brings trimesh
 
@@ -157,4 +317,32 @@ def as_body(name: str, body: object) -> Simple:
             f"{name} is {shortened(body)}: a surface alone has no material: HalfSpace(material, surface) or "
             "Rigid(surface) is needed"
         )
-    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Rigid or ElasticBody is needed")
+    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Layered, Rigid or ElasticBody is needed")
+
+
+def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigid]:
+    """The bodies, where none is layered; ValueError that names what takes no other ones."""
+    found: list[HalfSpace | Rigid] = []
+    for body in bodies:
+        if isinstance(body, Layered):
+            raise ValueError(
+                f"a body is {body!r}: {what} takes a Material, a HalfSpace or Rigid; solve_normal and scenes "
+                'of half-spaces (model="half-space") take layers'
+            )
+        found.append(body)
+    return found
+
+
+def are_layered(*bodies: object) -> bool:
+    """Whether a body is layered."""
+    return any(isinstance(body, Layered) for body in bodies)
+
+
+def surface_of(body: Material | Layered) -> Material:
+    """The material at the surface of a body."""
+    return body.material if isinstance(body, Layered) else body
+
+
+def medium_of(body: Material | Layered) -> tuple[float, float] | _mtb_rs.Layered:
+    """What a body is made of, as the core takes it."""
+    return body.elastic if isinstance(body, Layered) else (body.shear_modulus, body.poisson_ratio)

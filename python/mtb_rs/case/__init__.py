@@ -43,7 +43,7 @@ from ..studies.brake import brake, posed_shoe
 from ..studies.braking import Braking
 from ..studies.wear import wear
 from .brake_words import BrakeWords, brake_of
-from .values import MOTIONS, MaterialWords, motion_words, read_by, words_of
+from .values import MOTIONS, LayeredWords, MaterialWords, motion_words, read_by, words_of
 from .wear_words import LOOK, wear_of
 
 T = TypeVar("T")
@@ -444,9 +444,9 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
     if item["type"] == "missing":
         return f"{key}: is missing"
     if item["type"] == "extra_forbidden":
-        tables: dict[str, type[BaseModel]] = {"brake": BrakeWords}
-        inner = tables.get(place[0], MaterialWords) if len(place) > 1 else model
-        known = [field.alias or name for name, field in inner.model_fields.items()]
+        tables: dict[str, list[type[BaseModel]]] = {"brake": [BrakeWords]}
+        inner = tables.get(place[0], [MaterialWords, LayeredWords]) if len(place) > 1 else [model]
+        known = [field.alias or name for one in inner for name, field in one.model_fields.items()]
         if place == ["sweep"]:
             return (
                 "sweep: is no table of a case file: mtb-rs sweep CASE.toml --vary friction=0.1,0.2, or "

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -19,6 +19,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainValidator,
+    StrictBool,
     StrictFloat,
     StrictInt,
     StrictStr,
@@ -30,7 +31,7 @@ from pydantic import (
 from ..base.check import choice, meant, path_of, reals, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
-from ..bodies.simple import Rigid
+from ..bodies.simple import Layered, Rigid
 from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer, PlasticLayer, ShearLayer
@@ -67,15 +68,43 @@ class MaterialWords(BaseModel):
         raise ValueError("one of young_modulus and shear_modulus [Pa] is needed, not both")
 
 
-def _body(given: Any, check: Any) -> Material | Rigid:
-    if isinstance(given, (Material, Rigid)):
+class LayeredWords(BaseModel):
+    """A layer [m] of one material on a half-space of another, or on a rigid base."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    layer: MaterialWords
+    thickness: StrictFloat = Field(json_schema_extra={"exclusiveMinimum": 0})
+    base: MaterialWords | Literal["rigid"]
+    bonded: StrictBool = True
+
+    @model_validator(mode="after")
+    def _is_a_body(self) -> LayeredWords:
+        self.body()
+        return self
+
+    def body(self) -> Layered:
+        """The body meant."""
+        base = Rigid() if isinstance(self.base, str) else self.base.material()
+        return Layered(self.layer.material(), self.thickness, base, self.bonded)
+
+
+#: Words of a table that only a layered body has.
+_OF_LAYERS = {"layer", "thickness", "base", "bonded"}
+
+
+def _body(given: Any) -> Material | Layered | Rigid:
+    if isinstance(given, (Material, Layered, Rigid)):
         return given
     if given == "rigid":
         return Rigid()
     if not isinstance(given, Mapping):
-        raise ValueError('a table with a modulus and poisson_ratio, or "rigid", is needed')
-    words: MaterialWords = check(given)
-    return words.material()
+        raise ValueError(
+            "a table with a modulus and poisson_ratio, one with layer, thickness and base, or "
+            '"rigid", is needed'
+        )
+    if _OF_LAYERS & set(given):
+        return LayeredWords.model_validate(given).body()
+    return MaterialWords.model_validate(given).material()
 
 
 def _field(given: Any, info: ValidationInfo) -> Any:
@@ -374,14 +403,31 @@ def motion_words(kind: type[Rolling] | type[Shift]) -> Any:
     return read_by(partial(motion_of, kind), _motion_look(kind))
 
 
+def _inlined(model: type[BaseModel]) -> dict[str, Any]:
+    """The JSON schema of a model without references."""
+    schema = model.model_json_schema()
+    named = schema.pop("$defs", {})
+
+    def put(part: Any) -> Any:
+        if isinstance(part, list):
+            return [put(item) for item in part]
+        if not isinstance(part, dict):
+            return part
+        if "$ref" in part:
+            return put(named[part["$ref"].rpartition("/")[2]])
+        return {key: put(item) for key, item in part.items()}
+
+    return typing.cast(dict[str, Any], put(schema))
+
+
 # --- models, read off the signatures -----------------------------------------------------------------
 
 _BY_NAME: dict[str, Any] = {
     **dict.fromkeys(
         ("upper", "lower"),
         read_by(
-            lambda given: _body(given, MaterialWords.model_validate),
-            {"anyOf": [MaterialWords.model_json_schema(), {"const": "rigid"}]},
+            _body,
+            {"anyOf": [_inlined(MaterialWords), _inlined(LayeredWords), {"const": "rigid"}]},
         ),
     ),
     "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),

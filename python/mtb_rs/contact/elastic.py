@@ -21,7 +21,7 @@ from ..bodies.elastic_body import Condensed, ElasticBody
 from ..bodies.material import Material
 from ..bodies.mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe_mesh
 from ..bodies.sides import ElasticPart
-from ..bodies.simple import HalfSpace, Rigid
+from ..bodies.simple import HalfSpace, Rigid, Simple
 from ..bodies.supports import Guide, Support
 from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
 from ..geometry.geometries import Geometry, cells_along
@@ -63,9 +63,7 @@ class Held:
     carrier: tuple[float, float] | None = None
 
 
-def half_spaces(
-    geometry: Geometry, upper: HalfSpace | Rigid, lower: HalfSpace | Rigid, spacing: tuple[float, float]
-) -> Contact:
+def half_spaces(geometry: Geometry, upper: Simple, lower: Simple, spacing: tuple[float, float]) -> Contact:
     """Half-spaces or rigid bodies on the cells of a geometry."""
 
     def build() -> Contact:
@@ -113,7 +111,7 @@ def on_rigid(
 
 def on_foundation(
     geometry: Geometry,
-    bodies: tuple[HalfSpace, HalfSpace | Rigid],
+    bodies: tuple[HalfSpace, Simple],
     spacing: tuple[float, float],
     held: Held,
     time_s: dict[str, float],

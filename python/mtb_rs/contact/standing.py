@@ -20,7 +20,7 @@ from ..base.cache import Memory
 from ..base.plain import plain
 from ..bodies.elastic_body import Condensed
 from ..bodies.sides import ElasticPart, Side
-from ..bodies.simple import HalfSpace, Rigid
+from ..bodies.simple import Simple
 from ..geometry.contact_points import ContactPoints, Patch
 from .problem import Averages, Kept, core_geometry, to_global
 from .refined import DIRECT_PAIR, REFINED_POINT, Lines, refined
@@ -220,9 +220,7 @@ class Contact:
         return np.asarray(points.points[:, patch.cut].mean(axis=1))
 
 
-def cells_of(
-    body: HalfSpace | Rigid, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
-) -> Foundation:
+def cells_of(body: Simple, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> Foundation:
     """A half-space or rigid body under cells. One below carries all patches, each above is its own.
 
     Above, this is the thesis' basic model: only the resultant of the pull counts.
@@ -235,9 +233,7 @@ def cells_of(
     )
 
 
-def hats_of(
-    body: HalfSpace | Rigid, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
-) -> Foundation:
+def hats_of(body: Simple, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> Foundation:
     """A half-space or rigid body under the hats of elastic bodies, as :func:`cells_of`."""
     return Foundation(
         body.on_hats([((*p.origin, p.nx, p.ny), p.spacing) for p in patches], interact=not upper),

@@ -519,7 +519,7 @@ class ThinLayer:
     young_modulus : float [Pa]
     poisson_ratio : float [-]
         At most 0.45. A layer nearer to incompressible gives way by flowing sideways, which depends on its
-        thickness over the size of the contact: model such a layer as an :class:`mtb_rs.ElasticBody`.
+        thickness over the size of the contact: such a layer is a :class:`mtb_rs.Layered` body.
     """
 
     thickness: float
@@ -532,7 +532,7 @@ class ThinLayer:
         if not -1.0 < number("poisson_ratio", self.poisson_ratio) <= _MOST_COMPRESSIBLE:
             raise ValueError(
                 f"poisson_ratio is {self.poisson_ratio:g}: above -1 and up to {_MOST_COMPRESSIBLE:g} a thin "
-                "layer is springs; one nearer to 0.5 flows sideways, which takes a body of finite thickness"
+                "layer is springs; one nearer to 0.5 flows sideways: a Layered body is needed"
             )
 
     @property

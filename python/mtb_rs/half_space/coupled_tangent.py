@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
+from ..bodies.simple import Layered, are_layered, medium_of
 from ..results.derivatives import Gradient
 from .normal_tangent import NormalTangent
 from .tangential_tangent import TangentialTangent
@@ -36,30 +37,41 @@ class GapByTraction:
     ----------
     shape : (ny, nx)
     spacing : (float, float) [m]
-    bodies : dict of "lower", "upper" to Material
+    bodies : dict of "lower", "upper" to Material or Layered
         Those that give way.
     """
 
     shape: tuple[int, int]
     spacing: tuple[float, float]
-    bodies: Mapping[str, Material]
+    bodies: Mapping[str, Material | Layered]
+
+    @property
+    def is_layered(self) -> bool:
+        """Whether a body is layered: what opens the gap is then no multiple of that of a half-space."""
+        return are_layered(*self.bodies.values())
+
+    @property
+    def _materials(self) -> dict[str, Material]:
+        return {side: body for side, body in self.bodies.items() if isinstance(body, Material)}
 
     @property
     def factor(self) -> float:
         """Difference of (1 - 2 nu) / G [1/Pa]."""
-        return sum(_SIGN[side] * _factor(body) for side, body in self.bodies.items())
+        return sum(_SIGN[side] * _factor(body) for side, body in self._materials.items())
 
     @property
     def cancels(self) -> bool:
         """Whether the bodies are alike in this, but for rounding."""
-        factors = [_factor(body) for body in self.bodies.values()]
+        if self.is_layered:
+            return self.bodies.get("lower") == self.bodies.get("upper")
+        factors = [_factor(body) for body in self._materials.values()]
         return abs(self.factor) <= 1e-12 * max(factors)
 
     @property
     def slopes(self) -> dict[str, float]:
         """Derivatives of the factor by the constants of the bodies."""
         slopes = {}
-        for side, body in self.bodies.items():
+        for side, body in self._materials.items():
             modulus, ratio, sign = body.young_modulus, body.poisson_ratio, _SIGN[side]
             slopes[f"{side}.young_modulus"] = -sign * _factor(body) / modulus
             slopes[f"{side}.poisson_ratio"] = -sign * 2.0 * (1.0 + 4.0 * ratio) / modulus
@@ -69,7 +81,7 @@ class GapByTraction:
     def _unit(self) -> _mtb_rs.Compliance:
         """A half-space whose factor is 1."""
         ny, nx = self.shape
-        return _mtb_rs.half_space(1.0, 0.0, [(0.0, 0.0, nx, ny)], self.spacing, True)
+        return _mtb_rs.half_space((1.0, 0.0), [(0.0, 0.0, nx, ny)], self.spacing, True)
 
     def of_unit(self, traction: Array) -> Array:
         """Gap (ny, nx) [m Pa] that tractions (3, ny, nx) open at a factor of 1; without their third part."""
@@ -79,8 +91,21 @@ class GapByTraction:
 
     def of(self, traction: Array) -> Array:
         """Gap (ny, nx) [m] that tractions (3, ny, nx) [Pa] on the lower body open."""
+        if self.is_layered:
+            return np.zeros(self.shape) if self.cancels else self._of_each(traction)
         factor = self.factor
         return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
+
+    def _of_each(self, traction: Array) -> Array:
+        """The same as a sum over the bodies."""
+        ny, nx = self.shape
+        load = np.reshape(traction, (3, -1)).copy()
+        load[2] = 0.0
+        opened = np.zeros(self.shape)
+        for side, body in self.bodies.items():
+            surface = _mtb_rs.half_space(medium_of(body), [(0.0, 0.0, nx, ny)], self.spacing, True)
+            opened += _SIGN[side] * surface.displacement(load)[2].reshape(self.shape)
+        return opened
 
     def back(self, weights: Array) -> Array:
         """Weights (3, ny, nx) of tractions that do what weights (ny, nx) of the gap do: a pressure moves the

@@ -18,7 +18,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..bodies.material import Material, of_material, steel
-from ..bodies.simple import Simple, as_body
+from ..bodies.simple import Simple, as_body, without_layers
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Drawn
@@ -237,7 +237,8 @@ def hertz(
     216
     """
     force = positive("force", force, "N")
-    bodies = as_body("lower", lower), as_body("upper", upper)
+    below, above = without_layers([as_body("lower", lower), as_body("upper", upper)], "Hertz' contact")
+    bodies = below, above
     stiffness = modulus(*bodies)
     if (radii is None) == (semi_axes is None):
         raise ValueError("either radii or semi_axes is needed")

@@ -30,7 +30,7 @@ from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import slip_of_gap
 from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.fields import Field, fields_of
-from ..results.plausible import of_result, of_width
+from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
 from .normal_tangent import Bodies, NormalTangent
@@ -82,7 +82,7 @@ class NormalResult(Judged, Differentiable, Pictured):
         and by the second per unit of y.
     normal_force : float [N]
     contact_area : float [m2]
-    lower, upper : HalfSpace or Rigid
+    lower, upper : HalfSpace, Layered or Rigid
     periodic : bool
     error_estimate : float or None
         Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
@@ -225,7 +225,7 @@ def solve_normal(
         Undeformed gap at the cell centres of a regular grid, > 0 open; any height field.
     spacing : float or (float, float) [m]
         Cell sides along x and along y.
-    lower, upper : Material, HalfSpace or Rigid
+    lower, upper : Material, HalfSpace, Layered or Rigid
         A material means a half-space of this material; one body may be rigid.
     force : float [N]
         Normal force. Give either this or `approach`.
@@ -241,7 +241,7 @@ def solve_normal(
         With None it follows the estimated discretisation error and stays well below it.
     periodic : bool
         Whether the grid repeats itself periodically. The approach is then measured from the mean of the
-        displacements.
+        displacements; of layers on rigid bases it contains their mean compression.
     edge : {"auto", "error", "sharp", "grow"}
         Meaning of contact at the edge of the grid. With "error" the bodies go on there, and the grid is too
         small. With "sharp" a body ends there, like a punch. With "grow" the gap is continued smoothly, and
@@ -277,7 +277,8 @@ def solve_normal(
         For a result that linear elasticity does not carry, which may be a slip of the unit: deformations that
         are not small against the contact, a pressure beyond the strength of steel. A scene asks the same.
     ToleranceWarning
-        For a contact of fewer than three cells across.
+        For a contact of fewer than three cells across, and for a layer that hardly changes its volume and is
+        thinner than a cell.
     DeprecationWarning
         If `moments` is given; the warning names the new spelling.
 
@@ -310,8 +311,7 @@ def solve_normal(
     bodies = as_body("lower", lower), as_body("upper", upper)
     for side, body in zip(("lower", "upper"), bodies, strict=True):
         ask([] if body.material is None else of_material(side, body.material))
-    elastic = [body.elastic for body in bodies if body.elastic is not None]
-    if not elastic:
+    if all(body.elastic is None for body in bodies):
         raise ValueError("both bodies are rigid: one of them must be elastic")
     if (force is None) == (approach is None):
         given = (
@@ -342,7 +342,8 @@ def solve_normal(
         raise ValueError('method is "dense", which does not take a hardness: "auto" or "fft" is needed')
     if rough is not None and method == "dense":
         raise ValueError('method is "dense", which does not take a RoughLayer: "auto" or "fft" is needed')
-    if periodic and approach is not None and approach >= heights.mean() and not layer and rough is None:
+    has_mean = layer > 0.0 or rough is not None or any(body.mean_compliance > 0.0 for body in bodies)
+    if periodic and approach is not None and approach >= heights.mean() and not has_mean:
         raise ValueError(
             f"approach is {approach:g} m: a periodic contact closes at its mean gap, {heights.mean():g} m, "
             "where all points touch; a smaller one, or a force, is needed"
@@ -353,7 +354,7 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
-    problem = _Problem(sides, elastic, force, approach, first, periodic, method, layer, hardness, rough)
+    problem = _Problem(sides, bodies, force, approach, first, periodic, method, layer, hardness, rough)
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
     if edge == "auto":
@@ -369,6 +370,7 @@ def solve_normal(
     result = _result(solution, heights, problem, bodies, time.perf_counter() - started)
     if not result.report.converged:
         raise ConvergenceError(result.report.status, result)
+    ask(of_layers(bodies, sides), kind=ToleranceWarning)
     # rough surfaces are for contacts of single points, at pressures that only an elastic idealisation bears
     if not periodic:
         ask(of_result(result, _deformation(result)))
@@ -402,7 +404,7 @@ class _Problem:
     """Everything but the gap and the tolerance."""
 
     spacing: tuple[float, float]
-    elastic: list[tuple[float, float]]
+    bodies: tuple[Simple, Simple]
     force: float | None
     approach: float | None
     moments: tuple[float | None, float | None]
@@ -411,6 +413,11 @@ class _Problem:
     layer: float
     hardness: float | None
     rough: RoughLaw | None
+
+    @property
+    def elastic(self) -> list[tuple[float, float] | _mtb_rs.Layered]:
+        """The bodies that give way, as the core has them."""
+        return [body.elastic for body in self.bodies if body.elastic is not None]
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..bodies.simple import Simple
+from ..bodies.simple import Simple, are_layered
 from ..results.derivatives import Margin
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ class Bodies:
 
     Attributes
     ----------
-    lower, upper : HalfSpace or Rigid
+    lower, upper : HalfSpace, Layered or Rigid
     layer : float [m/Pa]
         Flexibility of the layer between them; 0 for none.
     flows : (ny, nx) bool or None
@@ -84,7 +84,9 @@ class NormalTangent:
             self.inputs["hardness"] = ()
         self.inputs |= dict.fromkeys(self._moduli, ())
         other = "approach" if load == "force" else "force"
-        self.refused = {other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"}
+        self.refused = _refused(bodies.lower, bodies.upper) | {
+            other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"
+        }
         self.margin = margin
         #: Products with the influence matrix so far.
         self.products = 0
@@ -146,6 +148,9 @@ class NormalTangent:
 
 def _moduli(lower: Simple, upper: Simple) -> list[tuple[str, float]]:
     """Derivatives of the logarithm of the compliance, the sum of 2 (1 - nu^2) / E, by its constants."""
+    if are_layered(lower, upper):
+        # moduli do not scale the whole compliance
+        return []
     whole = lower.normal_compliance + upper.normal_compliance
     slopes = []
     for side, material in (("lower", lower.material), ("upper", upper.material)):
@@ -156,3 +161,19 @@ def _moduli(lower: Simple, upper: Simple) -> list[tuple[str, float]]:
                 (f"{side}.poisson_ratio", -4.0 * ratio / (modulus * whole)),
             ]
     return slopes
+
+
+def _refused(lower: Simple, upper: Simple) -> dict[str, str]:
+    """Moduli by which there is no derivative beside a layered body."""
+    refused: dict[str, str] = {}
+    sides = {"lower": lower, "upper": upper}
+    if are_layered(lower, upper):
+        for side, body in sides.items():
+            beside = dict.fromkeys(
+                body.moduli,
+                "the other body is Layered, and this one has no part of the whole compliance alone",
+            )
+            refused |= {
+                f"{side}.{name}": why for name, why in (beside | dict(body.without_derivatives)).items()
+            }
+    return refused

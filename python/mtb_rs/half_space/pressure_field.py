@@ -13,7 +13,7 @@ from ..base.check import pair, positive, reals
 from ..base.owning import owning
 from ..base.plain import plain
 from ..bodies.material import Material
-from ..bodies.simple import Rigid
+from ..bodies.simple import Layered, Rigid
 
 Array = NDArray[np.float64]
 
@@ -30,8 +30,8 @@ class PressureField:
         On rectangular cells; contact is where it is positive.
     spacing : (float, float) [m]
         Cell sizes along x and y. In a line contact the second is the length considered (1 m).
-    lower, upper : Material or None
-        None for a rigid body.
+    lower, upper : Material, Layered or None
+        None for a rigid body; a layer is bonded to its base.
     origin : (float, float) or None [m]
         Centre of the first cell; None puts the middle of the grid at (0, 0).
     reference : float or None [m]
@@ -41,8 +41,8 @@ class PressureField:
 
     pressure: Array
     spacing: tuple[float, float]
-    lower: Material | None
-    upper: Material | None
+    lower: Material | Layered | None
+    upper: Material | Layered | None
     origin: tuple[float, float] | None = None
     reference: float | None = None
 
@@ -63,8 +63,17 @@ class PressureField:
                 raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
         for name in ("lower", "upper"):
             body = getattr(self, name)
-            if body is not None and not isinstance(body, Material):
-                raise ValueError(f"{name} is {body!r}: a Material is needed, or None for a rigid body")
+            if body is not None and not isinstance(body, (Material, Layered)):
+                raise ValueError(
+                    f"{name} is {body!r}: a Material or Layered is needed, or None for a rigid body"
+                )
+            if isinstance(body, Layered) and not body.bonded:
+                raise ValueError(
+                    f"{name} is a Layered that is not bonded: a layer that slides on its base without "
+                    "friction would be carried away by the traction: bonded=True is needed"
+                )
+            if isinstance(body, Layered) and self.reference is not None:
+                raise ValueError(f"{name} is a Layered: in a line contact a Material is needed, or None")
         if self.lower is None and self.upper is None:
             raise ValueError("both bodies are rigid: one of them must be elastic")
         ny, nx = pressure.shape
@@ -129,9 +138,20 @@ class PressureField:
         return float(np.sqrt(5.0 * moments[0])), float(np.sqrt(5.0 * moments[1]))
 
     def pair_modulus(self) -> tuple[float, float]:
-        """Shear modulus [Pa] and Poisson's ratio of two equal bodies that are as flexible as these two."""
+        """Shear modulus [Pa] and Poisson's ratio of two equal bodies that are as flexible as these two.
+
+        Raises
+        ------
+        ValueError
+            Where a body is layered.
+        """
         flexibility, ratio = 0.0, 0.0
         for body in (self.lower, self.upper):
+            if isinstance(body, Layered):
+                raise ValueError(
+                    "a body is Layered: the fast approximations of creep forces are those of half-spaces of "
+                    "one material, and solve_tangential takes layers"
+                )
             if body is not None:
                 flexibility += 0.5 / body.shear_modulus
                 ratio += 0.5 * body.poisson_ratio / body.shear_modulus
@@ -252,10 +272,12 @@ HALF_SPACES_MOVE = (
 )
 
 
-def _half_space(name: str, body: Any) -> Material | None:
-    """The material of a half-space; None of a rigid body."""
+def _half_space(name: str, body: Any) -> Material | Layered | None:
+    """The material of a half-space; None of a rigid body; a layered body is what it is."""
     if isinstance(body, Rigid):
         return None
+    if isinstance(body, Layered):
+        return body
     material = body.material if getattr(body, "is_half_space", False) else body
     if material is not None and not isinstance(material, Material):
         raise ValueError(f"{name} is a {type(body).__name__}: {HALF_SPACES_MOVE}")

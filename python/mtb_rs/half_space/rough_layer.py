@@ -15,7 +15,7 @@ from ..base.plain import plain
 from ..base.progress import shares_shown
 from ..base.units import taking_quantities
 from ..bodies.material import Material
-from ..bodies.simple import Simple, as_body
+from ..bodies.simple import Simple, as_body, without_layers
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
 from .normal import solve_normal
@@ -138,7 +138,9 @@ class RoughLayer(RoughLaw):
                 f"heights is {shortened(heights)}: heights (ny, nx) [m] that are not all equal are needed"
             )
         sides = spacing_pair(spacing)
-        bodies = as_body("lower", lower), as_body("upper", upper)
+        bodies = without_layers(
+            [as_body("lower", lower), as_body("upper", upper)], "the layer of a rough surface"
+        )
         elastic = [body.material for body in bodies if body.material is not None]
         if not elastic:
             raise ValueError("both bodies are rigid: one of them must be elastic")

@@ -21,6 +21,7 @@ from ..base.questions import ask, gathered
 from ..base.renamed import renamed
 from ..base.units import taking_quantities
 from ..base.words import Coupling
+from ..bodies.simple import surface_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
 from ..geometry.contact_points import window
 from ..results.plausible import of_dent
@@ -134,7 +135,9 @@ def solve_tangential(
 def _ask_about(normal: Any) -> None:
     """Questions about a pressure that was given; those about a result came where it was solved."""
     if isinstance(normal, PressureField):
-        ask(of_dent(float(normal.pressure.max()), [normal.lower, normal.upper]))
+        bodies = normal.lower, normal.upper
+        surfaces = [surface_of(body) for body in bodies if body is not None]
+        ask(of_dent(float(normal.pressure.max()), surfaces))
 
 
 def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:

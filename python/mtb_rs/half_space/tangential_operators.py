@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base import memory
 from ..bodies.material import Material
+from ..bodies.simple import Layered, medium_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..geometry.contact_points import window
 from .motions import Rolling, Shift
@@ -27,8 +28,8 @@ class Key(NamedTuple):
 
     shape: tuple[int, int]
     spacing: Pair
-    lower: Pair | None
-    upper: Pair | None
+    lower: Pair | _mtb_rs.Layered | None
+    upper: Pair | _mtb_rs.Layered | None
     layer: float
     motion: str
     step: Pair
@@ -41,8 +42,8 @@ def operators_of(key: Key) -> _mtb_rs.PatchOperators:
     return _mtb_rs.PatchOperators(*key)
 
 
-def _constants(body: Material | None) -> Pair | None:
-    return None if body is None else (body.shear_modulus, body.poisson_ratio)
+def _constants(body: Material | Layered | None) -> Pair | _mtb_rs.Layered | None:
+    return None if body is None else medium_of(body)
 
 
 def key_of(

@@ -19,6 +19,8 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
+from ..bodies.material import Material
+from ..bodies.simple import Layered, are_layered
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.derivatives import Differentiable, Functional, Margin
@@ -316,9 +318,13 @@ class Given:
         tangential = self._tangential(result)
         if self.pressed is None:
             return tangential
-        return CoupledTangent(
-            self.pressed._tangent(), tangential, gap_by_traction(self.field), np.asarray(result.traction)
-        )
+        opened = gap_by_traction(self.field)
+        if opened.is_layered:
+            raise ValueError(
+                'a body is Layered, and coupling is "full": such a result has no derivatives; "one-way" '
+                "has, or take differences of results"
+            )
+        return CoupledTangent(self.pressed._tangent(), tangential, opened, np.asarray(result.traction))
 
     def _tangential(self, result: TangentialResult) -> TangentialTangent:
         """The tangential problem, its pressure given."""
@@ -361,7 +367,7 @@ class Given:
             friction.slopes(slips),
             friction.followed(),
             None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
-            {side: body for side, body in bodies.items() if body is not None},
+            {side: body for side, body in bodies.items() if isinstance(body, Material)},
             other_bodies,
             self._courses(motion, key),
             self._refused(motion),
@@ -387,6 +393,9 @@ class Given:
     def _refused(self, motion: Motion) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
         refused: dict[str, str] = {}
+        for side, body in (("lower", self.field.lower), ("upper", self.field.upper)):
+            if are_layered(body):
+                refused |= {f"{side}.{name}": why for name, why in Layered.without_derivatives.items()}
         if self.pressed is None:
             reason = (
                 "the pressure is given, and follows from it by the normal contact: derive by 'pressure' and "

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies.material import NORMALISED, of_material
+from ..bodies.material import NORMALISED, RUBBERY, of_material
+from ..bodies.simple import are_layered
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch
 from .grids import flat, patches
@@ -147,6 +148,18 @@ def of_result(
         questions += of_deformation(side, moved, parts, width)
     materials = [bodies[side].material for side in deformation]
     return questions + of_dent(float(result.pressure.max()), materials)
+
+
+def of_layers(bodies: Sequence[Any], spacing: tuple[float, float]) -> list[str]:
+    """Questions about layers that hardly change their volume and are thinner than the cells are wide."""
+    widest = max(spacing)
+    return [
+        f"a layer with a Poisson's ratio of {body.material.poisson_ratio:g} is {body.thickness:g} m thick, "
+        f"and cells are {widest:g} m wide: the flow of such a layer is known on cells no wider than it is thick "
+        "(at half of that the force is some 4 to 14 % too small)"
+        for body in bodies
+        if are_layered(body) and body.material.poisson_ratio >= RUBBERY and body.thickness < widest
+    ]
 
 
 def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:

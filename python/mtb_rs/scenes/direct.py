@@ -14,6 +14,7 @@ from ..base import memory
 from ..base.questions import ask, gathered
 from ..base.words import Model
 from ..bodies.recovery import left_out
+from ..bodies.simple import are_layered, are_unlike, without_layers
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem, Solution
 from ..contact.refined import carrier_spacing
@@ -265,7 +266,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     grid = scene.geometry.grid(spacing)
     large = len(models) == 1 and grid.area.size > DENSE_POINTS
     ladder = [(model, True) for model in models]
-    if large and is_coupled(scene, scene.problem(models[0])):
+    if large and not _is_layered(scene) and is_coupled(scene, scene.problem(models[0])):
         ladder.insert(0, (models[0], False))
     if len(ladder) == 1:
         return Choice(models[0])
@@ -404,8 +405,7 @@ def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
     """Whether friction changes the gap between two half-spaces: something rubs, and materials are unlike."""
     if not problem.direction.any() or not problem.friction.may_act:
         return False
-    mixed = [body.mixed_compliance for body in scene.simple]
-    return abs(mixed[0] - mixed[1]) > 1e-12 * max(map(abs, mixed))
+    return are_unlike(*scene.simple)
 
 
 def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
@@ -416,7 +416,13 @@ def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
         and flat
         and not beyond(scene, "convolutions")
         and problem.attracting is None
+        # waves of the opening that a round sends back may grow on a layer that hardly gives way
+        and not (_is_layered(scene) and is_coupled(scene, problem))
     )
+
+
+def _is_layered(scene: PosedScene) -> bool:
+    return are_layered(*scene.simple)
 
 
 def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None) -> Solution:
@@ -427,8 +433,9 @@ def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None
     `1 / (1 + (mu beta)^2)` of each change leaves `mu beta / sqrt(1 + (mu beta)^2)` of the error, whatever
     the friction.
     """
-    mixed = [body.mixed_compliance for body in scene.simple]
-    plain = sum(body.normal_compliance for body in scene.simple)
+    bodies = without_layers(scene.simple, "pressure and friction in turn")
+    mixed = [body.mixed_compliance for body in bodies]
+    plain = sum(body.normal_compliance for body in bodies)
     beta = abs(mixed[0] - mixed[1]) / (2.0 * plain)
     aim = ROUGH_ROUND if tolerance is None else tolerance
     opening = np.zeros(problem.n)

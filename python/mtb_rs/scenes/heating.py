@@ -15,6 +15,7 @@ from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
+from ..bodies.simple import without_layers
 from ..contact.heated_steps import Heated, HeatedSliding
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
@@ -262,10 +263,14 @@ def share_of(given: float) -> float:
     return float(given)
 
 
+#: What takes no layered bodies.
+EXPANSION = "expansion by heat"
+
+
 def _poisson_ratio(scene: PosedScene) -> float | None:
     """Of the lower body; None for one that does not deform."""
     own = scene.solids.get(False)
-    material = scene.simple[1].material if own is None else own.material
+    material = own.material if own is not None else without_layers(scene.simple, EXPANSION)[1].material
     return None if material is None else float(material.poisson_ratio)
 
 

@@ -11,7 +11,8 @@ from typing import Any, Self, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import LARGEST, choice, meant, number, pair, positive, reals, warn
+from ..base.check import LARGEST, choice, meant, number, pair, positive, reals, shortened, warn
+from ..base.errors import ToleranceWarning
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
 from ..base.questions import ask, gathered
@@ -23,7 +24,7 @@ from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
 from ..bodies.sides import Side
-from ..bodies.simple import HalfSpace, Rigid, Simple, as_body
+from ..bodies.simple import BESIDE_ELASTIC, HalfSpace, Layered, Rigid, Simple, as_body
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
@@ -46,7 +47,7 @@ from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
-from ..results.plausible import of_scene
+from ..results.plausible import of_layers, of_scene
 from ..results.result import Result, percent, png
 
 Array = NDArray[np.float64]
@@ -104,6 +105,7 @@ class PosedScene(Told):
         if isinstance(self.upper, Rigid) and isinstance(self.lower, Rigid):
             raise ValueError("upper and lower are both Rigid: one of them must deform")
         solid = next(iter(self.solids.values()), None)
+        self._check_layers(solid)
         gap: Any = self.gap
         gap = gap if gap is None or callable(gap) else gap_field(gap)
         surface = self._surface(solid, gap)
@@ -206,6 +208,22 @@ class PosedScene(Told):
                 "needed, for paraboloid_on_plane a number of points"
             )
         return spacing_pair(self.spacing)
+
+    def _check_layers(self, solid: ElasticBody | None) -> None:
+        """Whether layered bodies are where they are known."""
+        for side in ("upper", "lower"):
+            body = getattr(self, side)
+            if not isinstance(body, Layered):
+                continue
+            if solid is not None:
+                raise ValueError(f"{side} is a Layered beside an ElasticBody: {BESIDE_ELASTIC}")
+            rubs = self.sliding_direction is not None and as_form(self.friction).number != 0.0
+            if rubs and not body.bonded:
+                raise ValueError(
+                    f"{side} is a Layered that is not bonded, and friction is {shortened(self.friction)}: a "
+                    "layer that slides on its base without friction would be carried away: friction=0, "
+                    "sliding_direction=None or bonded=True is needed"
+                )
 
     def _surface(self, solid: ElasticBody | None, gap: Any) -> Profile | BodySurface | None:
         """The surface given for the half-space or rigid body beside an elastic one."""
@@ -344,6 +362,9 @@ class PosedScene(Told):
         if model not in self.geometry.models:
             raise ValueError(f"model is {model!r}: this scene has no geometry for its elastic bodies")
         bodies = list(zip(("upper", "lower"), self.simple, strict=True))
+        for name, body in bodies:
+            if isinstance(body, Layered):
+                raise ValueError(f"model is {model!r}, and {name} is Layered: {BESIDE_ELASTIC}")
         for name, body in bodies[: 2 if model == "elastic-both" else 1]:
             if not body.is_half_space:
                 raise ValueError(f"model is {model!r}: {name} is Rigid")
@@ -373,6 +394,7 @@ class PosedScene(Told):
         if spacing == self.known_spacing:
             for doubt in contact.doubts:
                 warn(doubt)
+            ask(of_layers((self.upper, self.lower), spacing), kind=ToleranceWarning)
             if self.magnetic_pressure is not None and contact.beyond is not None:
                 name, share = contact.beyond
                 warn(

@@ -20,7 +20,7 @@ from ..base.questions import ask, unusual
 from ..base.units import ARGUMENT_UNITS, in_si
 from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
-from ..bodies.simple import HalfSpace, Simple
+from ..bodies.simple import Simple, as_body
 from ..bodies.supports import Support
 from ..friction.laws import Coulomb, InterfaceLayer, PlasticLayer
 from ..geometry.contact_points import spacing_pair
@@ -104,7 +104,7 @@ def paraboloid_on_plane(
         arguments the thesis' 1 m.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
-    upper, lower : Material, HalfSpace or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid
         The bodies above and below.
     """
     given = _those_of(Scene, locals())
@@ -113,7 +113,7 @@ def paraboloid_on_plane(
     if points is not None and (not whole or points < 4):
         raise ValueError(f"points is {points!r}: a whole number from 4 on, or None, is needed")
     if width is None:
-        compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
+        compliance = _compliance(upper, lower)
         width = float(np.cbrt(0.75 * force * radius * compliance)) / _THESIS_RADIUS
     width = positive("width", width, "m")
     return Scene(
@@ -163,7 +163,7 @@ def block_on_plane(
         For tables over the velocity.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
-    upper, lower : Material, HalfSpace or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid
         The bodies above and below.
     layer : InterfaceLayer or PlasticLayer
         Third body that shears. Its yield stress bounds the friction of the sliding; its stiffness has no
@@ -253,7 +253,7 @@ def pole_shoe_on_rail(
         Pressure at which the softer body flows; the pressure stays below it.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
-    upper, lower : Material, HalfSpace or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid
         The bodies above and below.
     """
     given = locals()
@@ -310,14 +310,14 @@ def wheel_on_rail(
     friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
         Friction of rolling in :meth:`Scene.prepare`; a number is a Coulomb coefficient. :meth:`Scene.solve`
         presses the wheel down without rolling and without friction.
-    upper, lower : Material, HalfSpace or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid
         Wheel and rail.
 
     Lengths that no railway has give a warning and are not refused.
     """
     given = locals()
     force = positive("force", force, "N")
-    compliance = sum(1.0 / m.plane_strain_modulus for m in _elastic(upper, lower))
+    compliance = _compliance(upper, lower)
     first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
     names = inspect.signature(wheel_on_rail_gap).parameters
     geometry = WheelOnRail.placed(
@@ -354,13 +354,13 @@ def _semi_axis(force: float, wheel_radius: float, compliance: float) -> float:
     return float(np.cbrt(0.75 * force * wheel_radius * compliance))
 
 
-def _elastic(upper: Material | Simple, lower: Material | Simple) -> list[Material]:
-    """Materials of the bodies that deform."""
-    bodies = [body.material if isinstance(body, HalfSpace) else body for body in (upper, lower)]
-    materials = [body for body in bodies if isinstance(body, Material)]
-    if not materials:
+def _compliance(upper: Material | Simple, lower: Material | Simple) -> float:
+    """Of half-spaces together, the sum of (1 - nu^2) / E [1/Pa]; about that of layered bodies."""
+    bodies = as_body("upper", upper), as_body("lower", lower)
+    compliance = sum(body.plane_strain_compliance for body in bodies)
+    if compliance == 0.0:
         raise ValueError("upper and lower are both Rigid: one of them must deform")
-    return materials
+    return compliance
 
 
 __all__ = ["block_on_plane", "paraboloid_on_plane", "pole_shoe_on_rail", "wheel_on_rail"]

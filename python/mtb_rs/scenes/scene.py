@@ -57,7 +57,7 @@ class Scene(PosedScene):
 
     Parameters
     ----------
-    upper, lower : Material, HalfSpace, Rigid, ElasticBody
+    upper, lower : Material, HalfSpace, Layered, Rigid, ElasticBody
         A material means a half-space of this material. With an elastic body the grid covers its contact face.
     gap : (ny, nx) [m] or function
         Undeformed gap on a regular grid, x fastest; > 0 is open. With an elastic body it is given at the

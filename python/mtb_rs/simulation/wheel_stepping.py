@@ -18,6 +18,7 @@ from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
+from ..bodies.simple import without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
@@ -204,7 +205,7 @@ def prepare_wheels(
     if geometry.on_flange is not None:
         warn(geometry.on_flange)
     place = geometry.placement
-    upper, lower = scene.simple
+    upper, lower = without_layers(scene.simple, "a wheel in steps")
     cos = float(np.cos(place.contact_angle))
     lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")
     return PreparedWheels(

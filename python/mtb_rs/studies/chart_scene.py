@@ -20,7 +20,7 @@ from ..base.plain import plain
 from ..base.questions import gathered
 from ..base.words import Model, Quantity
 from ..bodies.elastic_body import ElasticBody
-from ..bodies.simple import HalfSpace, as_body
+from ..bodies.simple import HalfSpace, are_unlike, as_body
 from ..contact.estimate import GridField, difference, extrapolated
 from ..friction.fields import as_form
 from ..geometry.contact_points import Patch, spacing_pair
@@ -464,8 +464,7 @@ def _uncoupled(scene: PosedScene) -> bool:
         return True
     if scene.own_model is not None or not all(body.is_half_space for body in scene.simple):
         return False
-    sides = [body.mixed_compliance for body in scene.simple]
-    return bool(np.isclose(sides[0], sides[1], rtol=1e-12, atol=0.0))
+    return not are_unlike(*scene.simple)
 
 
 def _is_convolved(scene: PosedScene) -> bool:

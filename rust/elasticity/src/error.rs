@@ -17,6 +17,9 @@ pub enum Error {
         /// Poisson's ratio [-].
         poisson_ratio: f64,
     },
+    /// A layer without thickness.
+    #[error("the thickness of a layer is {} m: a positive, finite number is needed", Short(*.0))]
+    Thickness(f64),
     /// A contact of rigid bodies only.
     #[error("both bodies are rigid: one of them must be elastic")]
     NoBody,

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use mtb_elasticity::half_space::{
-    CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, HatShare, Neighbours, Patch,
+    Bond, CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, HatShare, Layered,
+    Medium, Neighbours, Patch,
 };
 use mtb_elasticity::refined::{Carrier, Refined};
 use mtb_elasticity::tetra::Sampling;
@@ -20,22 +21,73 @@ use crate::error::{bad_input, enter};
 use crate::operator::PyCompliance;
 use crate::tetra::PySampling;
 
+/// An elastic layer on a half-space or on a rigid base, with what is known of it so far.
+#[pyclass(frozen, name = "Layered", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyLayered(Arc<Layered>);
+
+#[pymethods]
+impl PyLayered {
+    /// `layer`, `base`: shear modulus [Pa] and Poisson's ratio, no base for a rigid one; `thickness` [m]; whether the
+    /// layer `is_bonded` to its base, or slides on it without friction.
+    #[new]
+    fn new(
+        layer: (f64, f64),
+        thickness: f64,
+        base: Option<(f64, f64)>,
+        is_bonded: bool,
+    ) -> PyResult<Self> {
+        let bond = if is_bonded {
+            Bond::Bonded
+        } else {
+            Bond::Frictionless
+        };
+        let material = |(g, nu)| Material::new(g, nu);
+        let body = material(layer).and_then(|layer| {
+            Layered::new(layer, thickness, base.map(material).transpose()?, bond)
+        });
+        Ok(Self(Arc::new(body.map_err(|e| bad_input(&e))?)))
+    }
+
+    /// Displacement [m/Pa] by a wave of pressure with a wave number [1/m].
+    fn wave(&self, wave_number: f64) -> f64 {
+        self.0.waves(wave_number).normal
+    }
+}
+
+/// What a half-space is made of: shear modulus [Pa] and Poisson's ratio, or a layer on a base.
+#[derive(FromPyObject)]
+pub(crate) enum MediumArgument {
+    Uniform((f64, f64)),
+    Layered(Py<PyLayered>),
+}
+
+impl MediumArgument {
+    pub(crate) fn medium(&self) -> Result<Medium, Error> {
+        match self {
+            Self::Uniform((g, nu)) => Ok(Material::new(*g, *nu)?.into()),
+            Self::Layered(body) => Ok(Medium::Layered(Arc::clone(&body.get().0))),
+        }
+    }
+}
+
 /// A half-space under piecewise constant tractions on rectangular patches of about one spacing.
 ///
-/// `patches`: (x0, y0, nx, ny) each, centre of the first cell [m] and numbers of cells; `spacing`:
+/// `medium`: shear modulus [Pa] and Poisson's ratio, or a layer on a base; `patches`: (x0, y0, nx, ny) each, centre of the first cell [m] and numbers of cells; `spacing`:
 /// (dx, dy) [m], or one for each patch; `interact`: whether the patches lie on one body.
 #[pyfunction]
 pub(crate) fn half_space(
     py: Python<'_>,
-    shear_modulus: f64,
-    poisson_ratio: f64,
+    medium: MediumArgument,
     patches: Vec<(f64, f64, usize, usize)>,
     spacing: Spacing,
     interact: bool,
 ) -> PyResult<PyCompliance> {
     let body = enter(py, |_| {
-        let material = Material::new(shear_modulus, poisson_ratio)?;
-        HalfSpace::with_patches(material, grids(&patches, &spacing)?, neighbours(interact))
+        HalfSpace::with_patches(
+            medium.medium()?,
+            grids(&patches, &spacing)?,
+            neighbours(interact),
+        )
     })?;
     Ok(PyCompliance(Arc::new(body)))
 }

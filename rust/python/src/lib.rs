@@ -38,7 +38,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::elasticity::{
-        carried, half_space, half_space_cut_hats, half_space_gaussians, half_space_hats, refined,
+        PyLayered, carried, half_space, half_space_cut_hats, half_space_gaussians, half_space_hats,
+        refined,
     };
     #[pymodule_export]
     use super::geometry::{

@@ -7,9 +7,8 @@ use mtb_contact::normal::{
     Load, Method, NormalChange, NormalContact, NormalResponse, NormalState, Options, Surface,
     adjoint, forward, memory, solve_normal as solve,
 };
-use mtb_elasticity::Material;
-use mtb_elasticity::half_space::{influence, wave_compliance};
-use mtb_operator::{Component, Grid, Monitor};
+use mtb_elasticity::half_space::NormalPair;
+use mtb_operator::{Grid, Monitor};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -17,6 +16,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
 use crate::problem::{RoughArgument, law_of};
 
@@ -40,7 +40,7 @@ pub(crate) struct PyNormalOutcome {
 
 /// Solves the normal contact of half-spaces.
 ///
-/// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio of each elastic body; exactly one of
+/// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio, or a `Layered`, of each elastic body; exactly one of
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
 /// `method`: "auto", "dense" or "fft"; `layer`: flexibility of a layer between the bodies [m/Pa]; `hardness`: pressure
 /// at which a body flows [Pa]; `rough`: law of a rough layer, as of a `Problem`.
@@ -54,7 +54,7 @@ pub(crate) fn solve_normal<'py>(
     py: Python<'py>,
     gap: PyReadonlyArray2<'py, f64>,
     spacing: (f64, f64),
-    bodies: Vec<(f64, f64)>,
+    bodies: Vec<MediumArgument>,
     force: Option<f64>,
     approach: Option<f64>,
     moments: (Option<f64>, Option<f64>),
@@ -108,14 +108,11 @@ pub(crate) fn solve_normal<'py>(
     })
 }
 
-/// The material of which one body alone gives way as all of these do together.
-fn joined(bodies: &[(f64, f64)]) -> PyResult<Material> {
-    let bodies: Vec<Material> = bodies
-        .iter()
-        .map(|(shear_modulus, poisson_ratio)| Material::new(*shear_modulus, *poisson_ratio))
-        .collect::<Result<_, _>>()
-        .map_err(|e| bad_input(&e))?;
-    Material::joined(&bodies).map_err(|e| bad_input(&e))
+fn joined(bodies: &[MediumArgument]) -> PyResult<NormalPair> {
+    let media: Result<Vec<_>, _> = bodies.iter().map(MediumArgument::medium).collect();
+    media
+        .and_then(|media| NormalPair::new(&media))
+        .map_err(|e| bad_input(&e))
 }
 
 fn load_of(force: Option<f64>, approach: Option<f64>) -> PyResult<Load> {
@@ -126,10 +123,10 @@ fn load_of(force: Option<f64>, approach: Option<f64>) -> PyResult<Load> {
     }
 }
 
-/// Runs `work` with the contact of half-spaces that are `pair` together, and of a layer between them.
+/// Runs `work` with the contact of the half-spaces of a `pair`, and of a layer between them.
 #[allow(clippy::too_many_arguments, reason = "one contact problem")]
 fn posed<T>(
-    pair: &Material,
+    pair: &NormalPair,
     layer: f64,
     hardness: Option<f64>,
     rough: Option<&RoughLaw>,
@@ -142,9 +139,9 @@ fn posed<T>(
 ) -> T {
     let rectangle = |offset: [f64; 2], cell: [f64; 2]| -> f64 {
         let own = if offset == [0.0; 2] { layer } else { 0.0 };
-        own + influence(pair, Component::Normal, Component::Normal, offset, cell)
+        own + pair.rectangle(offset, cell)
     };
-    let wave = |k: f64| layer + wave_compliance(pair, k);
+    let wave = |k: f64| layer + pair.wave(k);
     let surface = if is_periodic {
         Surface::Periodic(&wave)
     } else {
@@ -168,7 +165,7 @@ type Found = (Py<PyArray2<f64>>, Py<PyArray2<f64>>, f64, (f64, f64));
 #[pyclass(frozen, name = "NormalTangent", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyNormalTangent {
     grid: Grid,
-    pair: Material,
+    pair: NormalPair,
     load: Load,
     moments: [Option<f64>; 2],
     is_periodic: bool,
@@ -217,7 +214,7 @@ impl PyNormalTangent {
     fn new(
         initial_gap: Py<PyArray2<f64>>,
         spacing: (f64, f64),
-        bodies: Vec<(f64, f64)>,
+        bodies: Vec<MediumArgument>,
         force: Option<f64>,
         approach: Option<f64>,
         moments: (Option<f64>, Option<f64>),

@@ -13,7 +13,7 @@ use mtb_contact::tangential::{
     dissipation, solve,
 };
 use mtb_elasticity::Material;
-use mtb_elasticity::half_space::{LinePair, Pair};
+use mtb_elasticity::half_space::{LinePair, TangentialPair};
 use mtb_operator::{Grid, Monitor};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -22,6 +22,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
 
 /// A friction law.
@@ -89,7 +90,7 @@ pub(crate) fn material(body: Elastic) -> Result<Option<Material>, mtb_elasticity
 #[pymethods]
 impl PyPatchOperators {
     /// `shape`: (nx, ny); `spacing`: (dx, dy) [m]; `lower`, `upper`: (shear modulus [Pa], Poisson's
-    /// ratio), None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
+    /// ratio) or a `Layered`, None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
     /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
     /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with.
     #[new]
@@ -99,8 +100,8 @@ impl PyPatchOperators {
         py: Python<'_>,
         shape: (usize, usize),
         spacing: (f64, f64),
-        lower: Elastic,
-        upper: Elastic,
+        lower: Option<MediumArgument>,
+        upper: Option<MediumArgument>,
         layer: f64,
         motion: &str,
         step: (f64, f64),
@@ -117,13 +118,18 @@ impl PyPatchOperators {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let pair = Pair {
-            lower: material(lower).map_err(|e| bad_input(&e))?,
-            upper: material(upper).map_err(|e| bad_input(&e))?,
+        let medium = |body: Option<MediumArgument>| {
+            let medium = body.map(|body| body.medium()).transpose();
+            medium.map_err(|e| bad_input(&e))
         };
+        let (lower, upper) = (medium(lower)?, medium(upper)?);
+        let pair = TangentialPair::new(lower.as_ref(), upper.as_ref());
         let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
         enter(py, |_| -> Result<Self, Error> {
-            let line = reference.map(|reference| LinePair { pair, reference });
+            let line = reference.map(|reference| LinePair {
+                pair: pair.surfaces(),
+                reference,
+            });
             let of_patch = |cell, offset| pair.tangential(cell, offset);
             let pushed = |cell, offset| pair.by_pressure(cell, offset);
             let of_line = line.map(|line| move |cell, offset| line.tangential(cell, offset));

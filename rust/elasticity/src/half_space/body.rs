@@ -3,7 +3,7 @@ use std::sync::{Arc, OnceLock};
 
 use mtb_operator::{Compliance, Component, Grid, Kernel, Transform};
 
-use super::influence;
+use super::{Layered, influence};
 use crate::{Error, Material};
 
 /// A rectangle of contact cells on the surface of a half-space.
@@ -26,14 +26,61 @@ pub enum Neighbours {
     Separate,
 }
 
-/// An elastic half-space under piecewise constant tractions on rectangular cells.
+/// What a half-space is made of.
+#[derive(Clone)]
+pub enum Medium {
+    /// One material.
+    Uniform(Material),
+    /// A layer on a base.
+    Layered(Arc<Layered>),
+}
+
+impl From<Material> for Medium {
+    fn from(material: Material) -> Self {
+        Self::Uniform(material)
+    }
+}
+
+impl Medium {
+    /// Material at the surface.
+    pub fn material(&self) -> Material {
+        match self {
+            Self::Uniform(material) => *material,
+            Self::Layered(layered) => layered.layer(),
+        }
+    }
+
+    /// Displacement [m/Pa] at a point by a unit traction on a rectangle, as [`influence`](super::influence).
+    pub fn influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        offset: [f64; 2],
+        cell: [f64; 2],
+    ) -> f64 {
+        match self {
+            Self::Uniform(material) => influence(material, observed, loaded, offset, cell),
+            Self::Layered(layered) => layered.influence(observed, loaded, offset, cell),
+        }
+    }
+
+    /// Whether a traction along `loaded` moves the surface along `observed` at all.
+    fn is_coupled(&self, observed: Component, loaded: Component) -> bool {
+        match self {
+            Self::Uniform(material) => is_coupled(material, observed, loaded),
+            Self::Layered(_) => true,
+        }
+    }
+}
+
+/// An elastic half-space, uniform or layered, under piecewise constant tractions on rectangular cells.
 ///
 /// Displacements are taken at the cell centres. Products go by the Fourier transform, one kernel per
 /// pair of components and of patches, made when first needed; [`Compliance::add_influence`] gives
 /// the same coefficients as a dense matrix. Points of several patches follow one another. Safe to
 /// share between threads.
 pub struct HalfSpace {
-    material: Material,
+    medium: Medium,
     patches: Vec<Patch>,
     starts: Vec<usize>,
     /// From source patch `s` to target patch `t` at `t * patches + s`; `None` where they do not interact.
@@ -46,13 +93,13 @@ impl HalfSpace {
     ///
     /// # Errors
     /// [`Error::Material`], [`Error::Operator`].
-    pub fn new(material: Material, grid: Grid) -> Result<Self, Error> {
+    pub fn new(medium: impl Into<Medium>, grid: Grid) -> Result<Self, Error> {
         let patch = Patch {
             x0: 0.0,
             y0: 0.0,
             grid,
         };
-        Self::with_patches(material, vec![patch], Neighbours::Interact)
+        Self::with_patches(medium, vec![patch], Neighbours::Interact)
     }
 
     /// A half-space with several patches of cells, at any distance from one another, in one plane.
@@ -66,11 +113,13 @@ impl HalfSpace {
     /// [`Error::Material`], [`Error::Operator`], [`Error::NoPatch`], and [`Error::PatchSpacing`] where
     /// the spacings differ by more than a third.
     pub fn with_patches(
-        material: Material,
+        medium: impl Into<Medium>,
         patches: Vec<Patch>,
         neighbours: Neighbours,
     ) -> Result<Self, Error> {
-        let material = Material::new(material.shear_modulus, material.poisson_ratio)?;
+        let medium = medium.into();
+        let material = medium.material();
+        Material::new(material.shear_modulus, material.poisson_ratio)?;
         let starts = starts(&patches)?;
         let mut planned: Vec<Arc<Transform>> = Vec::new();
         let mut transforms = Vec::new();
@@ -95,7 +144,7 @@ impl HalfSpace {
             }
         }
         Ok(Self {
-            material,
+            medium,
             patches,
             starts,
             transforms,
@@ -103,9 +152,9 @@ impl HalfSpace {
         })
     }
 
-    /// The elastic constants.
-    pub fn material(&self) -> Material {
-        self.material
+    /// What it is made of.
+    pub fn medium(&self) -> &Medium {
+        &self.medium
     }
 
     /// The patches, in the order of the points.
@@ -124,14 +173,8 @@ impl HalfSpace {
         let transform = self.transforms[target * n + source].as_ref()?;
         let place = Placement::new(&self.patches[target], &self.patches[source]);
         let at = |i: f64, j: f64| {
-            place.load
-                * influence(
-                    &self.material,
-                    observed,
-                    loaded,
-                    place.offset(i, j),
-                    place.cell,
-                )
+            let offset = place.offset(i, j);
+            place.load * self.medium.influence(observed, loaded, offset, place.cell)
         };
         let kernel = if observed == loaded && target == source {
             transform.even_kernel(|i, j| at(i as f64, j as f64))
@@ -262,7 +305,7 @@ impl Compliance for HalfSpace {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        if !is_coupled(&self.material, observed, loaded) {
+        if !self.medium.is_coupled(observed, loaded) {
             return;
         }
         let n = self.patches.len();
@@ -292,7 +335,7 @@ impl Compliance for HalfSpace {
         scale: f64,
         matrix: &mut [f64],
     ) {
-        if !is_coupled(&self.material, observed, loaded) {
+        if !self.medium.is_coupled(observed, loaded) {
             return;
         }
         let (n, points) = (self.patches.len(), self.points());
@@ -309,13 +352,8 @@ impl Compliance for HalfSpace {
                     .map(|k| {
                         let i = (k % width) as f64 - (s.nx - 1) as f64;
                         let j = (k / width) as f64 - (s.ny - 1) as f64;
-                        let value = influence(
-                            &self.material,
-                            observed,
-                            loaded,
-                            place.offset(i, j),
-                            place.cell,
-                        );
+                        let offset = place.offset(i, j);
+                        let value = self.medium.influence(observed, loaded, offset, place.cell);
                         scale * place.load * value
                     })
                     .collect();

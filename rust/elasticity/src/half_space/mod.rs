@@ -6,12 +6,15 @@ mod gaussian;
 mod hats;
 mod influence;
 mod integrals;
+mod layered;
 mod pair;
 mod quadrature;
+mod radial;
 
-pub use body::{HalfSpace, Neighbours, Patch, wave_compliance};
+pub use body::{HalfSpace, Medium, Neighbours, Patch, wave_compliance};
 pub use gaussian::GaussianBasis;
 pub use hats::{CutHats, HatHalfSpace, HatShare};
 pub use influence::influence;
 pub use integrals::{GaussianHalfSpace, SurfaceIntegrals};
-pub use pair::{LinePair, Pair};
+pub use layered::{Bond, Layered, Waves};
+pub use pair::{LinePair, NormalPair, Pair, TangentialPair};

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use mtb_operator::Component;
 
-use super::influence;
-use crate::Material;
+use super::{Layered, Medium, influence, wave_compliance};
+use crate::{Error, Material};
 
 /// Two bodies pressed together, each a half-space or rigid, as tangential contact sees them.
 ///
@@ -102,6 +103,123 @@ impl LinePair {
             })
         };
         [of(&self.pair.upper) - of(&self.pair.lower), 0.0]
+    }
+}
+
+/// Bodies pressed together without friction, each a half-space of any medium.
+pub struct NormalPair {
+    /// The half-spaces of the materials at the surfaces, as one.
+    surfaces: Material,
+    /// Those bodies that are uniform, as one.
+    uniform: Option<Material>,
+    layered: Vec<Arc<Layered>>,
+}
+
+impl NormalPair {
+    /// One or both of the bodies; a rigid one is left out.
+    ///
+    /// # Errors
+    /// [`Error::NoBody`] if none is given, [`Error::Material`].
+    pub fn new(bodies: &[Medium]) -> Result<Self, Error> {
+        let surfaces: Vec<Material> = bodies.iter().map(Medium::material).collect();
+        let mut uniform = Vec::new();
+        let mut layered = Vec::new();
+        for body in bodies {
+            match body {
+                Medium::Uniform(material) => uniform.push(*material),
+                Medium::Layered(body) => layered.push(Arc::clone(body)),
+            }
+        }
+        Ok(Self {
+            surfaces: Material::joined(&surfaces)?,
+            uniform: match uniform[..] {
+                [] => None,
+                _ => Some(Material::joined(&uniform)?),
+            },
+            layered,
+        })
+    }
+
+    /// Closing of the gap [m/Pa] at `offset` [m] from the centre of a `cell` [m] under a unit pressure.
+    pub fn rectangle(&self, offset: [f64; 2], cell: [f64; 2]) -> f64 {
+        let n = Component::Normal;
+        let remainders = self.layered.iter();
+        influence(&self.surfaces, n, n, offset, cell)
+            + remainders
+                .map(|body| body.remainder(n, n, offset, cell))
+                .sum::<f64>()
+    }
+
+    /// Closing of the gap [m/Pa] by a pressure wave with a wave number [1/m]; for no wave number that of the layers
+    /// on rigid bases alone.
+    pub fn wave(&self, wave_number: f64) -> f64 {
+        let uniform = self.uniform.as_ref();
+        let layered = self.layered.iter();
+        uniform.map_or(0.0, |material| wave_compliance(material, wave_number))
+            + layered
+                .map(|body| body.waves(wave_number).normal)
+                .sum::<f64>()
+    }
+}
+
+/// Two bodies as tangential contact sees them, each a half-space of any medium or rigid; see [`Pair`].
+pub struct TangentialPair {
+    surfaces: Pair,
+    lower: Option<Arc<Layered>>,
+    upper: Option<Arc<Layered>>,
+}
+
+impl TangentialPair {
+    /// The lower and the upper body; `None` for a rigid one.
+    pub fn new(lower: Option<&Medium>, upper: Option<&Medium>) -> Self {
+        let layered = |body: Option<&Medium>| match body {
+            Some(Medium::Layered(body)) => Some(Arc::clone(body)),
+            _ => None,
+        };
+        Self {
+            surfaces: Pair {
+                lower: lower.map(Medium::material),
+                upper: upper.map(Medium::material),
+            },
+            lower: layered(lower),
+            upper: layered(upper),
+        }
+    }
+
+    /// The half-spaces of the materials at the surfaces.
+    pub fn surfaces(&self) -> Pair {
+        self.surfaces
+    }
+
+    /// As [`Pair::tangential`].
+    pub fn tangential(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 3] {
+        let mut sum = self.surfaces.tangential(cell, offset);
+        for body in self.lower.iter().chain(&self.upper) {
+            let at = |a, b| body.remainder(a, b, offset, cell);
+            sum[0] += at(Component::X, Component::X);
+            sum[1] += at(Component::X, Component::Y);
+            sum[2] += at(Component::Y, Component::Y);
+        }
+        sum
+    }
+
+    /// As [`Pair::by_pressure`].
+    pub fn by_pressure(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 2] {
+        let own = self.surfaces.by_pressure(cell, offset);
+        std::array::from_fn(|axis| {
+            let component = [Component::X, Component::Y][axis];
+            let of = |body: &Option<Arc<Layered>>| {
+                body.as_ref().map_or(0.0, |b| {
+                    b.remainder(component, Component::Normal, offset, cell)
+                })
+            };
+            own[axis] + of(&self.upper) - of(&self.lower)
+        })
+    }
+
+    /// As [`Pair::is_coupled`]; bodies with layers always are.
+    pub fn is_coupled(&self) -> bool {
+        self.lower.is_some() || self.upper.is_some() || self.surfaces.is_coupled()
     }
 }
 

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! An elastic layer on an elastic half-space or on a rigid base.
+
+use std::f64::consts::PI;
+
+use mtb_operator::Component;
+
+use super::influence;
+use super::quadrature::{GAUSS_2, GAUSS_3, GAUSS_4, GAUSS_6};
+use super::radial::{Radial, Radials};
+use crate::{Error, Material};
+
+/// How a layer lies on its base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bond {
+    /// Both move as one at their interface.
+    Bonded,
+    /// The layer slides on its base without friction, and does not leave it.
+    Frictionless,
+}
+
+/// What waves of traction with one wave number do to a surface [m/Pa].
+///
+/// Tractions and displacements run along the wave vector (`along`), across it in the surface (`across`) and into the
+/// body (`normal`). A pressure `cos k x` moves the surface by `normal cos k x` into the body and by `mixed sin k x`
+/// along x; a traction `sin k x` along x by `along sin k x` and `mixed cos k x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waves {
+    /// Normal by normal.
+    pub normal: f64,
+    /// Along the wave vector by a traction along it.
+    pub along: f64,
+    /// Across the wave vector by a traction across it.
+    pub across: f64,
+    /// Along by normal, and normal by along.
+    pub mixed: f64,
+}
+
+impl Waves {
+    /// Those of the half-space of a material with shear modulus 1 at the wave number 1.
+    fn of_half_space(poisson_ratio: f64) -> Self {
+        Self {
+            normal: 1.0 - poisson_ratio,
+            along: 1.0 - poisson_ratio,
+            across: 1.0,
+            mixed: poisson_ratio - 0.5,
+        }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self {
+            normal: factor * self.normal,
+            along: factor * self.along,
+            across: factor * self.across,
+            mixed: factor * self.mixed,
+        }
+    }
+}
+
+/// Wave numbers times thickness from which the base is not felt: `exp(-2 x 25)` is 2e-22.
+const DEEP: f64 = 25.0;
+
+/// Wave number times thickness that stands for none.
+const FLAT: f64 = 1e-14;
+
+/// Longest piece of an edge, as the logarithm of a distance, that six Gauss points integrate to rounding.
+const PIECE: f64 = 0.5;
+
+/// Distance in cells from which so many Gauss points on an edge, as it is, leave 1e-11 of its integral: `n` of them
+/// leave about `(4 distance)^(-2 n)`.
+const FAR: [(f64, &[(f64, f64)]); 3] = [(200.0, &GAUSS_2), (20.0, &GAUSS_3), (6.0, &GAUSS_4)];
+
+/// Share of a cell by which a field point on the line of an edge is taken beside it.
+const BESIDE: f64 = 1e-9;
+
+/// An elastic layer of constant thickness on an elastic half-space, or on a rigid base.
+///
+/// Its surface answers a traction like the half-space of the layer's material, and by a remainder that is a
+/// smooth function of the place over the thickness. The Fourier transform of the remainder is known in closed form:
+/// the state of plane strain at the interface goes to the surface by the exponential of a matrix
+/// of 4 by 4, scaled so that it does not overflow, and the shear wave by hyperbolic tangents. Its
+/// Hankel transform is tabulated when first needed. By the divergence theorem the integral over a rectangle
+/// is one along its edges, so that cells may be much smaller or much larger than the layer is thick.
+///
+/// Safe to share between threads. [Burmister1945], [Johnson1985, ch. 5.8]
+pub struct Layered {
+    layer: Material,
+    thickness: f64,
+    base: Option<Material>,
+    bond: Bond,
+    /// What the base changes of the normalised mixed wave at no wave number.
+    far_mixed: f64,
+    radials: Radials,
+}
+
+impl Layered {
+    /// A layer of `thickness` [m]; `base` is `None` for a rigid one.
+    ///
+    /// # Errors
+    /// [`Error::Material`], and [`Error::Thickness`] unless the thickness is positive and finite.
+    pub fn new(
+        layer: Material,
+        thickness: f64,
+        base: Option<Material>,
+        bond: Bond,
+    ) -> Result<Self, Error> {
+        let checked = |m: Material| Material::new(m.shear_modulus, m.poisson_ratio);
+        if !(thickness > 0.0 && thickness.is_finite()) {
+            return Err(Error::Thickness(thickness));
+        }
+        let mut body = Self {
+            layer: checked(layer)?,
+            thickness,
+            base: base.map(checked).transpose()?,
+            bond,
+            far_mixed: 0.0,
+            radials: Radials::default(),
+        };
+        let own = Waves::of_half_space(layer.poisson_ratio);
+        body.far_mixed = body.normalised(FLAT).mixed - own.mixed;
+        Ok(body)
+    }
+
+    /// Material of the layer.
+    pub fn layer(&self) -> Material {
+        self.layer
+    }
+
+    /// Displacements [m/Pa] by waves with a wave number [1/m]. For no wave number they are the limit on a rigid base,
+    /// and zero on an elastic one, whose mean displacement is not finite.
+    pub fn waves(&self, wave_number: f64) -> Waves {
+        let g = self.layer.shear_modulus;
+        if wave_number == 0.0 {
+            let waves = Waves::of_half_space(self.layer.poisson_ratio).scaled(0.0);
+            return match self.base {
+                Some(_) => waves,
+                None => Waves {
+                    normal: self.compression(),
+                    ..waves
+                },
+            };
+        }
+        self.normalised(wave_number * self.thickness)
+            .scaled(1.0 / (g * wave_number))
+    }
+
+    /// Limit of the displacement [m/Pa] by a pressure of long waves, on a rigid base.
+    fn compression(&self) -> f64 {
+        let (g, nu) = (self.layer.shear_modulus, self.layer.poisson_ratio);
+        let share = match self.bond {
+            Bond::Bonded => (1.0 - 2.0 * nu) / (1.0 - nu),
+            Bond::Frictionless => 1.0 - nu,
+        };
+        0.5 * self.thickness / g * share
+    }
+
+    /// The waves times shear modulus of the layer and wave number, over the wave number times the thickness.
+    fn normalised(&self, q: f64) -> Waves {
+        let nu = self.layer.poisson_ratio;
+        if q > DEEP {
+            return Waves::of_half_space(nu);
+        }
+        // displacements of the interface by tractions of one shear modulus of the layer
+        let below = self.base.map_or_else(
+            || Waves::of_half_space(0.0).scaled(0.0),
+            |base| {
+                let ratio = self.layer.shear_modulus / base.shear_modulus;
+                Waves::of_half_space(base.poisson_ratio).scaled(ratio)
+            },
+        );
+        // (along, normal, shear stress / 2, normal stress / 2) at the interface by its two unknowns
+        let interface = match self.bond {
+            Bond::Bonded => [
+                [below.along, below.mixed],
+                [below.mixed, below.normal],
+                [-0.5, 0.0],
+                [0.0, -0.5],
+            ],
+            Bond::Frictionless => [[1.0, 0.0], [0.0, below.normal], [0.0, 0.0], [0.0, -0.5]],
+        };
+        let up = upwards(nu, q);
+        let surface: [[f64; 2]; 4] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..4).map(|l| up[i][l] * interface[l][j]).sum())
+        });
+        let [u, w, t, s] = surface;
+        // tractions on the surface are minus two stresses
+        let determinant = 4.0 * (t[0] * s[1] - t[1] * s[0]);
+        let by_shear = |row: [f64; 2]| -2.0 * (row[0] * s[1] - row[1] * s[0]) / determinant;
+        let by_pressure = |row: [f64; 2]| -2.0 * (row[1] * t[0] - row[0] * t[1]) / determinant;
+        let tanh = q.tanh();
+        let across = match self.bond {
+            Bond::Bonded => (below.across + tanh) / (1.0 + below.across * tanh),
+            Bond::Frictionless => 1.0 / tanh,
+        };
+        Waves {
+            normal: by_pressure(w),
+            along: by_shear(u),
+            across,
+            mixed: by_pressure(u),
+        }
+    }
+
+    /// Displacement [m/Pa] at a point by a unit traction on a rectangle, as [`influence`](super::influence).
+    ///
+    /// A layer that slides on its base without friction is carried away by any tangential traction: tangential
+    /// displacements by tangential tractions are then infinite.
+    pub fn influence(
+        &self,
+        observed: Component,
+        loaded: Component,
+        offset: [f64; 2],
+        cell: [f64; 2],
+    ) -> f64 {
+        influence(&self.layer, observed, loaded, offset, cell)
+            + self.remainder(observed, loaded, offset, cell)
+    }
+
+    /// What the base adds to the displacement of the half-space of the layer [m/Pa].
+    pub fn remainder(
+        &self,
+        observed: Component,
+        loaded: Component,
+        offset: [f64; 2],
+        cell: [f64; 2],
+    ) -> f64 {
+        let flipped = [offset[1], offset[0]];
+        let turned = [cell[1], cell[0]];
+        let edges = |radial, weight| self.edges(radial, weight, offset, cell);
+        let across = |radial, weight| self.edges(radial, weight, flipped, turned);
+        let is_tangential = |c| c != Component::Normal;
+        if self.bond == Bond::Frictionless && is_tangential(observed) && is_tangential(loaded) {
+            return f64::INFINITY;
+        }
+        match (observed, loaded) {
+            (Component::Normal, Component::Normal) => {
+                edges(Radial::Normal, Weight::Out) + across(Radial::Normal, Weight::Out)
+            }
+            (Component::X, Component::X) => {
+                edges(Radial::Across, Weight::Out)
+                    + across(Radial::Across, Weight::Out)
+                    + edges(Radial::Difference, Weight::Out)
+            }
+            (Component::Y, Component::Y) => {
+                edges(Radial::Across, Weight::Out)
+                    + across(Radial::Across, Weight::Out)
+                    + across(Radial::Difference, Weight::Out)
+            }
+            (Component::X, Component::Y) | (Component::Y, Component::X) => {
+                edges(Radial::Difference, Weight::Along)
+            }
+            (Component::Normal, Component::X) => edges(Radial::Mixed, Weight::One),
+            (Component::X, Component::Normal) => -edges(Radial::Mixed, Weight::One),
+            (Component::Normal, Component::Y) => across(Radial::Mixed, Weight::One),
+            (Component::Y, Component::Normal) => -across(Radial::Mixed, Weight::One),
+        }
+    }
+
+    /// Difference of the integrals of a radial function along the two edges of a rectangle that are parallel to y.
+    fn edges(&self, radial: Radial, weight: Weight, offset: [f64; 2], cell: [f64; 2]) -> f64 {
+        let h = self.thickness;
+        let away = offset[0].hypot(offset[1]) / cell[0].max(cell[1]);
+        if let Some((_, rule)) = FAR.iter().find(|(from, _)| away > *from) {
+            let side = |sign: f64| -> f64 {
+                let x = (offset[0] + 0.5 * sign * cell[0]) / h;
+                let sum: f64 = rule
+                    .iter()
+                    .map(|(node, share)| {
+                        let y = (offset[1] + 0.5 * node * cell[1]) / h;
+                        let r = (x * x + y * y).sqrt();
+                        let factor = match weight {
+                            Weight::Out => x / r,
+                            Weight::Along => y / r,
+                            Weight::One => 1.0,
+                        };
+                        share * factor * self.radial(radial, r)
+                    })
+                    .sum();
+                sign * sum
+            };
+            let half = 0.5 * cell[1] / h;
+            return h * half / (2.0 * PI * self.layer.shear_modulus) * (side(1.0) + side(-1.0));
+        }
+        let least = BESIDE * cell[0] / h;
+        let side = |sign: f64| {
+            let x = (offset[0] + 0.5 * sign * cell[0]) / h;
+            let (distance, sense) = (x.abs().max(least), if x < 0.0 { -1.0 } else { 1.0 });
+            let place = |y: f64| (y / h / distance).asinh();
+            let ends = [
+                place(offset[1] - 0.5 * cell[1]),
+                place(offset[1] + 0.5 * cell[1]),
+            ];
+            let pieces = ((ends[1] - ends[0]) / PIECE).ceil().max(1.0);
+            let half = 0.5 * (ends[1] - ends[0]) / pieces;
+            let mut sum = 0.0;
+            for piece in 0..pieces as usize {
+                let middle = ends[0] + half * (2.0 * piece as f64 + 1.0);
+                for (node, share) in GAUSS_6 {
+                    // y = distance sinh(t) leaves an integrand without a peak near the corner
+                    let t = middle + half * node;
+                    let (sinh, cosh) = (t.sinh(), t.cosh());
+                    let factor = match weight {
+                        Weight::Out => sense,
+                        Weight::Along => sinh,
+                        Weight::One => cosh,
+                    };
+                    sum += share * factor * self.radial(radial, distance * cosh);
+                }
+            }
+            sign * half * distance * sum
+        };
+        h / (2.0 * PI * self.layer.shear_modulus) * (side(1.0) + side(-1.0))
+    }
+
+    fn radial(&self, radial: Radial, r: f64) -> f64 {
+        self.radials
+            .at(radial, r, &|q| self.spectra(q), self.far_mixed)
+    }
+
+    /// What the base changes of the normalised waves, over the wave number times the thickness: of the functions of
+    /// [`Radial`] in their order.
+    fn spectra(&self, q: f64) -> [f64; 4] {
+        if q > DEEP {
+            return [0.0; 4];
+        }
+        let own = Waves::of_half_space(self.layer.poisson_ratio);
+        let waves = self.normalised(q);
+        let normal = (waves.normal - own.normal) / q;
+        // what is left of the mixed one is finite for long waves
+        let mixed = (waves.mixed - own.mixed - self.far_mixed * (-q).exp()) / q;
+        match self.bond {
+            Bond::Frictionless => [normal, 0.0, 0.0, mixed],
+            Bond::Bonded => {
+                let across = (waves.across - own.across) / q;
+                let along = (waves.along - own.along) / q;
+                [normal, across, along - across, mixed]
+            }
+        }
+    }
+}
+
+/// Component of the unit vector from the field point that weights an integral along an edge.
+#[derive(Clone, Copy)]
+enum Weight {
+    Out,
+    Along,
+    One,
+}
+
+/// `exp(-q) exp(-A q)` of the system of plane strain `d/dz (u, w, t, s) = A (u, w, t, s)` over the wave number, which
+/// takes the state at the depth `q` to the surface. `u sin`, `w cos`: displacements along and into the body; `t sin`,
+/// `s cos`: shear and normal stress over twice the shear modulus. `(A^2 - 1)^2 = 0`.
+fn upwards(nu: f64, q: f64) -> [[f64; 4]; 4] {
+    let a = 1.0 / (1.0 - nu);
+    let system = [
+        [0.0, 1.0, 2.0, 0.0],
+        [-nu * a, 0.0, 0.0, (1.0 - 2.0 * nu) * a],
+        [a, 0.0, 0.0, nu * a],
+        [0.0, 0.0, -1.0, 0.0],
+    ];
+    let product = |x: &[[f64; 4]; 4], y: &[[f64; 4]; 4]| -> [[f64; 4]; 4] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..4).map(|l| x[i][l] * y[l][j]).sum::<f64>())
+        })
+    };
+    let mut excess = product(&system, &system);
+    for (i, row) in excess.iter_mut().enumerate() {
+        row[i] -= 1.0;
+    }
+    let turned = product(&system, &excess);
+    let decay = (-2.0 * q).exp();
+    let (cosh, sinh) = (0.5 * (1.0 + decay), -0.5 * (-2.0 * q).exp_m1());
+    let bent = (-q).exp() * bend(q);
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let own = if i == j { cosh } else { 0.0 };
+            own + 0.5 * q * sinh * excess[i][j] - sinh * system[i][j] - 0.5 * bent * turned[i][j]
+        })
+    })
+}
+
+/// `q cosh q - sinh q` without cancellation.
+fn bend(q: f64) -> f64 {
+    if q > 1.0 {
+        return q * q.cosh() - q.sinh();
+    }
+    // the sum of 2 n q^(2 n + 1) / (2 n + 1)!
+    let (mut power, mut sum) = (q, 0.0);
+    for n in 1..12 {
+        let n = f64::from(n);
+        power *= q * q / (2.0 * n * (2.0 * n + 1.0));
+        sum += 2.0 * n * power;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests;
