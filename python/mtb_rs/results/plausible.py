@@ -155,8 +155,8 @@ def of_layers(bodies: Sequence[Any], spacing: tuple[float, float]) -> list[str]:
     widest = max(spacing)
     return [
         f"a layer with a Poisson's ratio of {body.material.poisson_ratio:g} is {body.thickness:g} m thick, "
-        f"and cells are {widest:g} m wide: the flow of such a layer is known on cells no wider than it is thick "
-        "(at half of that the force is some 4 to 14 % too small)"
+        f"and cells are {widest:g} m wide: the flow of such a layer is known on cells no wider than it is "
+        "thick (at half of that the force is some 4 to 14 % too small)"
         for body in bodies
         if are_layered(body) and body.material.poisson_ratio >= RUBBERY and body.thickness < widest
     ]
