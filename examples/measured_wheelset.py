@@ -3,6 +3,7 @@
 
 A wheel is measured every 0.1 mm with 2 um of noise and written as MiniProf writes it, in a .whl file, here
 from the new S1002, so that the truth is known. It is read, smoothed and set on 60E1 rails inclined 1:40.
+Smoothing takes SciPy (extra `smooth`).
 
 Numbers to compare with: the conicity on the exact profile, and its pressure under 60 kN. The noise hardly
 changes the rolling radii. It multiplies the pressure, because a contact stands on the tips of the noise, and

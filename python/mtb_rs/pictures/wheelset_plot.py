@@ -241,14 +241,15 @@ def _draw_side(ax: Axes, of: Guided, side: str) -> None:
         ends = np.array([on_rail[:, k], on_wheel[:, k]]).T / MILLIMETRE
         colour, width = (LINE_COLOURS[1], 0.9) if is_named else (_ACROSS, 0.4)
         ax.plot(x * ends[0], ends[1], color=colour, linewidth=width, zorder=3 if is_named else 1)
-    _name_lines(ax, of.shift, x * on_wheel[0] / MILLIMETRE, on_wheel[1] / MILLIMETRE)
+    flip = np.array([[x], [1.0]]) / MILLIMETRE
+    _name_lines(ax, of.shift, flip * on_wheel, flip * (on_wheel - on_rail))
     ax.set_aspect("equal")
     # the rail, and of the wheel what faces it or touches
     across = np.concatenate([rail[0], on_wheel[0]]) / MILLIMETRE
     up = np.concatenate([rail[1], on_wheel[1]]) / MILLIMETRE
     ax.set_xlim(*sorted((x * (across.min() - 8.0), x * (across.max() + 8.0))))
     ax.set_ylim(up.min() - 3.0, up.max() + 7.0)
-    ax.set_xlabel(f"y from the middle of the track [mm], {side} wheel raised by {RAISED:g} mm")
+    ax.set_xlabel(f"right of the track's middle [mm], {side} wheel raised by {RAISED:g} mm")
     ax.set_ylabel("z [mm]")
     style_axes(ax)
 
@@ -259,19 +260,25 @@ def _turned(points: Array, angle: float) -> Array:
     return np.array([cos * points[0] - sin * points[1], sin * points[0] + cos * points[1]])
 
 
-def _name_lines(ax: Axes, shift: Array, x: Array, z: Array) -> None:
-    """The shifts of lines at whole millimetres, as many as have room above the wheel."""
+def _name_lines(ax: Axes, shift: Array, ends: Array, ways: Array) -> None:
+    """The shifts of lines at whole millimetres, beyond their ends (2, n) [mm], as many as have room."""
     room = 2.6
-    taken: list[float] = []
+    taken: list[Array] = []
     whole = np.abs(shift / MILLIMETRE - np.round(shift / MILLIMETRE)) < 1e-6
     # the ends and the middle are named first
-    order = sorted(np.flatnonzero(whole), key=lambda k: (abs(shift[k]) % 4e-3 > 1e-9, abs(shift[k])))
-    for k in order:
-        if any(abs(x[k] - other) < room for other in taken):
+    for k in sorted(np.flatnonzero(whole), key=lambda k: (abs(shift[k]) % 4e-3 > 1e-9, abs(shift[k]))):
+        if any(np.hypot(*(ends[:, k] - other)) < room for other in taken):
             continue
-        taken.append(float(x[k]))
+        taken.append(ends[:, k])
         words = f"{shift[k] / MILLIMETRE + 0.0:.0f}".replace("-", "\N{MINUS SIGN}")
+        away = 8.0 * ways[:, k] / np.hypot(*ways[:, k])
         ax.annotate(
-            words, (x[k], z[k]), (0, 3), textcoords="offset points", ha="center", fontsize=7.5, color=INK,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4},
-        )  # fmt: skip
+            words,
+            (float(ends[0, k]), float(ends[1, k])),
+            (float(away[0]), float(away[1])),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            color=INK,
+        )

@@ -135,6 +135,7 @@ impl ProfileTable {
     pub fn read(text: &str) -> Result<Self, Error> {
         refuse_slices(text)?;
         let has_key = |line: &str| {
+            let line = line.trim_start_matches('\u{feff}');
             let key = line.split_once('=').map(|(key, _)| key.trim());
             key.is_some_and(|key| MINIPROF.contains(&key))
         };
@@ -528,7 +529,7 @@ spline.end
         for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,5;-2\n", "1,5\t-2,5"] {
             assert!(message(commas).contains("decimal commas"), "{commas}");
         }
-        assert!(message("scene = 3\n0 0\n1 1").contains("belongs to a header"));
+        assert!(message("scene = x\n0 0\n1 1").contains("belongs to a header"));
         let ban = "ProgramName=MiniProf\nXYPoints=2\n\n-35.2\t14.1\n";
         assert!(message(ban).contains("XYPoints=2, and 1 rows"));
         let short = "ProgramName=MiniProf\nColumnDef=X,Y\n\n-35.2\n";
