@@ -10,7 +10,7 @@
 //! **Conventions.** Every body lives in its own frame (tangential 1, tangential 2, into): a positive
 //! normal traction is a pressure, a positive normal displacement an indentation. SI units.
 //!
-//! **References.** [Johnson1985], [Love1929], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
+//! **References.** [Johnson1985], [Love1929], [Burmister1945], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
 //! [Steininger2025] for the Gaussians.
 
 mod error;
