@@ -80,6 +80,7 @@ from .simulation.wheel_stepping import PreparedWheels
 from .studies.brake import brake
 from .studies.braking import Braking
 from .studies.conicity import equivalent_conicity, klingel_wavelength
+from .studies.stops import wear_of_stops
 from .studies.sweeps import sweep
 from .studies.wear import Passages, wear
 from .studies.wheelset_geometry import TouchingWheel, WheelsetGeometry, wheelset_geometry
@@ -248,6 +249,7 @@ __all__ = [
     "surface_gap",
     "sweep",
     "wear",
+    "wear_of_stops",
     "wheel_on_rail_gap",
     "wheelset_geometry",
     "write_html",

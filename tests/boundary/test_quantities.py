@@ -240,6 +240,15 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(speed=0.5, mass=2e4, other_force=100.0, shares=(1.0, 0.5), tolerance=0.5),
     ),
     (
+        "wear_of_stops",
+        lambda **a: (
+            mtb.wear_of_stops(
+                mtb.scenes.block_on_plane(spacing=0.025, friction=0.1), count=1, wear=1e-14, **a
+            )[0].distance
+        ),
+        dict(speed=0.5, mass=2e4, other_force=100.0, shares=(1.0, 0.5), tolerance=0.5, stop_tolerance=0.5),
+    ),
+    (
         "Conductor",
         mtb.Conductor,
         {

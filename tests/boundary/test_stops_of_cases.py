@@ -22,7 +22,7 @@ from mtb_rs.case.summary_schema import summary_schema
 from mtb_rs.commands import main
 from mtb_rs.commands.exits import BAD_INPUT, STOPPED
 from mtb_rs.pictures.files import MAPS
-from mtb_rs.studies.brake import _Ride
+from mtb_rs.studies.brake import Ride
 
 SHOE = {"scene": "pole_shoe_on_rail", "spacing": 0.012, "friction": 0.1, "magnetic_pressure": 1e6}
 BRAKE = {
@@ -208,7 +208,7 @@ def test_a_stop_goes_on_where_it_was_interrupted(
 ) -> None:
     file, out = tmp_path / "case.toml", tmp_path / "out"
     file.write_text(TEXT)
-    settled = _Ride._settled
+    settled = Ride._settled
     count = 0
 
     def stopped(*given: Any) -> Any:
@@ -218,7 +218,7 @@ def test_a_stop_goes_on_where_it_was_interrupted(
             raise KeyboardInterrupt
         return settled(*given)
 
-    monkeypatch.setattr("mtb_rs.studies.brake._Ride._settled", stopped)
+    monkeypatch.setattr("mtb_rs.studies.brake.Ride._settled", stopped)
     assert main(["brake", str(file), "-o", str(out)]) == STOPPED
     assert "stopped" in capsys.readouterr().err
     assert [path.name for path in out.iterdir()] == ["brake.jsonl"]

@@ -55,6 +55,17 @@ def a_stop_with_heat_and_wear(names: dict[str, Any]) -> None:
     assert one.volumes_upper[-1] == pytest.approx(1e-13 * (abs(one.forces[:, 2]) * ways).sum(), rel=0.03)
 
 
+def a_year_of_stops(names: dict[str, Any]) -> None:
+    inner, outer = names["inner"], names["outer"]
+    assert inner.solves.sum() < 10
+    assert inner.errors.max() < 0.05
+    # on a curved rail the load along the normals is a little more than the vertical one
+    assert names["volume"] == pytest.approx(1e-15 * names["load"], rel=0.01)
+    # an outer shoe lasts as much longer as it is pulled less
+    assert names["life"][1] / names["life"][0] == pytest.approx(0.85, rel=0.01)
+    assert outer.worn_volume[0, -1] == pytest.approx(0.85 * inner.worn_volume[0, -1], rel=0.01)
+
+
 def braking_manoeuvre(names: dict[str, Any]) -> None:
     *rides, table = names["comparison"]
     # where the kinetic energy went: friction, other brakes, dampers, springs
@@ -255,6 +266,7 @@ CHECKS = {
         friction_and_pull_from_forces,
         heat_of_a_stop,
         a_stop_with_heat_and_wear,
+        a_year_of_stops,
         hertz,
         measured_wheelset,
         pictures_of_a_result,

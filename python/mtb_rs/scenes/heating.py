@@ -117,11 +117,14 @@ class HeatedScene:
         if not problem.direction.any():
             raise ValueError("sliding_direction is None: nothing slides, so there is no heat")
         check_room(problem.n)
-        first = solve_direct(problem, with_margin=False)
-        if first.status != "solved":
-            raise failure(problem, first)
-        scene.check_touching(bool((first.pressure > 0.0).any()), problem.points, problem.loads)
-        return cls(scene, model, problem, first, heated, said)
+        return cls(scene, model, problem, _cold(scene, problem), heated, said)
+
+    def worn(self, depth: Array) -> HeatedScene:
+        """The same with a depth (n,) [m] worn off before."""
+        before = self.problem
+        points = replace(before.points, gap=before.points.gap + depth)
+        problem = replace(before, gap=before.gap + depth, points=points)
+        return replace(self, problem=problem, first=_cold(self.scene, problem))
 
     def check_speed(self, name: str, speed: float) -> None:
         """ValueError for a speed [m/s] at which the bodies are no longer in static equilibrium."""
@@ -197,6 +200,15 @@ class HeatedScene:
             iterations=outcome.iterations,
         )
         return failure(self.problem, state)
+
+
+def _cold(scene: PosedScene, problem: ContactProblem) -> Solution:
+    """The contact before any heat."""
+    found = solve_direct(problem, with_margin=False)
+    if found.status != "solved":
+        raise failure(problem, found)
+    scene.check_touching(bool((found.pressure > 0.0).any()), problem.points, problem.loads)
+    return found
 
 
 def heated_of(

@@ -102,7 +102,7 @@ def brake(
     ):
         shoe = HeatedScene.of(posed, *stated)
         shoe.check_speed("speed", speed)
-        ride = _Ride(shoe, speed, mass, other_force, pulls, tolerance, kept)
+        ride = Ride(shoe, speed, mass, other_force, pulls, tolerance, kept)
         ride.run(told)
     said = {
         **{"speed": speed, "mass": mass, "other_force": without_functions(other_force)},
@@ -155,7 +155,7 @@ def pulls_of(shares: Sequence[float]) -> Array:
 
 
 @dataclass
-class _Step:
+class Step:
     """A step of a stop: its length [s], the shoes, the force of all [N], the speed [m/s] at its end, the
     force of the other brakes [N], and its error, NaN for one without a state."""
 
@@ -167,8 +167,8 @@ class _Step:
     error: float = float("nan")
 
 
-class _Ride:
-    """A stop on its way."""
+class Ride:
+    """A stop on its way; `worn` is the depth (n,) [m] taken off before it, for each different share."""
 
     def __init__(
         self,
@@ -179,10 +179,12 @@ class _Ride:
         pulls: Array,
         tolerance: float,
         kept: StepCheckpoint,
+        worn: Sequence[Array] | None = None,
     ) -> None:
         self.shoe, self.mass, self.other, self.first, self.kept = shoe, mass, other, speed, kept
         self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
-        self.sliding = [shoe.sliding(float(share)) for share in self.shares]
+        self.shoes = [shoe] * self.shares.size if worn is None else [shoe.worn(depth) for depth in worn]
+        self.sliding = [one.sliding(float(share)) for one, share in zip(self.shoes, self.shares, strict=True)]
         for other_one in self.sliding[1:]:
             # the rail answers all shoes alike
             other_one.passing.share_table(self.sliding[0].passing)
@@ -208,7 +210,7 @@ class _Ride:
             self._take(step)
             told(1.0 - (self.speed[-1] / self.first) ** 2)
 
-    def _take(self, step: _Step) -> None:
+    def _take(self, step: Step) -> None:
         for sliding, history, trial in zip(self.sliding, self.histories, step.trials, strict=True):
             history.add(sliding.take(trial), step.after)
         self.deceleration = step.force / self.mass
@@ -219,7 +221,7 @@ class _Ride:
         self.others.append(step.other)
         self.errors.append(step.error)
 
-    def _keep(self, step: _Step) -> None:
+    def _keep(self, step: Step) -> None:
         """Writes a step that is taken into the checkpoint."""
         parts = [trial.kept() for trial in step.trials]
         control = self.plan.control
@@ -235,9 +237,9 @@ class _Ride:
             own = {name.removesuffix(f".{k}"): of for name, of in record.items() if name.endswith(f".{k}")}
             trials.append(sliding.recalled(own))
         _, length, force, after, other, error = record["numbers"]
-        self._take(_Step(length, trials, force, after, other, error))
+        self._take(Step(length, trials, force, after, other, error))
 
-    def _failed(self, step: _Step, length: float | None) -> ConvergenceError:
+    def _failed(self, step: Step, length: float | None) -> ConvergenceError:
         bad = next((trial for trial in step.trials if not trial.is_state), step.trials[0])
         why = None if length is None else stuck(self.time[-1], length, self.margin[0])
         return self.shoe.failed(bad.outcome, why)
@@ -257,14 +259,14 @@ class _Ride:
         where = f" at {speed:g} m/s" if callable(self.other) else ""
         return not_negative(f"other_force{where}", given, "N")
 
-    def _tried(self, units: int) -> tuple[_Step, float, float]:
+    def _tried(self, units: int) -> tuple[Step, float, float]:
         """A step of at most so many shortest ones, its length and its error."""
         step = self._settled(self.plan.seconds(units))
         if all(trial.is_state for trial in step.trials):
             step.error = self._error(step)
         return step, step.length, step.error
 
-    def _settled(self, length: float) -> _Step:
+    def _settled(self, length: float) -> Step:
         """A step of at most a length [s], whose mean speed is that of its forces."""
         before = self.speed[-1]
         slowed = before - length * (self.deceleration or 0.0)
@@ -284,15 +286,15 @@ class _Ride:
                 # it stands before the step ends
                 slowed, stop = 0.0, before * self.mass / force
                 if abs(stop - length) <= SETTLED * length:
-                    return _Step(length, trials, force, 0.0, other)
+                    return Step(length, trials, force, 0.0, other)
                 length = stop
                 continue
             if abs(now - after) <= SETTLED * self.first:
                 break
             after = now
-        return _Step(length, trials, force, max(now, 0.0), other)
+        return Step(length, trials, force, max(now, 0.0), other)
 
-    def _error(self, step: _Step) -> float:
+    def _error(self, step: Step) -> float:
         one = np.ones(1)
         before = np.array([self.first - self.speed[-1]])
         now = step.force / self.mass
@@ -301,10 +303,10 @@ class _Ride:
         return max(of_speed, *(trial.error for trial in step.trials))
 
     def result(self, said: dict[str, Any]) -> Braking:
-        parts = zip(self.sliding, self.histories, self.margin, self.shares, strict=True)
+        parts = zip(self.shoes, self.sliding, self.histories, self.margin, self.shares, strict=True)
         shoes = [
-            self.shoe.result(history.found(sliding, margin), {**said, "share_of_pull": float(share)})
-            for sliding, history, margin, share in parts
+            one.result(history.found(sliding, margin), {**said, "share_of_pull": float(share)})
+            for one, sliding, history, margin, share in parts
         ]
         return Braking(
             time=np.array(self.time),

@@ -30,6 +30,7 @@ from ..results.result import Result
 from ..results.wear_result import WearResult
 from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
+from ..scenes.posed import PosedScene
 from ..scenes.scene import Scene, WheelScene
 from ..simulation.stepping import PreparedContact, at_some_speed
 from .sweep_checkpoint import Record, StepCheckpoint
@@ -188,7 +189,7 @@ class _Stops:
 
 
 @dataclass(frozen=True)
-class _Place:
+class Place:
     """Where a contact is worn: its points as results have them."""
 
     points: Array
@@ -240,21 +241,15 @@ class _Stage:
             return self.problem.direction
         return self.prepared._core.geometry.sliding_direction(self.velocity)
 
-    def place(self) -> _Place:
+    def place(self) -> Place:
         problem = self.problem
         if problem is None:
             assert self.prepared is not None
             core = self.prepared._core
             n = core.area.size
-            return _Place(core.points, core.normal, core.area, np.zeros(n), (), np.empty((4, 0)))
+            return Place(core.points, core.normal, core.area, np.zeros(n), (), np.empty((4, 0)))
         scene = self.scene if self.scene is not None else self.prepared._source.scene  # type: ignore[union-attr]
-        nodes = problem.points if problem.kept is None else problem.kept.nodes
-        rail = np.empty((4, 0))
-        if "elastic-both" in scene.geometry.models:
-            rail = _stations(scene.geometry.rail()[0], nodes.points[1])
-        return _Place(
-            nodes.points, nodes.normal, problem.on_grid(problem.area), nodes.gap, problem.patches, rail
-        )
+        return place_of(scene, problem)
 
     def lines(self) -> tuple[list[int], Array]:
         """The line along x that each contact point lies on, and its length along it."""
@@ -307,6 +302,15 @@ class _Stage:
 
     def points(self) -> Array:
         return self.prepared._core.points if self.problem is None else self.problem.points.points  # type: ignore[union-attr]
+
+
+def place_of(scene: PosedScene, problem: ContactProblem) -> Place:
+    """Where the contact of a scene is worn."""
+    nodes = problem.points if problem.kept is None else problem.kept.nodes
+    rail = np.empty((4, 0))
+    if "elastic-both" in scene.geometry.models:
+        rail = _stations(scene.geometry.rail()[0], nodes.points[1])
+    return Place(nodes.points, nodes.normal, problem.on_grid(problem.area), nodes.gap, problem.patches, rail)
 
 
 def _stations(rail: Profile, places: Array) -> Array:

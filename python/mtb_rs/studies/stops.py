@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Wear over many stops: some are computed, and the shape of the soles is carried over those between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _mtb_rs
+from ..base.check import positive, whole
+from ..base.errors import ConvergenceError
+from ..base.progress import shares_shown
+from ..base.stored import input_data, without_functions
+from ..base.units import taking_quantities
+from ..base.words import Model
+from ..contact.problem import mean_tractions
+from ..results.wear_result import WearResult
+from ..scenes.heating import HeatedScene, check_tolerance
+from ..scenes.scene import Scene
+from .brake import Ride, Step, posed_shoe
+from .sweep_checkpoint import StepCheckpoint
+from .wear import place_of, worn_contact
+
+Array = NDArray[np.float64]
+
+#: Error of the steps of an extrapolation, in parts of what the extrapolation may have.
+INSIDE = 0.1
+
+
+@taking_quantities
+def wear_of_stops(
+    scene: Scene,
+    speed: float,
+    mass: float,
+    count: int,
+    other_force: float | Callable[[float], float] = 0.0,
+    *,
+    shares: Sequence[float] = (1.0,),
+    tolerance: float = 0.05,
+    stop_tolerance: float = 0.1,
+    model: Model = "auto",
+    progress: Callable[[float], Any] | Literal[True] | None = None,
+    **heat: Any,
+) -> tuple[WearResult, ...]:
+    """Wears the shoes of a vehicle over many equal stops.
+
+    Some stops are computed in full, as :func:`mtb_rs.brake` does, each from cold shoes that are worn by all
+    stops before it. Between two of them the soles wear by the contact that has the mean pressure of the last
+    stop, in implicit steps, so that any number of stops is stable. The next stop tells how far the rate of
+    wear is off by then; the number of stops between follows from that.
+
+    Parameters
+    ----------
+    scene, speed, mass, other_force, shares, model
+        As of :func:`mtb_rs.brake`. A pull that follows the gap (``Magnet``) is refused.
+    count : int
+        Number of stops.
+    tolerance : float [-]
+        Error of the depths by what is not computed in full, relative (root mean square over the area).
+    stop_tolerance : float [-]
+        Of the steps of each stop, the `tolerance` of :func:`mtb_rs.brake`.
+    progress : callable or True
+        Called with the share of the stops. True shows a bar (extra ``notebook``).
+    **heat
+        As of :func:`mtb_rs.brake`; `wear`, the law of the soles, is needed. The rail is met at another place
+        in each stop, so that `lower_wear` is refused: wear a rail by :class:`Passages`.
+
+    Returns
+    -------
+    tuple of WearResult
+        One for each shoe. Each of their steps ends with a stop that was computed: `steps` is its way with
+        those before it that were not, `errors` that of the latter, `solves` the number of stops computed for
+        it, `pressures` and `unknowns` the means over the way.
+
+    Raises
+    ------
+    ValueError
+        For bad input.
+    ConvergenceError
+        As :func:`mtb_rs.brake`.
+    """
+    posed, stated, pulls = posed_shoe(
+        scene, speed, mass, shares=shares, tolerance=stop_tolerance, model=model, **heat
+    )
+    whole("count", count)
+    check_tolerance(positive("tolerance", tolerance))
+    if stated[1].wear is None:
+        raise ValueError("wear is None: a law of wear of the soles is needed")
+    if stated[1].lower_wear is not None:
+        raise ValueError(
+            "lower_wear is given: each stop meets the rail at another place; mtb.wear with Passages wears "
+            "a rail"
+        )
+    shoe = HeatedScene.of(posed, *stated)
+    if shoe.problem.attracting is not None:
+        raise ValueError("magnetic_pressure follows the gap: a number, a table or a field [Pa] is needed")
+
+    def stopped(worn: list[Array]) -> _Stop:
+        nothing = StepCheckpoint(None, [], "stop", "")
+        stop = _Stop(shoe, float(speed), float(mass), other_force, pulls, stop_tolerance, nothing, worn)
+        stop.run(lambda _: None)
+        return stop
+
+    said = {
+        **{"speed": speed, "mass": mass, "count": count, "other_force": without_functions(other_force)},
+        **{"shares": pulls.tolist(), "tolerance": tolerance, "stop_tolerance": stop_tolerance},
+    }
+    with shares_shown(progress, "stops") as told:
+        duty = _Duty(shoe, np.unique(pulls), stopped, tolerance, count)
+        duty.run(told)
+    results = [duty.result(k, said) for k in range(duty.shares.size)]
+    return tuple(results[k] for k in np.unique(pulls, return_inverse=True)[1])
+
+
+class _Stop(Ride):
+    """A stop that keeps sums over its way of pressure (n,) and of friction times pressure, for each share."""
+
+    sums: dict[int, Array]
+
+    def _take(self, step: Step) -> None:
+        super()._take(step)
+        self.sums = getattr(self, "sums", {})
+        for k, trial in enumerate(step.trials):
+            both = trial.way * np.stack([trial.pressure, trial.friction * trial.pressure])
+            self.sums[k] = both + self.sums.get(k, 0.0)
+
+    @property
+    def depths(self) -> list[Array]:
+        """Worn off in the stop (n,) [m]."""
+        return [sliding.worn for sliding in self.sliding]
+
+
+class _Duty:
+    """Many stops on their way; lists have an entry for each different share of the pull."""
+
+    def __init__(
+        self,
+        shoe: HeatedScene,
+        shares: Array,
+        stopped: Callable[[list[Array]], _Stop],
+        tolerance: float,
+        count: int,
+    ) -> None:
+        self.shoe, self.shares, self.stopped, self.tolerance, self.count = (
+            shoe, shares, stopped, tolerance, count,
+        )  # fmt: skip
+        n = shoe.problem.n
+        self.worn = [np.zeros(n) for _ in shares]
+        self.distance = 0.0
+        self.rows: list[list[dict[str, Any]]] = [[] for _ in shares]
+
+    def run(self, told: Callable[[float], Any]) -> None:
+        """All stops, one after the other or some of them."""
+        control = _mtb_rs.StepControl(self.tolerance, 1.0)
+        stop, done = self._first(), 1
+        told(done / self.count)
+        while done < self.count:
+            # a stop that is computed ends the row
+            most = float(self.count - done - 1)
+            ahead, tried = math.floor(control.length(most)) if most else 0, 1
+            while True:
+                carried = [self._carried(stop, k, ahead) for k in range(self.shares.size)]
+                after = self.stopped([w + found[0] for w, found in zip(self.worn, carried, strict=True)])
+                errors = [self._error(after, k, ahead, carried[k]) for k in range(self.shares.size)]
+                # one that leaves none out tells how well it would have been foretold
+                length = float(max(ahead, 1))
+                shorter = control.judge(length, max(most, 1.0), max(errors))
+                if shorter is None or not ahead:
+                    break
+                ahead, tried = math.floor(shorter), tried + 1
+            if shorter is not None:
+                control = _mtb_rs.StepControl(self.tolerance, 1.0)
+            self._add(stop, after, ahead, carried, errors if ahead else [0.0] * len(errors), tried)
+            stop, done = after, done + ahead + 1
+            told(done / self.count)
+
+    def _first(self) -> _Stop:
+        stop = self.stopped(self.worn)
+        for k, rows in enumerate(self.rows):
+            n = self.shoe.problem.n
+            nothing = {"distance": 0.0, "step": 0.0, "error": 0.0, "solves": 0, "upper": np.zeros(n)}
+            first = stop.shoes[k].first
+            unknowns = self._tractions(first.pressure, first.friction)
+            rows.append({**nothing, "unknowns": unknowns})
+        self._add(stop, stop, 0, [(np.zeros(self.shoe.problem.n),) * 3] * self.shares.size, [0.0] * 9, 1)
+        return stop
+
+    def _tractions(self, pressure: Array, friction: Array) -> Array:
+        direction = self.shoe.problem.direction
+        return np.ascontiguousarray(np.concatenate([friction * pressure * direction, pressure[None]]))
+
+    def _mean(self, stop: _Stop, k: int) -> tuple[Array, Array, Array]:
+        """Mean pressure of a stop, friction of the mean drag, and depth of wear [m] over the pressure."""
+        pressure, drag = stop.sums[k] / stop.way[-1]
+        over = np.where(pressure > 0.0, pressure, 1.0)
+        return pressure, drag / over, stop.depths[k] / over
+
+    def _carried(self, stop: _Stop, k: int, ahead: int) -> tuple[Array, Array, Array]:
+        """What stops ahead wear off (n,) [m] by the contact that has the mean pressure of a stop; the wear of
+        one more stop [m] at their end, and the sum of their pressures [Pa]."""
+        problem, n = self.shoe.problem, self.shoe.problem.n
+        pressure, friction, rate = self._mean(stop, k)
+        if not ahead:
+            return np.zeros(n), rate * pressure, np.zeros(n)
+        tractions = self._tractions(pressure, friction)
+        core, none = problem.core, np.zeros(n)
+        tangent = core.tangent(
+            pressure, friction, none, problem.direction, bool(friction.any()), core.is_by_products
+        )
+        # the contact that this pressure closes, under the loads that it balances
+        gap = -tangent.opening() - self.worn[k]
+        work = -np.einsum("cn,mcn->m", tractions * problem.area, problem.relative_motions)
+        last: list[_mtb_rs.WearStep] = []
+        total = np.zeros(n)
+
+        def told(step: _mtb_rs.WearStep) -> bool:
+            if step.outcome.status != "solved":
+                raise ConvergenceError(f"between stops there is no contact: {step.outcome.status}")
+            last[:] = [step]
+            total[:] += step.length * step.outcome.pressure
+            return False
+
+        _mtb_rs.wear_problem(
+            core, core.loading(gap, work), np.ascontiguousarray(problem.direction), friction,
+            lambda *_: (rate, none), None, INSIDE * self.tolerance, (0.0, self.worn[k], none, None),
+            float(ahead), told,
+        )  # fmt: skip
+        return last[0].upper - self.worn[k], rate * last[0].outcome.pressure, total
+
+    def _error(self, after: _Stop, k: int, ahead: int, carried: tuple[Array, Array, Array]) -> float:
+        """Half of the stops left out times what the rate of wear is off at their end, relative."""
+        depth, rate, _ = carried
+        area = np.ascontiguousarray(self.shoe.problem.area)
+
+        def size(field: Array) -> float:
+            return float(np.sqrt(area @ field**2))
+
+        length = max(ahead, 1)
+        step = depth if ahead else after.depths[k]
+        off = 0.5 * length * size(after.depths[k] - rate)
+        return off / (size(step) + 0.1 * size(self.worn[k] + step))
+
+    def _add(
+        self,
+        stop: _Stop,
+        after: _Stop,
+        ahead: int,
+        carried: Sequence[tuple[Array, ...]],
+        errors: list[float],
+        tried: int,
+    ) -> None:
+        """A row: stops that were left out, and the one after them."""
+        step = ahead * stop.way[-1] + after.way[-1]
+        self.distance += step
+        for k, rows in enumerate(self.rows):
+            depth, _, pressures = carried[k]
+            self.worn[k] = self.worn[k] + depth + after.depths[k]
+            pressure, friction, _ = self._mean(after, k)
+            mean = (stop.way[-1] * pressures + after.way[-1] * pressure) / step
+            rows.append(
+                {
+                    **{"distance": self.distance, "step": step, "error": errors[k], "solves": tried},
+                    **{"upper": self.worn[k], "unknowns": self._tractions(mean, friction)},
+                }
+            )
+
+    def result(self, k: int, said: dict[str, Any]) -> WearResult:
+        """The wear of a shoe."""
+        shoe, problem, rows = self.shoe, self.shoe.problem, self.rows[k]
+        scene = shoe.scene
+        assert isinstance(scene, Scene)
+        place = place_of(scene, problem)
+        depths = problem.on_grid(np.array([row["upper"] for row in rows]))
+        unknowns = [row["unknowns"] for row in rows]
+        last = {"upper": rows[-1]["upper"], "lower": np.zeros(problem.n)}
+
+        def column(name: str) -> Array:
+            return np.array([row[name] for row in rows])
+
+        return WearResult(
+            distance=column("distance"),
+            depths=np.stack([depths, np.zeros_like(depths)]),
+            pressures=problem.on_grid(np.array([mean_tractions(problem, each)[2] for each in unknowns])),
+            unknowns=problem.on_grid(np.array([each[2] for each in unknowns])),
+            forces=np.array([problem.geometry.loads(each).sum(axis=1) for each in unknowns]),
+            steps=column("step"),
+            errors=column("error"),
+            solves=column("solves").astype(np.int64),
+            points=place.points,
+            normal=place.normal,
+            area=place.area,
+            initial_gap=place.gap,
+            patches=place.patches,
+            rail=place.rail,
+            final=worn_contact(scene, problem, last),
+            summary=input_data(
+                {**scene.statement(), **said, "heat": shoe.said, "share_of_pull": float(self.shares[k])}
+            ),
+        )

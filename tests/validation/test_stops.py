@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Wear over many stops, against all of them computed one after the other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs.scenes.heating import HeatedScene
+from mtb_rs.studies.brake import Ride, posed_shoe
+from mtb_rs.studies.sweep_checkpoint import StepCheckpoint
+
+SPEED, MASS, COUNT = 20.0, 2000.0, 12
+STEPS = 0.3
+
+
+def shoe(**given: Any) -> mtb.Scene:
+    table = mtb.VelocityTable([0.0, 5.0, 30.0], [0.3, 0.2, 0.1])
+    stated = {"spacing": (12e-3, 5.2e-3), "friction": table, "magnetic_pressure": 1e6, "poles": 1}
+    return mtb.scenes.pole_shoe_on_rail(**{**stated, **given})
+
+
+def one_by_one(scene: mtb.Scene, **heat: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Depth (n,) worn off by all stops, each computed in full, and the way of each."""
+    posed, stated, pulls = posed_shoe(scene, SPEED, MASS, tolerance=STEPS, **heat)
+    cold = HeatedScene.of(posed, *stated)
+    worn, ways = np.zeros(cold.problem.n), []
+    for _ in range(COUNT):
+        nothing = StepCheckpoint(None, [], "stop", "")
+        ride = Ride(cold, SPEED, MASS, 0.0, pulls, STEPS, nothing, [worn])
+        ride.run(lambda _: None)
+        worn = worn + ride.sliding[0].worn
+        ways.append(ride.way[-1])
+    return worn, np.array(ways)
+
+
+def size(result: mtb.WearResult, field: np.ndarray) -> float:
+    return float(np.sqrt(result.area @ field**2))
+
+
+@pytest.mark.slow
+def test_few_stops_wear_as_all_of_them() -> None:
+    exact, _ = one_by_one(shoe(), wear=1e-16)
+    errors, computed = [], []
+    tolerances = (0.05, 0.002)
+    for tolerance in tolerances:
+        (found,) = mtb.wear_of_stops(
+            shoe(), SPEED, MASS, COUNT, wear=1e-16, tolerance=tolerance, stop_tolerance=STEPS
+        )
+        depths = found.depths[0]
+        errors.append(size(found, depths[-1] - exact) / size(found, exact))
+        # what the errors of the rows come to, each in parts of its step and a tenth of all
+        parts = [
+            error * (size(found, depths[k] - depths[k - 1]) + 0.1 * size(found, depths[k]))
+            for k, error in enumerate(found.errors)
+            if k
+        ]
+        assert errors[-1] < sum(parts) / size(found, exact) < tolerance
+        computed.append(int(found.solves.sum()))
+    assert computed[0] <= 5
+    assert computed[0] < computed[1] < COUNT
+    # at least of first order in the tolerance
+    assert np.log(errors[0] / errors[1]) / np.log(tolerances[0] / tolerances[1]) > 0.9
+
+
+@pytest.mark.slow
+def test_the_volume_is_that_of_the_law() -> None:
+    (found,) = mtb.wear_of_stops(shoe(friction=0.1), 5.0, MASS, 200, wear=1e-14, stop_tolerance=0.5)
+    # whatever its shape, the contact bears the pull
+    assert found.forces[:, 2] == pytest.approx(np.full(len(found.steps), found.forces[0, 2]), rel=1e-8)
+    assert found.steps.sum() == pytest.approx(found.distance[-1], rel=1e-14)
+    worn = np.diff(found.worn_volume[0])
+    own = 1e-14 * found.steps[1:] * (found.unknowns[1:] @ found.area)
+    assert worn == pytest.approx(own, rel=1e-12)
+    assert found.solves.sum() < 10
+    assert found.distance[-1] == pytest.approx(200 * found.distance[1], rel=1e-4)
+
+
+@pytest.mark.slow
+def test_shoes_of_different_pull_wear_apart() -> None:
+    given: dict[str, Any] = {"wear": 1e-15, "stop_tolerance": 0.5, "tolerance": 0.1}
+    outer, inner, again = mtb.wear_of_stops(shoe(), 10.0, MASS, 6, shares=(0.8, 1.0, 0.8), **given)
+    assert outer == again
+    assert outer.worn_volume[0, -1] == pytest.approx(0.8 * inner.worn_volume[0, -1], rel=0.01)
+    assert inner.final is not None
+    assert inner.life(1e-3) > inner.distance[-1]
+    assert inner.summary["share_of_pull"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "wear is None: a law"),
+        ({"wear": 1e-14, "lower_wear": 1e-14}, "lower_wear is given: each stop meets the rail"),
+        ({"wear": 1e-14, "count": 0}, "count is 0: a positive whole number"),
+        ({"wear": 1e-14, "tolerance": 1.0}, "tolerance is 1"),
+        ({"wear": 1e-14, "stop_tolerance": -1.0}, "tolerance is -1"),
+        ({"wear": 1e-14, "scene": shoe(magnetic_pressure=mtb.Magnet(3000.0, 1e-3))}, "follows the gap"),
+        ({"wear": 1e-14, "shares": ()}, "a positive number for each shoe"),
+    ],
+)
+def test_bad_input_is_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        mtb.wear_of_stops(**{"scene": shoe(), "speed": 10.0, "mass": 1e3, "count": 3, **given})
