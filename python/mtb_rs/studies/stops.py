@@ -119,11 +119,12 @@ def wear_of_stops(
 class _Stop(Ride):
     """A stop that keeps sums over its way of pressure (n,) and of friction times pressure, for each share."""
 
-    sums: dict[int, Array]
+    def __init__(self, *given: Any) -> None:
+        self.sums: dict[int, Array] = {}
+        super().__init__(*given)
 
     def _take(self, step: Step) -> None:
         super()._take(step)
-        self.sums = getattr(self, "sums", {})
         for k, trial in enumerate(step.trials):
             both = trial.way * np.stack([trial.pressure, trial.friction * trial.pressure])
             self.sums[k] = both + self.sums.get(k, 0.0)
