@@ -96,6 +96,7 @@ def wear_of_stops(
             "a rail"
         )
     shoe = HeatedScene.of(posed, *stated)
+    shoe.check_speed("speed", speed)
     if shoe.problem.attracting is not None:
         raise ValueError("magnetic_pressure follows the gap: a number, a table or a field [Pa] is needed")
 
