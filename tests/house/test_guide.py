@@ -73,7 +73,7 @@ def test_what_a_hop_names_is_there(number: str, hop: str) -> None:
         ("python/mtb_rs/contact/symmetry.py", ["def mirror_symmetry("]),
         (
             "python/mtb_rs/scenes/posed.py",
-            ["    layer: InterfaceLayer | None = None", "        problem = ContactProblem("],
+            ["    layer: InterfaceLayer | PlasticLayer | None = None", "        problem = ContactProblem("],
         ),
         ("python/mtb_rs/scenes/taken.py", ["TAKEN = {", "def beyond("]),
         ("python/mtb_rs/scenes/ready.py", ["_those_of(Scene, given)"]),

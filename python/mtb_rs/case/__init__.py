@@ -14,7 +14,7 @@ import re
 import tomllib
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -28,8 +28,6 @@ from ..base.files import read_bytes, text_of
 from ..base.questions import gathered
 from ..base.words import Method, Model
 from ..friction.fields import check_friction
-from ..friction.laws import ShearLayer
-from ..friction.magnet import Magnet
 from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
@@ -92,7 +90,7 @@ class Case(BaseModel):
         motion = self.motion
         own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
         parts = {name: getattr(self, name, None) for name in ("magnetic_pressure", "layer")}
-        made = [(name, part) for name, part in parts.items() if isinstance(part, (Magnet, ShearLayer))]
+        made = [(name, part) for name, part in parts.items() if is_dataclass(part)]
         return (
             self.arguments() + own + [f"{name}.{entry.name}" for name, part in made for entry in fields(part)]
         )

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import closing
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, Literal, SupportsFloat
@@ -27,8 +27,6 @@ from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
-from ..friction.laws import ShearLayer
-from ..friction.magnet import Magnet
 from ..half_space.motions import Motion, Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
@@ -451,7 +449,7 @@ def parts_of(scene: Scene) -> set[str]:
     return {
         f"{name}.{entry.name}"
         for name, value in given.items()
-        if isinstance(value, (Magnet, ShearLayer))
+        if is_dataclass(value) and not isinstance(value, type)
         for entry in fields(value)
     }
 
