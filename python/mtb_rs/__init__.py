@@ -48,6 +48,8 @@ from .half_space.chain import gradient_of_steps
 from .half_space.creep_force import (
     FoundationResult,
     KalkerCoefficients,
+    fastrip,
+    fastrip_curve,
     fastsim,
     fastsim_curve,
     kalker_coefficients,
@@ -230,6 +232,8 @@ __all__ = [
     "conducting_steel",
     "creep_curve",
     "equivalent_conicity",
+    "fastrip",
+    "fastrip_curve",
     "fastsim",
     "fastsim_curve",
     "gradient_of_steps",

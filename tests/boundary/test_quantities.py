@@ -264,6 +264,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(ratios=(1.0,), poisson_ratio=0.25),
     ),
     (
+        "CreepForceTable.creep_forces",
+        lambda **a: mtb.CreepForceTable.build((1.0,), 0.3, nodes=4, cells=6).creep_forces(**ROLLING, **a),
+        dict(creepages=[(1e-3, 0.0, 0.1)], semi_axes=(6e-4, 6e-4)),
+    ),
+    (
         "CreepForceTable.interpolate",
         mtb.CreepForceTable.build((1.0,), nodes=4, cells=6).interpolate,
         dict(
@@ -523,12 +528,46 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     (
         "fastsim",
         lambda **a: mtb.fastsim(**ROLLING, **a).force,
-        dict(creepage=(1e-3, 0.0, 0.1), velocity=20.0, semi_axes=(6e-4, 6e-4)),
+        dict(
+            creepage=(1e-3, 0.0, 0.1),
+            velocity=20.0,
+            semi_axes=(6e-4, 6e-4),
+            slope_reduction=(0.5, 0.8, 0.1),
+            angle=0.2,
+            force=(2.0, 1.0),
+        ),
     ),
     (
         "fastsim_curve",
         lambda **a: mtb.fastsim_curve(**ROLLING, **a),
-        dict(creepages=[(1e-3, 0.0, 0.1)] * 3, velocity=20.0, semi_axes=(6e-4, 6e-4)),
+        dict(
+            creepages=[(1e-3, 0.0, 0.1)] * 3,
+            velocity=20.0,
+            semi_axes=(6e-4, 6e-4),
+            slope_reduction=(0.5, 0.8, 0.1),
+            angle=0.2,
+        ),
+    ),
+    (
+        "fastrip",
+        lambda **a: mtb.fastrip(**ROLLING, **a).force,
+        dict(
+            creepage=(1e-3, 0.0, 0.1),
+            semi_axes=(6e-4, 6e-4),
+            slope_reduction=(0.5, 0.8, 0.1),
+            angle=0.2,
+            force=(2.0, 1.0),
+        ),
+    ),
+    (
+        "fastrip_curve",
+        lambda **a: mtb.fastrip_curve(**ROLLING, **a),
+        dict(
+            creepages=[(1e-3, 0.0, 0.1)] * 3,
+            semi_axes=(6e-4, 6e-4),
+            slope_reduction=(0.5, 0.8, 0.1),
+            angle=0.2,
+        ),
     ),
     ("hertz", mtb.hertz, dict(force=1e3, radii=(0.1, 0.2))),
     ("hertz", lambda **a: mtb.hertz(1e3, **a), dict(semi_axes=(1e-3, 1e-3))),

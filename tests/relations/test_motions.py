@@ -77,6 +77,7 @@ MOVES: dict[str, Callable[[Any], float]] = {
     "transient": lambda p: _carried(mtb.solve_tangential(p, mtb.Rolling(CREEPAGE, transient=True), FRICTION)),
     "creep_curve": lambda p: _sliding(mtb.creep_curve(p, [(1.0, 0.0, 0.0)], FRICTION)[0]),
     "fastsim": lambda p: _carried(mtb.fastsim(p, CREEPAGE, FRICTION)),
+    "fastrip": lambda p: _carried(mtb.fastrip(p, CREEPAGE, FRICTION)),
     "polach": lambda p: _sliding(mtb.polach(p, (100.0, 0.0, 0.0), FRICTION)),
 }
 
@@ -95,7 +96,7 @@ def _sliding(force: Any) -> float:
 @pytest.mark.parametrize("move", MOVES)
 def test_what_moves_carries_the_force_it_was_pressed_with(kind: str, move: str) -> None:
     pressed = PRESSED[kind]()
-    if move == "fastsim" and kind == "block":
+    if move in ("fastsim", "fastrip") and kind == "block":
         pytest.skip("FASTSIM is for ellipses")
     force = pressed.force if kind == "hertz" else pressed.normal_force
     # a curve ends where Polach's arctangent is a thousandth short of full sliding

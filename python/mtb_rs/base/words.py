@@ -94,11 +94,15 @@ Side = Literal["left", "right"]
 Pressing = Literal["held", "follows"]
 #: The border of the grid in the normal contact of half-spaces, and how that is solved.
 Edge = Literal["auto", "error", "sharp", "grow"]
-Convolution = Literal["auto", "dense", "fft"]
+Convolution = Literal["auto", "dense", "fft", "kpec", "analyn"]
 #: How normal and tangential contact are coupled.
 Coupling = Literal["one-way", "full"]
 #: Traction bound of the simplified theory.
 Bound = Literal["parabolic", "elliptic"]
+#: How many flexibilities the foundation of the simplified theory has.
+Flexible = Literal[3, 1, "blended"]
+#: Direction of the traction at the edge of adhesion.
+StickDirection = Literal["strip theory", "CONTACT"]
 #: Lengths in files.
 Unit = Literal["m", "mm", "um", "in"]
 #: Ways between the points of a profile, and ways that z of its file may point.

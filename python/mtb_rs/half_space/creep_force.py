@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Fast approximations of creep forces: FASTSIM, Polach, Kalker's linear theory."""
+"""Fast approximations of creep forces: FASTSIM, FaStrip, Polach, Kalker's linear theory."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.stored import stored
 from ..base.units import taking_quantities
-from ..base.words import Bound
+from ..base.words import Bound, Flexible, StickDirection
 from ..friction.laws import Friction, as_law
 from ..results.result import TangentialFields
-from .pressure_field import PressureField, creepage_rows, pressure_field
+from .foundation import Forces, Foundation, ellipses, local
+from .pressure_field import creepage_rows, pressure_field
 
 Array = NDArray[np.float64]
 
@@ -71,6 +72,8 @@ class FoundationResult(TangentialFields):
     force : (3,) [N]
         Friction (x, y) and minus the normal force (z).
     spin_moment : float [N m]
+    creepage : (3,) or None [-, -, 1/m]
+        Given, or found for a force; None of results that were stored by an earlier version.
     """
 
     points: Array
@@ -81,148 +84,33 @@ class FoundationResult(TangentialFields):
     status: NDArray[np.int8]
     force: Array
     spin_moment: float
+    creepage: Array | None = None
 
 
-def _bound(field: PressureField, bound: Bound) -> Array:
-    if bound == "elliptic":
-        return field.pressure
-    # the square of an ellipse is a parabola; scaled to the same force, on any patch
-    square = field.pressure**2
-    return np.ascontiguousarray(square * (field.pressure.sum() / square.sum()))
-
-
-class _Ellipse(NamedTuple):
-    """One contact as the approximations see it."""
-
-    field: PressureField
-    cut: tuple[slice, slice]
-    semi_axes: tuple[float, float]
-    centre: tuple[float, float]
-
-
-def _ellipses(field: PressureField, semi_axes: tuple[float, float] | None, method: str) -> list[_Ellipse]:
-    """Each separate contact with the ellipse of its own second moments, or the one given."""
-    if field.reference is not None:
-        raise ValueError(f"pressure is a line contact: {method} needs a patch, solve_tangential takes both")
-    if not np.any(field.pressure > 0.0):
-        raise ValueError("the pressure is zero everywhere: there is no contact to roll")
-    parts = field.patches()
-    if semi_axes is None:
-        return [_Ellipse(part, cut, part.semi_axes(), part.centre()) for cut, part in parts]
-    a, b = pair("semi_axes", semi_axes, "m")
-    axes = positive("semi_axes[0]", a, "m"), positive("semi_axes[1]", b, "m")
-    if len(parts) > 1:
-        raise ValueError(
-            f"semi_axes is {semi_axes!r}, one ellipse, and the pressure has {len(parts)} separate contacts: "
-            "None is needed, which gives each its own"
-        )
-    cut, part = parts[0]
-    return [_Ellipse(part, cut, axes, part.centre())]
-
-
-def _local(rows: Array, centre: tuple[float, float]) -> Array:
-    """Creepages about `centre`: spin about the origin moves it, by (-phi y, phi x)."""
-    x, y = centre
-    return np.ascontiguousarray(rows + rows[:, 2:] * np.array([-y, x, 0.0]))
-
-
-def _fastsim(
-    normal: Any,
-    creepages: ArrayLike,
-    friction: Friction,
-    bound: Bound,
-    flexibilities: int,
-    order: int,
-    velocity: float,
-    semi_axes: tuple[float, float] | None,
-) -> tuple[PressureField, dict[str, Array]]:
-    """Forces (n, 3) over the creepages, and the fields at the last one."""
-    rows = creepage_rows(creepages)
-    choice("bound", bound, Bound)
-    if isinstance(flexibilities, bool) or flexibilities not in (1, 3):
-        raise ValueError(f"flexibilities is {flexibilities!r}: 1 or 3 is needed")
+def _order(order: int) -> str:
     if isinstance(order, bool) or order not in (1, 2):
         raise ValueError(f"order is {order!r}: 1 (FASTSIM) or 2 (second order) is needed")
-    positive("velocity", velocity, "m/s")
-    field = pressure_field(normal)
-    shape = field.pressure.shape
-    law = as_law(friction)
-    modulus, ratio = field.pair_modulus()
-    whole = {
-        "forces": np.zeros((len(rows), 3)),
-        "traction": np.zeros((2, *shape)),
-        "slip": np.zeros((2, *shape)),
-        "slipping": np.zeros(shape, dtype=bool),
-    }
-    for part, cut, axes, centre in _ellipses(field, semi_axes, "FASTSIM"):
-        x, y = centre
-        found = _mtb_rs.fastsim_curve(
-            _bound(part, bound),
-            part.spacing,
-            (part.start[0] - x, part.start[1] - y),
-            axes,
-            modulus,
-            ratio,
-            _local(rows, centre),
-            float(velocity),
-            law.native(shape, cut),
-            flexibilities == 1,
-            order == 2,
-        )
-        forces = found.forces
-        whole["forces"] += forces
-        whole["forces"][:, 2] += x * forces[:, 1] - y * forces[:, 0]
-        # rectangles of separate contacts may overlap, their cells do not
-        whole["traction"][(..., *cut)] += found.traction
-        whole["slip"][(..., *cut)] += found.slip
-        whole["slipping"][cut] |= found.slipping
-    return field, whole
+    return "fastsim" if order == 1 else "fastsim2"
 
 
-@taking_quantities
-@renamed(speed="velocity")
-def fastsim(
-    normal: Any,
-    creepage: tuple[float, float, float],
-    friction: Friction,
-    bound: Bound = "parabolic",
-    flexibilities: int = 3,
-    order: int = 1,
-    velocity: float = 10.0,
-    semi_axes: tuple[float, float] | None = None,
-) -> FoundationResult:
-    """FASTSIM: the simplified theory of rolling contact [Kalker1982].
+def _strip(stick_direction: StickDirection) -> str:
+    choice("stick_direction", stick_direction, StickDirection)
+    return "fastrip" if stick_direction == "strip theory" else "fastrip of contact"
 
-    Each of several separate contacts is solved by itself, with the ellipse of its own second moments and the
-    creepages about its own centre of pressure. The elastic displacement of one contact by another is left
-    out.
 
-    Parameters
-    ----------
-    normal : NormalResult, Result or PressureField
-        Any patch; rolling towards +x.
-    creepage : (xi, eta, phi)
-        Phi in [1/m].
-    friction : Friction
-        Without memory.
-    bound : {"parabolic", "elliptic"}
-        Traction bound: mu times the pressure ("elliptic"), or mu times the square of the pressure, scaled to
-        the same force ("parabolic", Kalker's choice, for its better stick area). The peak of the parabolic
-        bound is 4/3 of mu times the pressure: use it for forces, and not for the distribution of the traction
-        (wear, heat, fatigue).
-    flexibilities : {1, 3}
-        One for each creepage, or their weighted mean.
-    order : {1, 2}
-        Order of the integration along the rolling direction; 2 is that of FASTSIM2. With order 2 the error of
-        the forces falls at second order with the elliptic bound only. With the parabolic bound it falls at
-        first order, but is several times smaller.
-    velocity : float [m/s]
-        Of rolling.
-    semi_axes : (a, b) or None [m]
-        Ellipse whose linear theory determines the flexibilities, for a single contact; None takes the ellipse
-        of equal second moments.
-    """
-    field, found = _fastsim(normal, creepage, friction, bound, flexibilities, order, velocity, semi_axes)
+def _result(foundation: Foundation, creepage: Any, force: Forces | None) -> FoundationResult:
+    """The fields at a creepage, of which the components of given forces are found."""
+    row = creepage_rows(creepage)
+    if len(row) != 1:
+        raise ValueError(f"creepage has shape {np.shape(creepage)}: (3,) is needed")
+    if force is not None:
+        row = foundation.driven(row[0], force, lambda rolled: _fields(foundation, rolled))
+    return _fields(foundation, row)
+
+
+def _fields(foundation: Foundation, row: Array) -> FoundationResult:
+    field = foundation.field
+    found = foundation.at(row)
     status = np.where(field.pressure > 0.0, np.where(found["slipping"], 2, 1), 0).astype(np.int8)
     fx, fy, moment = found["forces"][0]
     return FoundationResult(
@@ -234,7 +122,88 @@ def fastsim(
         status=status,
         force=np.array([fx, fy, -field.normal_force]),
         spin_moment=float(moment),
+        creepage=row[0].copy(),
     )
+
+
+def _curve(foundation: Foundation, creepages: ArrayLike) -> Array:
+    forces: Array = foundation.at(creepage_rows(creepages))["forces"]
+    check_finite("forces", forces)
+    return forces
+
+
+@taking_quantities
+@renamed(speed="velocity")
+def fastsim(
+    normal: Any,
+    creepage: tuple[float, float, float],
+    friction: Friction,
+    bound: Bound = "parabolic",
+    flexibilities: Flexible = 3,
+    order: int = 1,
+    velocity: float = 10.0,
+    semi_axes: tuple[float, float] | None = None,
+    *,
+    slope_reduction: tuple[float, float, float] | None = None,
+    angle: float = 0.0,
+    force: Forces | None = None,
+) -> FoundationResult:
+    """FASTSIM: the simplified theory of rolling contact [Kalker1982].
+
+    Each of several separate contacts is solved by itself, with the ellipse of its own second moments and the
+    creepages about its own centre of pressure. The elastic displacement of one contact by another is left
+    out.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+        Any patch.
+    creepage : (xi, eta, phi)
+        Along x and along y, for any `angle`; phi in [1/m].
+    friction : Friction
+        Without memory.
+    bound : {"parabolic", "elliptic"}
+        Traction bound: mu times the pressure ("elliptic"), or mu times the square of the pressure, scaled to
+        the same force ("parabolic", Kalker's choice, for its better stick area). The peak of the parabolic
+        bound is 4/3 of mu times the pressure: use it for forces, and not for the distribution of the traction
+        (wear, heat, fatigue).
+    flexibilities : {3, 1, "blended"}
+        One for each creepage, their weighted mean, or three that become one as the creepage grows. Of these
+        the one is the reciprocal of the mean stiffness, weighted by the squares of the creepages (of
+        3 pi a / 32 times the spin), and slip has the direction of the traction, as in CONTACT.
+    order : {1, 2}
+        Order of the integration along the rolling direction; 2 is that of FASTSIM2. With order 2 the error of
+        the forces falls at second order with the elliptic bound only. With the parabolic bound it falls at
+        first order, but is several times smaller. With order 1 the rigid slip is taken a sixth of a cell
+        ahead, as in :func:`solve_tangential` and in CONTACT.
+    velocity : float [m/s]
+        Of rolling.
+    semi_axes : (a, b) or None [m]
+        Ellipse, along x and along y, whose linear theory determines the flexibilities, for a single contact;
+        None takes the ellipse of equal second moments.
+    slope_reduction : (k0, alpha, beta) or None [-]
+        Makes the foundation softer by k = k0 (alpha + (1 - alpha) / (1 + beta e)), for wet and contaminated
+        surfaces: the modified FASTSIM [SpiryaginPolachCole2013]. The gradient e is Polach's at a coefficient
+        of friction of 1: half the shear modulus times C11 times the creepage, (xi, eta + phi a) or (xi, eta),
+        the larger, over the peak of the bound.
+    angle : float [rad]
+        Direction of rolling from +x towards +y. Across the rows of cells each cell is the end of a strip of
+        its own, and the pressure is interpolated along it.
+    force : (Fx, Fy) or None [N]
+        Total tangential force on the lower body. The creepage of a component with a given force is found;
+        None is for a component whose creepage is given.
+
+    Raises
+    ------
+    ValueError
+        For bad input, and for a force of at least what the coefficient at rest carries.
+    ConvergenceError
+        If no creepage was found for the force; the last one is its ``result``.
+    """
+    foundation = Foundation.of(
+        normal, friction, bound, flexibilities, _order(order), velocity, semi_axes, slope_reduction, angle
+    )
+    return _result(foundation, creepage, force)
 
 
 @taking_quantities
@@ -244,18 +213,106 @@ def fastsim_curve(
     creepages: ArrayLike,
     friction: Friction,
     bound: Bound = "parabolic",
-    flexibilities: int = 3,
+    flexibilities: Flexible = 3,
     order: int = 1,
     velocity: float = 10.0,
     semi_axes: tuple[float, float] | None = None,
+    *,
+    slope_reduction: tuple[float, float, float] | None = None,
+    angle: float = 0.0,
 ) -> Array:
     """Forces (n, 3) of :func:`fastsim` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
-    _, found = _fastsim(
-        normal, creepage_rows(creepages), friction, bound, flexibilities, order, velocity, semi_axes
+    foundation = Foundation.of(
+        normal, friction, bound, flexibilities, _order(order), velocity, semi_axes, slope_reduction, angle
     )
-    forces: Array = found["forces"]
-    check_finite("forces", forces)
-    return forces
+    return _curve(foundation, creepages)
+
+
+@taking_quantities
+def fastrip(
+    normal: Any,
+    creepage: tuple[float, float, float],
+    friction: Friction,
+    flexibilities: Flexible = "blended",
+    semi_axes: tuple[float, float] | None = None,
+    *,
+    slope_reduction: tuple[float, float, float] | None = None,
+    stick_direction: StickDirection = "strip theory",
+    angle: float = 0.0,
+    force: Forces | None = None,
+) -> FoundationResult:
+    """FaStrip: strip theory where the surfaces stick, the direction of FASTSIM where they slip.
+
+    The traction is bounded by mu times the pressure [SichaniEnblomBerg2016]. Where the surfaces stick it is
+    that of strip theory [Kalker1967], whose creepages are multiplied such that Kalker's linear forces come
+    out. Spin beyond what strip theory can hold makes the whole contact slip.
+
+    Parameters
+    ----------
+    normal : NormalResult, Result or PressureField
+        Any patch; a strip is as long as its cells. The steepness of the pressure is that of the ellipse that
+        has the area and the force of the patch.
+    creepage : (xi, eta, phi)
+        Along x and along y, for any `angle`; phi in [1/m].
+    friction : Coulomb
+        Its mean over each strip counts for what sticks.
+    flexibilities : {"blended", 3, 1}
+        Of FASTSIM, see :func:`fastsim`.
+    semi_axes, slope_reduction, angle, force
+        As in :func:`fastsim`. The slope is reduced where the surfaces slip only.
+    stick_direction : {"strip theory", "CONTACT"}
+        Direction of the traction at the edge of adhesion. "strip theory" makes all that sticks free of slip,
+        and the traction is cut back to the bound. CONTACT (revision 2707) gives to the spin there
+        1 / (1 - nu) of its weight, and lets the traction exceed the bound near the leading edge; without spin
+        both have the same direction.
+
+    Raises
+    ------
+    ValueError
+        For bad input, for friction that depends on the slip, and for a force of at least what friction
+        carries.
+    ConvergenceError
+        If no creepage was found for the force; the last one is its ``result``.
+    """
+    foundation = Foundation.of(
+        normal,
+        friction,
+        "elliptic",
+        flexibilities,
+        _strip(stick_direction),
+        10.0,
+        semi_axes,
+        slope_reduction,
+        angle,
+    )
+    return _result(foundation, creepage, force)
+
+
+@taking_quantities
+def fastrip_curve(
+    normal: Any,
+    creepages: ArrayLike,
+    friction: Friction,
+    flexibilities: Flexible = "blended",
+    semi_axes: tuple[float, float] | None = None,
+    *,
+    slope_reduction: tuple[float, float, float] | None = None,
+    stick_direction: StickDirection = "strip theory",
+    angle: float = 0.0,
+) -> Array:
+    """Forces (n, 3) of :func:`fastrip` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
+    foundation = Foundation.of(
+        normal,
+        friction,
+        "elliptic",
+        flexibilities,
+        _strip(stick_direction),
+        10.0,
+        semi_axes,
+        slope_reduction,
+        angle,
+    )
+    return _curve(foundation, creepages)
 
 
 @taking_quantities
@@ -302,12 +359,12 @@ def polach(
     law = as_law(friction)
     modulus, ratio = field.pair_modulus()
     forces = np.zeros((len(rows), 3))
-    for part, cut, axes, centre in _ellipses(field, semi_axes, "Polach's formula"):
-        local = _local(rows, centre)
-        slip_speed = velocity * np.hypot(local[:, 0], local[:, 1])
+    for part, cut, axes, centre in ellipses(field, semi_axes, "Polach's formula"):
+        rows_there = local(rows, centre)
+        slip_speed = velocity * np.hypot(rows_there[:, 0], rows_there[:, 1])
         mu = law.of_sliding(slip_speed, part.pressure, field.pressure.shape, cut)
         force = _mtb_rs.polach_curve(
-            axes, modulus, ratio, part.normal_force, local, np.ascontiguousarray(mu), reductions
+            axes, modulus, ratio, part.normal_force, rows_there, np.ascontiguousarray(mu), reductions
         )
         forces[:, :2] += force
         forces[:, 2] += centre[0] * force[:, 1] - centre[1] * force[:, 0]

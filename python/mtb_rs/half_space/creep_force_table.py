@@ -20,8 +20,9 @@ from ..base.owning import check_finite, owning
 from ..base.plain import plain
 from ..base.progress import shares_shown
 from ..bodies.material import Material
-from ..friction.laws import Coulomb
-from .pressure_field import creepage_rows
+from ..friction.laws import Coulomb, as_law
+from .foundation import ellipses, local
+from .pressure_field import creepage_rows, pressure_field
 from .reference import elliptic_pressure
 from .tangential import creep_curve
 
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 
 #: Normalised creepage at the middle of the table's scale, about where friction takes over.
 _MIDDLE = 0.6
+#: Difference of Poisson's ratio at which the creep coefficients differ by some 2 %.
+_NEAR = 0.025
 #: End of the table's scale t = c / (c + _MIDDLE); beyond, creepages are shortened along their direction.
 _END = 0.95
 
@@ -195,6 +198,55 @@ class CreepForceTable:
         found *= np.stack([turn_x, turn_y, turn_y], axis=1)
         forces = np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
         check_finite("forces", forces)
+        return forces
+
+    def creep_forces(
+        self,
+        normal: Any,
+        creepages: ArrayLike,
+        friction: Coulomb,
+        semi_axes: tuple[float, float] | None = None,
+    ) -> Array:
+        """Forces of a patch of any shape, by the ellipse of the same second moments.
+
+        The forces of separate contacts are added, each with its own ellipse and the creepages about its own
+        centre of pressure, as :func:`mtb_rs.fastsim` and :func:`mtb_rs.polach` do.
+
+        Parameters
+        ----------
+        normal : NormalResult, Result or PressureField
+            Rolling towards +x; between bodies whose Poisson's ratio is within 0.025 of that of the table.
+        creepages : (n, 3)
+            (xi, eta, phi) [-, -, 1/m].
+        friction : Coulomb
+            The mean over the patch counts, weighted by the pressure.
+        semi_axes : (a, b) or None [m]
+            Along and across the rolling direction, for a single contact; None takes the ellipse.
+
+        Returns
+        -------
+        (n, 3) float
+            Fx, Fy [N], and Mz [N m] about the origin.
+        """
+        field = pressure_field(normal)
+        law = as_law(friction)
+        if not law.is_constant:
+            raise ValueError(
+                f"friction is {friction!r}: a table of creep forces takes Coulomb's friction only"
+            )
+        rows = creepage_rows(creepages)
+        modulus, ratio = field.pair_modulus()
+        if abs(ratio - self.poisson_ratio) > _NEAR:
+            raise ValueError(
+                f"the bodies have the Poisson's ratio {ratio:.4g} and the table {self.poisson_ratio:.4g}: "
+                f"it is good to within {_NEAR:g} of its own; build one with poisson_ratio={ratio:.4g}"
+            )
+        forces = np.zeros((len(rows), 3))
+        for part, cut, axes, (x, y) in ellipses(field, semi_axes, "a table of creep forces"):
+            mean = float(law.of_sliding(np.zeros(1), part.pressure, field.pressure.shape, cut)[0])
+            own = self.interpolate(axes, part.normal_force, modulus, mean, local(rows, (x, y)))
+            forces += own
+            forces[:, 2] += x * own[:, 1] - y * own[:, 0]
         return forces
 
     def save(self, path: str | Path) -> None:

@@ -246,9 +246,16 @@ def solve_normal(
         Meaning of contact at the edge of the grid. With "error" the bodies go on there, and the grid is too
         small. With "sharp" a body ends there, like a punch. With "grow" the gap is continued smoothly, and
         the grid grows until the contact ends inside. "auto" is "sharp" for a plane gap and otherwise "error".
-    method : {"auto", "dense", "fft"}
+    method : {"auto", "dense", "fft", "kpec", "analyn"}
         "auto" takes the dense active-set method for up to 300 cells, otherwise convolutions; up to 4000
         cells the dense method solves what these do not, as strips of long cells under an eccentric load.
+        "kpec" and "analyn" are quick approximations for one contact of smooth bodies that are round along x,
+        as a wheel on a rail: semi-elliptic pressure along x, over the extent at which the undeformed bodies,
+        pushed into each other, meet. KPEC cuts them at half the approach and takes one steepness, such that
+        the displacement at the point of first contact is the approach [KikPiotrowski1996;
+        PiotrowskiKik2008]. ANALYN takes Hertz' contact with the curvatures of each row [Sichani2014]. Both
+        are Hertz' where the gap is, and do not take moments, `tolerance`, `periodic`, layers or a hardness.
+        ``report.residual`` tells by how much the deformed gap is off.
     moments : (float or None, float or None) [N m]
         Old spelling: first moments of the pressure along x and along y, which are (my, -mx).
     normal_layer : float, ThinLayer or RoughLayer [m/Pa]
@@ -350,6 +357,24 @@ def solve_normal(
         )
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
+    if method in ("kpec", "analyn"):
+        # it makes results of this module
+        from .quick_normal import quick_result
+
+        given_in_vain = {
+            "moments_about_axes": moments_about_axes if tuple(moments_about_axes) != (None, None) else None,
+            "moments": moments,
+            "tolerance": tolerance,
+            "periodic": periodic or None,
+            "edge": edge if edge in ("sharp", "grow") else None,
+            "normal_layer": rough if rough is not None else (layer or None),
+            "hardness": hardness,
+        }
+        refused = {name: value for name, value in given_in_vain.items() if value is not None}
+        quick = quick_result(heights, sides, bodies, (force, approach), method, refused)
+        ask(of_result(quick, _deformation(quick)))
+        ask(of_width(quick.status > 0), kind=ToleranceWarning)
+        return quick
     if moments is None:
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:

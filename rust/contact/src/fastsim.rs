@@ -4,60 +4,19 @@
 //! The displacement of the lower body relative to the upper one is `L q`, point by point. Steady rolling
 //! along +x: `s = w + L dq / dx'`, `x'` running from the leading edge backwards; on each strip the
 //! traction builds up from zero and is cut back to the bound. [Kalker1982], [VollebregtWilders2010]
+//! Rolling across the rows of cells, each cell is the end of a strip of its own.
 
 use crate::Error;
 use crate::error::{check, check_number, check_positive};
 use crate::friction::{Friction, SlipLaw};
-use crate::kalker::CreepCoefficients;
+use crate::strips::{Place, Strips};
 
-/// Displacement per traction [m/Pa] of the foundation, one for each creepage.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flexibilities {
-    /// For longitudinal creepage.
-    pub longitudinal: f64,
-    /// For lateral creepage.
-    pub lateral: f64,
-    /// For spin.
-    pub spin: f64,
-}
-
-impl Flexibilities {
-    /// Those with which an ellipse of semi-axes `a` (rolling direction) and `b` [m] has Kalker's linear
-    /// forces; `shear_modulus` [Pa] that of both bodies.
-    pub fn of_ellipse(a: f64, b: f64, shear_modulus: f64, c: &CreepCoefficients) -> Self {
-        Self {
-            longitudinal: 8.0 * a / (3.0 * shear_modulus * c.c11),
-            lateral: 8.0 * a / (3.0 * shear_modulus * c.c22),
-            spin: std::f64::consts::PI * a * (a / b).sqrt() / (4.0 * shear_modulus * c.c23),
-        }
-    }
-
-    /// One flexibility for all: the mean weighted by the squares of the creepages, spin times `radius`.
-    ///
-    /// The weights printed by Kalker (magnitudes over the root of the sum of squares) do not add up to one:
-    /// they make an isotropic foundation 1.41 times as flexible under equal creepages.
-    #[must_use]
-    pub fn merged(&self, creepage: [f64; 3], radius: f64) -> Self {
-        let weights = [creepage[0], creepage[1], creepage[2] * radius].map(|c| c * c);
-        let total: f64 = weights.iter().sum();
-        if total == 0.0 {
-            return *self;
-        }
-        let one =
-            (weights[0] * self.longitudinal + weights[1] * self.lateral + weights[2] * self.spin)
-                / total;
-        Self {
-            longitudinal: one,
-            lateral: one,
-            spin: one,
-        }
-    }
-}
+pub use crate::flexibilities::{Flexibilities, SlopeReduction, gradient};
 
 /// How a strip is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Backward differences between cell centres.
+    /// Backward differences between cell centres, the rigid slip a sixth of a cell ahead.
     First,
     /// Rigid slip between cell centres, slip along the mean traction.
     Second,
@@ -76,6 +35,11 @@ pub struct FoundationProblem<'a> {
     pub bound: &'a [f64],
     /// The foundation.
     pub flexibility: Flexibilities,
+    /// One flexibility of both directions, by which the slip is measured and has the direction of the traction;
+    /// None for those of the foundation.
+    pub isotropic: Option<f64>,
+    /// Rolling direction from +x towards +y [rad].
+    pub angle: f64,
     /// Rolling speed [m/s].
     pub speed: f64,
     /// The friction law; without memory.
@@ -112,6 +76,7 @@ pub fn solve(
     check("bound", problem.bound, n)?;
     check("creepage", &creepage, 3)?;
     check("origin", &problem.origin, 2)?;
+    check("angle", &[problem.angle], 1)?;
     check_positive("dx", problem.cell[0])?;
     check_positive("dy", problem.cell[1])?;
     check_positive("speed", problem.speed)?;
@@ -119,7 +84,10 @@ pub fn solve(
     check_positive("longitudinal flexibility", f.longitudinal)?;
     check_positive("lateral flexibility", f.lateral)?;
     check_positive("spin flexibility", f.spin)?;
+    check_positive("flexibility", problem.isotropic.unwrap_or(1.0))?;
     let law = Law::of(problem.friction, n)?;
+    let strips = problem.strips();
+    let step = Step::of(problem, &strips, creepage);
     let mut solution = FoundationSolution {
         traction: vec![0.0; 2 * n],
         slip: vec![0.0; 2 * n],
@@ -127,53 +95,133 @@ pub fn solve(
         force: [0.0; 2],
         spin_moment: 0.0,
     };
-    let [dx, dy] = problem.cell;
-    let stiffness = [f.longitudinal, f.lateral];
-    // the spin acts with its own flexibility on those of the two directions
-    let spin = stiffness.map(|l| creepage[2] * l / f.spin);
-    // all strips side by side: they do not wait for one another, the cells of one strip do
-    let mut strips = vec![Strip::default(); ny];
-    for i in (0..nx).rev() {
-        let x = problem.origin[0] + i as f64 * dx;
-        for (j, strip) in strips.iter_mut().enumerate() {
-            let k = j * nx + i;
-            let bound = problem.bound[k];
-            if bound <= 0.0 {
-                *strip = Strip::default();
-                continue;
+    let mut keep = |k: usize, slip: [f64; 2], strip: &Strip| {
+        let (q, slip) = (strips.back(strip.traction), strips.back(slip));
+        solution.traction[k] = q[0];
+        solution.traction[n + k] = q[1];
+        solution.slip[k] = slip[0];
+        solution.slip[n + k] = slip[1];
+        solution.is_slipping[k] = strip.is_slipping;
+    };
+    if strips.direction == [1.0, 0.0] {
+        // all strips side by side: they do not wait for one another, the cells of one strip do
+        let mut rows = vec![Strip::default(); ny];
+        for i in (0..nx).rev() {
+            let x = problem.origin[0] + i as f64 * problem.cell[0];
+            for (j, strip) in rows.iter_mut().enumerate() {
+                let cell = j * nx + i;
+                let bound = problem.bound[cell];
+                if bound <= 0.0 {
+                    *strip = Strip::default();
+                    continue;
+                }
+                let y = problem.origin[1] + j as f64 * problem.cell[1];
+                let at = [x, y];
+                let slip = strip.advance(&step.cell(&Place { cell, at, bound }, strip, &law));
+                keep(cell, slip, strip);
             }
-            let y = problem.origin[1] + j as f64 * dy;
-            // from the leading edge to the first cell centre it is half a cell
-            let (ahead, length) = match problem.order {
-                Order::First => (0.0, dx),
-                Order::Second if strip.is_inside => (0.5 * dx, dx),
-                Order::Second => (0.25 * dx, 0.5 * dx),
-            };
-            let cell = Cell {
-                rigid: [
-                    creepage[0] - spin[0] * y,
-                    creepage[1] + spin[1] * (x + ahead),
-                ],
-                length,
-                bound,
-                flexibility: stiffness,
-                speed: problem.speed,
-                law: law.at(k),
-                order: problem.order,
-            };
-            let slip = strip.advance(&cell);
-            let q = strip.traction;
-            solution.traction[k] = q[0];
-            solution.traction[n + k] = q[1];
-            solution.slip[k] = slip[0];
-            solution.slip[n + k] = slip[1];
-            solution.is_slipping[k] = strip.is_slipping;
-            solution.force[0] += q[0] * dx * dy;
-            solution.force[1] += q[1] * dx * dy;
-            solution.spin_moment += (x * q[1] - y * q[0]) * dx * dy;
+        }
+    } else {
+        let mut places = Vec::new();
+        for cell in (0..n).filter(|k| problem.bound[*k] > 0.0) {
+            strips.down_to([cell % nx, cell / nx], &mut places);
+            let mut strip = Strip::default();
+            let mut slip = [0.0; 2];
+            for place in &places {
+                slip = strip.advance(&step.cell(place, &strip, &law));
+            }
+            keep(cell, slip, &strip);
         }
     }
+    (solution.force, solution.spin_moment) = totals(problem, &solution.traction);
     Ok(solution)
+}
+
+impl<'a> FoundationProblem<'a> {
+    /// Its strips along the rolling direction.
+    pub(crate) fn strips(&self) -> Strips<'a> {
+        Strips {
+            shape: self.shape,
+            cell: self.cell,
+            origin: self.origin,
+            bound: self.bound,
+            direction: Strips::direction_of(self.angle),
+        }
+    }
+}
+
+/// Force (x, y) [N] and moment about z [N m] of a traction (2n).
+pub(crate) fn totals(problem: &FoundationProblem<'_>, traction: &[f64]) -> ([f64; 2], f64) {
+    let [nx, ny] = problem.shape;
+    let [dx, dy] = problem.cell;
+    let (along_x, along_y) = traction.split_at(nx * ny);
+    let (mut force, mut moment) = ([0.0; 2], 0.0);
+    for (k, (qx, qy)) in along_x.iter().zip(along_y).enumerate() {
+        let x = problem.origin[0] + (k % nx) as f64 * dx;
+        let y = problem.origin[1] + (k / nx) as f64 * dy;
+        force[0] += qx * dx * dy;
+        force[1] += qy * dx * dy;
+        moment += (x * qy - y * qx) * dx * dy;
+    }
+    (force, moment)
+}
+
+/// What all steps along the strips have in common, in the axes of the rolling direction.
+struct Step {
+    /// Flexibilities by which the slip is measured.
+    flexibility: [f64; 2],
+    /// Rigid slip by the creepages that these flexibilities make the tractions of the foundation of.
+    creepage: [f64; 2],
+    /// The spin likewise, for both directions.
+    spin: [f64; 2],
+    length: f64,
+    speed: f64,
+    order: Order,
+}
+
+impl Step {
+    fn of(problem: &FoundationProblem<'_>, strips: &Strips<'_>, creepage: [f64; 3]) -> Self {
+        let f = &problem.flexibility;
+        let flexibility = match problem.isotropic {
+            Some(one) => [one; 2],
+            None => [f.longitudinal, f.lateral],
+        };
+        let [xi, eta] = strips.turned([creepage[0], creepage[1]]);
+        Self {
+            flexibility,
+            creepage: [
+                xi * flexibility[0] / f.longitudinal,
+                eta * flexibility[1] / f.lateral,
+            ],
+            // the spin acts with its own flexibility on those of the two directions
+            spin: flexibility.map(|l| creepage[2] * l / f.spin),
+            length: strips.step().0,
+            speed: problem.speed,
+            order: problem.order,
+        }
+    }
+
+    fn cell<'a>(&self, place: &Place, strip: &Strip, law: &Law<'a>) -> Cell<'a> {
+        // from the leading edge to the first cell centre it is half a cell
+        let (ahead, share) = match self.order {
+            Order::First => (1.0 / 6.0, 1.0),
+            Order::Second if strip.is_inside => (0.5, 1.0),
+            Order::Second => (0.25, 0.5),
+        };
+        let [x, y] = place.at;
+        Cell {
+            rigid: [
+                self.creepage[0] - self.spin[0] * y,
+                self.creepage[1] + self.spin[1] * (x + ahead * self.length),
+            ],
+            length: share * self.length,
+            bound: place.bound,
+            flexibility: self.flexibility,
+            speed: self.speed,
+            law: law.at(place.cell),
+            order: self.order,
+        }
+    }
 }
 
 /// The friction law of one cell.
@@ -437,6 +485,8 @@ mod tests {
             origin,
             bound: &bound,
             flexibility: Flexibilities::of_ellipse(A, B, 80e9, &c),
+            isotropic: None,
+            angle: 0.0,
             speed: 10.0,
             friction,
             order,

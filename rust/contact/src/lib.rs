@@ -5,7 +5,7 @@
 //! them; [`coupled`]: stick and slip with a pressure that follows. [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of
 //! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
-//! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`polach`]: the fast approximations.
+//! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`fastrip`], [`polach`]: the fast approximations.
 //! [`interface`]: hardness and rough layers between the bodies.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
 //! which it is kept. [`wear`]: what sliding takes off, step by step;
@@ -21,7 +21,9 @@
 
 pub mod coupled;
 mod error;
+pub mod fastrip;
 pub mod fastsim;
+mod flexibilities;
 pub mod friction;
 pub mod incremental;
 pub mod interface;
@@ -36,6 +38,7 @@ pub mod sliding;
 pub mod staggered;
 pub mod stepping;
 pub mod steps;
+mod strips;
 pub mod tangential;
 pub mod wear;
 

@@ -3,7 +3,10 @@
 
 use mtb_complementarity::discs::DiscState;
 use mtb_contact::Error;
-use mtb_contact::fastsim::{self, Flexibilities, FoundationProblem, Order};
+use mtb_contact::fastrip::{self, StripTheory};
+use mtb_contact::fastsim::{
+    self, Flexibilities, FoundationProblem, FoundationSolution, Order, SlopeReduction, gradient,
+};
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
 use mtb_contact::polach::{PolachContact, creep_force};
@@ -14,7 +17,7 @@ use mtb_contact::tangential::{
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, TangentialPair};
-use mtb_operator::{Grid, Monitor};
+use mtb_operator::{Grid, Monitor, report};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -590,52 +593,103 @@ pub(crate) fn kalker_coefficients(
     Ok((c.c11, c.c22, c.c23, c.c33))
 }
 
-/// FASTSIM for creepages (m, 3) on a bound (ny, nx); `ellipse`: (a, b) [m], of which the flexibilities
-/// are Kalker's; `merged`: one flexibility instead of three. Fields of the last creepage.
+/// FASTSIM or FaStrip for creepages (m, 3) on a bound (ny, nx), rolling at `angle` [rad] from +x; `ellipse`: (a, b) [m]
+/// along and across the rolling direction, of which the flexibilities are Kalker's; `foundation`: "three" flexibilities,
+/// "one", or "blended" from three to one, with the friction force [N] of full sliding; `method`: "fastsim", "fastsim2"
+/// (second order), "fastrip" or "fastrip of contact"; `slope`: (k0, alpha, beta) of the reduction of the slope with the
+/// peak of the bound [Pa] per unit coefficient of friction and the semi-axis that go with it. Fields of the last creepage.
 #[pyfunction]
+#[pyo3(signature = (
+    bound, spacing, origin, angle, ellipse, shear_modulus, poisson_ratio, creepages, speed, friction, foundation, limit,
+    method, slope
+))]
 #[allow(clippy::too_many_arguments, reason = "one call per curve")]
 pub(crate) fn fastsim_curve<'py>(
     py: Python<'py>,
     bound: PyReadonlyArray2<'py, f64>,
     spacing: (f64, f64),
     origin: (f64, f64),
+    angle: f64,
     ellipse: (f64, f64),
     shear_modulus: f64,
     poisson_ratio: f64,
     creepages: PyReadonlyArray2<'py, f64>,
     speed: f64,
     friction: &PyFriction,
-    merged: bool,
-    second_order: bool,
+    foundation: &str,
+    limit: f64,
+    method: &str,
+    slope: Option<((f64, f64, f64), f64, f64)>,
 ) -> PyResult<PyFoundationOutcome> {
     let rows = rows_of_three(&creepages, "creepages")?;
     let shape = [bound.shape()[0], bound.shape()[1]];
     let bound = bound.as_slice()?;
     let (a, b) = ellipse;
-    let (forces, last) = enter(py, |_| {
+    let (forces, last) = enter(py, |monitor| {
         let coefficients = creep_coefficients(a / b, poisson_ratio)?;
         let three = Flexibilities::of_ellipse(a, b, shear_modulus, &coefficients);
+        let theory = StripTheory {
+            shear_modulus,
+            poisson_ratio,
+            ratio: a / b,
+            coefficients,
+            like_contact: method == "fastrip of contact",
+        };
+        let reduction = match slope {
+            None => None,
+            Some(((initial, remaining, rate), peak, axis)) => {
+                let reduction = SlopeReduction {
+                    initial,
+                    remaining,
+                    rate,
+                };
+                Some((reduction.checked()?, peak, axis))
+            }
+        };
         let mut problem = FoundationProblem {
             shape: [shape[1], shape[0]],
             cell: [spacing.0, spacing.1],
             origin: [origin.0, origin.1],
             bound,
             flexibility: three,
+            isotropic: None,
+            angle,
             speed,
             friction: &friction.0,
-            order: if second_order {
+            order: if method == "fastsim2" {
                 Order::Second
             } else {
                 Order::First
             },
         };
+        let (sine, cosine) = angle.sin_cos();
+        let whole = three.whole(a, b, limit);
         let mut forces = Vec::with_capacity(3 * rows.len());
         let mut last = None;
-        for creepage in rows {
-            if merged {
-                problem.flexibility = three.merged(creepage, (a * b).sqrt());
+        for (k, creepage) in rows.into_iter().enumerate() {
+            report(monitor, k, f64::NAN)?;
+            let [xi, eta, phi] = creepage;
+            // along the rolling direction and to its left
+            let local = [cosine * xi + sine * eta, cosine * eta - sine * xi, phi];
+            (problem.flexibility, problem.isotropic) = match foundation {
+                "one" => (three.merged(local, (a * b).sqrt()), None),
+                "blended" => {
+                    let (blend, one) = three.blended(local, a, whole);
+                    (blend, Some(one))
+                }
+                _ => (three, None),
+            };
+            if let Some((reduction, peak, axis)) = &reduction {
+                let e = gradient(local, *axis, shear_modulus, coefficients.c11, *peak);
+                let k = reduction.slope(e);
+                problem.flexibility = problem.flexibility.softened(k);
+                problem.isotropic = problem.isotropic.map(|one| one / k);
             }
-            let solution = fastsim::solve(&problem, creepage)?;
+            let solution: FoundationSolution = if method.starts_with("fastrip") {
+                fastrip::solve(&problem, &theory, creepage)?
+            } else {
+                fastsim::solve(&problem, creepage)?
+            };
             forces.extend([solution.force[0], solution.force[1], solution.spin_moment]);
             last = Some(solution);
         }

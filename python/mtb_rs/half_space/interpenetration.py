@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pressure from the interpenetration of undeformed bodies: KPEC and ANALYN, quick and approximate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+Quick = Literal["kpec", "analyn"]
+
+#: Share of the approach at which the undeformed bodies are cut by KPEC for the shape of the contact.
+_CUT = 0.5
+#: Smallest curvature across the rolling direction over the one along it that ANALYN takes: Hertz' contact of
+#: cylinders has no approach.
+_FLATTEST = 1e-4
+#: Relative error of the force at which the approach counts as found.
+_BALANCED = 1e-10
+
+
+class _TooSmallError(ValueError):
+    """The grid is too small for the contact."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "the contact reaches the side of the grid: a larger grid, or a smaller load, is needed"
+        )
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """Pressure (ny, nx) [Pa] and displacement of both bodies together [m], at an approach [m]."""
+
+    pressure: Array
+    displacement: Array
+    approach: float
+
+
+def hertz(along: Array, across: Array, approach: float) -> tuple[Array, Array, Array]:
+    """Semi-axes along x and y [m] and peak over contact modulus [-] of Hertz' contacts at an approach [m].
+
+    `along`, `across`: half the curvatures (n,) [1/m] of the gap, positive.
+    """
+    major = np.minimum(along, across)
+    target = np.log(np.maximum(along, across) / major)
+    low, high = -target - 1.0, np.zeros_like(target)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        first, second, k2 = _elliptic(np.exp(middle))
+        ratio = np.exp(2.0 * middle)
+        miss = np.log((second / ratio - first) / (first - second)) - target
+        low, high = np.where(miss > 0.0, middle, low), np.where(miss > 0.0, high, middle)
+    slim = np.exp(0.5 * (low + high))
+    first, second, k2 = _elliptic(slim)
+    longer = np.sqrt(approach / major * (first - second) / (first * k2))
+    shorter = slim * longer
+    is_long = along <= across
+    return (
+        np.where(is_long, longer, shorter),
+        np.where(is_long, shorter, longer),
+        approach / (shorter * first),
+    )
+
+
+def _elliptic(ratio: Array) -> tuple[Array, Array, Array]:
+    """Complete elliptic integrals K and E, and k^2, of k^2 = 1 - ratio^2, by the arithmetic-geometric mean.
+
+    A circle counts as an ellipse whose k^2 is 1e-6, as the differences that are taken of them vanish there.
+    """
+    ratio = np.minimum(ratio, np.sqrt(1.0 - 1e-6))
+    a, b, factor = np.ones_like(ratio), ratio, 0.5
+    k2 = 1.0 - ratio * ratio
+    deficit = factor * k2
+    for _ in range(12):
+        c = 0.5 * (a - b)
+        a, b = 0.5 * (a + b), np.sqrt(a * b)
+        factor *= 2.0
+        deficit = deficit + factor * c * c
+    first = 0.5 * np.pi / a
+    return first, first * (1.0 - deficit), k2
+
+
+def influence(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
+    """Displacement (2 ny - 1, 2 nx - 1) [m] by a unit of pressure over contact modulus on a cell [Love1929].
+
+    At the offsets of cells; the middle is the cell itself.
+    """
+    ny, nx = shape
+    dx, dy = spacing
+    x = (np.arange(2 * nx) - nx + 0.5) * dx
+    y = ((np.arange(2 * ny) - ny + 0.5) * dy)[:, None]
+    far = np.hypot(x, y)
+    corner = x * np.log(y + far) + y * np.log(x + far)
+    return np.asarray((corner[1:, 1:] - corner[1:, :-1] - corner[:-1, 1:] + corner[:-1, :-1]) / np.pi)
+
+
+def press(
+    gap: Array,
+    spacing: tuple[float, float],
+    modulus: float,
+    force: float | None,
+    approach: float | None,
+    method: Quick,
+) -> Pressed:
+    """The pressure at a force [N] or an approach [m], between bodies of a contact modulus [Pa].
+
+    Raises
+    ------
+    ValueError
+        If the gap is none that the method takes.
+    """
+    rows = _Rows(gap, spacing)
+    at: Callable[[float], Array] = rows.kpec if method == "kpec" else rows.analyn
+    area = spacing[0] * spacing[1]
+    base = float(gap.min())
+    if approach is not None:
+        depth = approach - base
+        found = modulus * at(depth) if depth > 0.0 else np.zeros_like(gap)
+    else:
+        assert force is not None
+        depth = _depth(lambda d: modulus * float(at(d).sum()) * area, force, rows.start(force / modulus))
+        found = modulus * at(depth)
+        found *= force / (float(found.sum()) * area)
+    ny, nx = gap.shape
+    size = (3 * ny - 2, 3 * nx - 2)
+    product = np.fft.irfft2(np.fft.rfft2(found, size) * np.fft.rfft2(rows.love, size), size)
+    moved = product[ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1] / modulus
+    return Pressed(found, np.asarray(moved), depth + base)
+
+
+def _depth(force_at: Callable[[float], float], force: float, start: float) -> float:
+    """The approach above the least gap that carries the force, by false position on logarithms."""
+
+    def miss(logarithm: float) -> float:
+        try:
+            carried = force_at(float(np.exp(logarithm)))
+        except _TooSmallError:
+            return np.inf
+        return float(np.log(carried / force)) if carried > 0.0 else -np.inf
+
+    low = high = float(np.log(start))
+    below = above = miss(low)
+    for _ in range(200):
+        if below <= 0.0:
+            break
+        high, above, low = low, below, low - 0.2
+        below = miss(low)
+    for _ in range(200):
+        if above >= 0.0:
+            break
+        low, below, high = high, above, high + 0.2
+        above = miss(high)
+    for _ in range(100):
+        is_bounded = np.isfinite(below) and np.isfinite(above)
+        share = float(np.clip(below / (below - above), 0.02, 0.98)) if is_bounded else 0.5
+        middle = low + share * (high - low)
+        value = miss(middle)
+        if abs(value) <= _BALANCED:
+            return float(np.exp(middle))
+        if high - low <= 1e-14 * abs(high):
+            if np.isinf(above):
+                raise _TooSmallError
+            return float(np.exp(middle))
+        if value > 0.0:
+            high, above = middle, value
+        else:
+            low, below = middle, value
+    raise ConvergenceError(f"no approach was found for a force of {force:g} N", None)
+
+
+class _Rows:
+    """A gap row by row: the least of each by a parabola through three cells, its place and its curvature."""
+
+    def __init__(self, gap: Array, spacing: tuple[float, float]) -> None:
+        ny, nx = gap.shape
+        if ny < 3 or nx < 3:
+            raise ValueError(f"gap has shape {gap.shape}: at least 3 cells along x and along y are needed")
+        self.spacing = dx, dy = spacing
+        self.gap = gap - gap.min()
+        self.x = (np.arange(nx) - 0.5 * (nx - 1)) * dx
+        self.y = (np.arange(ny) - 0.5 * (ny - 1)) * dy
+        self.love = influence((ny, nx), spacing)
+        lowest = np.clip(np.argmin(self.gap, axis=1), 1, nx - 2)
+        every = np.arange(ny)
+        behind, here, ahead = (self.gap[every, lowest + k] for k in (-1, 0, 1))
+        bend = ahead - 2.0 * here + behind
+        rise = 0.5 * (ahead - behind)
+        shift = np.where(bend > 0.0, -rise / np.where(bend > 0.0, bend, 1.0), 0.0)
+        shift = np.clip(shift, -0.5, 0.5)
+        self.along = 0.5 * bend / dx**2
+        self.middle = self.x[lowest] + shift * dx
+        self.least = here + rise * shift + 0.5 * bend * shift**2
+        self.first = divmod(int(np.argmin(self.gap)), nx)
+        inner = self.least[2:] - 2.0 * self.least[1:-1] + self.least[:-2]
+        self.across = np.concatenate([inner[:1], inner, inner[-1:]]) * 0.5 / dy**2
+        row = self.first[0]
+        if not self.along[row] > 0.0:
+            raise ValueError(
+                "gap does not grow along x on both sides of its least value: KPEC and ANALYN take a contact "
+                "between bodies that are round along x"
+            )
+
+    def start(self, load: float) -> float:
+        """An approach near that of a load over the contact modulus [m2]: Hertz' on a sphere."""
+        row = self.first[0]
+        curvature = 2.0 * self.along[row]
+        if self.across[row] > 0.0:
+            curvature = 2.0 * float(np.sqrt(self.along[row] * self.across[row]))
+        return float(np.cbrt((0.75 * load) ** 2 * curvature))
+
+    def kpec(self, approach: float) -> Array:
+        """Pressure over the contact modulus, semi-elliptic along x with one steepness in all rows.
+
+        The bodies are cut at half the approach; Hertz' contact of the ellipse of that cut tells by which
+        parabola about its middle, across, the gap is to be lowered for Hertz' proportions.
+        """
+        cut = _CUT * approach
+        row, column = self.first
+        left = self._crossing(cut, row, -1)
+        right = self._crossing(cut, row, 1)
+        middle, width = 0.5 * (left + right), 0.5 * (right - left)
+        along, across = self.along[row], cut / width**2
+        a, b, _ = (float(v[0]) for v in hertz(np.array([along]), np.array([across]), approach))
+        rest = across - along * (a / b) ** 2
+        corrected = self.gap - (rest * (self.y - middle) ** 2)[:, None]
+        shape = self._semi_ellipses(corrected, along * a * a)
+        # at the point of first contact the displacement is the approach
+        ny, nx = shape.shape
+        own = self.love[ny - 1 - row : 2 * ny - 1 - row, nx - 1 - column : 2 * nx - 1 - column]
+        return np.asarray(shape * (approach / float((own * shape).sum())))
+
+    def analyn(self, approach: float) -> Array:
+        """Pressure over the contact modulus, in each row that of Hertz' contact with the curvatures there."""
+        along = np.where(self.along > 0.0, self.along, self.along[self.first[0]])
+        across = np.maximum(self.across, _FLATTEST * along)
+        a, b, peak = hertz(along, across, approach)
+        # in Hertz' contact the gap is `across` times y^2
+        square = a**2 - (a / b) ** 2 / across * self.least
+        squares = square[:, None] - (self.x - self.middle[:, None]) ** 2
+        return self._checked(np.sqrt(np.maximum(squares, 0.0)) * (peak / a)[:, None])
+
+    def _crossing(self, level: float, row: int, way: int) -> float:
+        """Where the least gap of the rows grows beyond a level, up or down from a row."""
+        k = row
+        while 0 <= k + way < len(self.y):
+            if self.least[k + way] > level:
+                share = (level - self.least[k]) / (self.least[k + way] - self.least[k])
+                return float(self.y[k] + way * max(share, 0.0) * self.spacing[1])
+            k += way
+        raise _TooSmallError
+
+    def _semi_ellipses(self, gap: Array, level: float) -> Array:
+        """The square root of l^2 - (x - m)^2 in each row, where the gap is below a level over 2 l about m."""
+        dx = self.spacing[0]
+        found = np.zeros_like(gap)
+        for out, row in zip(found, gap, strict=True):
+            inside = np.flatnonzero(row < level)
+            if inside.size == 0:
+                continue
+            first, last = int(inside[0]), int(inside[-1])
+            if first == 0 or last == len(row) - 1:
+                raise _TooSmallError
+            left = self.x[first] - dx * (level - row[first]) / (row[first - 1] - row[first])
+            right = self.x[last] + dx * (level - row[last]) / (row[last + 1] - row[last])
+            place = self.x - 0.5 * (left + right)
+            out[:] = np.sqrt(np.maximum((0.5 * (right - left)) ** 2 - place**2, 0.0))
+        return self._checked(found)
+
+    def _checked(self, pressure: Array) -> Array:
+        """One contact that ends inside of the grid, around the point of first contact."""
+        touched = np.flatnonzero(pressure.any(axis=1))
+        if touched.size and touched[-1] - touched[0] >= touched.size:
+            raise ValueError(
+                "the undeformed bodies meet in more than one place: KPEC and ANALYN take a single contact; "
+                'cut the gap between them, or take method="auto"'
+            )
+        sides = (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])
+        if any(side.any() for side in sides):
+            raise _TooSmallError
+        return pressure
