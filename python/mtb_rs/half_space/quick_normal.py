@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies.simple import Simple
+from ..bodies.simple import Layered, Simple
 from ..results.report import Report
 from .hertzian import modulus
 from .interpenetration import Quick, press
@@ -35,6 +35,11 @@ def quick_result(
             f'{name} is {value!r}: method="{method}" does not take it; method="auto", "dense" or "fft" does'
         )
     lower, upper = bodies
+    for side, body in (("lower", lower), ("upper", upper)):
+        if isinstance(body, Layered):
+            raise ValueError(
+                f'{side} is a Layered: method="{method}" is for half-spaces; "auto" takes layers'
+            )
     found = press(heights, sides, modulus(lower, upper), *load, method)
     touches = found.pressure > 0.0
     gap = heights + found.displacement - found.approach
