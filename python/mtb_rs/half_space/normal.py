@@ -23,7 +23,7 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
-from ..bodies.simple import Simple, as_body
+from ..bodies.simple import Layered, Simple, as_body
 from ..friction.laws import ThinLayer, normal_flexibility
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
@@ -33,6 +33,7 @@ from ..results.fields import Field, fields_of
 from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
+from .interpenetration import Quick, press
 from .normal_tangent import Bodies, NormalTangent
 
 Array = NDArray[np.float64]
@@ -358,9 +359,6 @@ def solve_normal(
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
     if method in ("kpec", "analyn"):
-        # it makes results of this module
-        from .quick_normal import quick_result
-
         given_in_vain = {
             "moments_about_axes": moments_about_axes if tuple(moments_about_axes) != (None, None) else None,
             "moments": moments,
@@ -371,7 +369,7 @@ def solve_normal(
             "hardness": hardness,
         }
         refused = {name: value for name, value in given_in_vain.items() if value is not None}
-        quick = quick_result(heights, sides, bodies, (force, approach), method, refused)
+        quick = _quick_result(heights, sides, bodies, (force, approach), method, refused)
         ask(of_result(quick, _deformation(quick)))
         ask(of_width(quick.status > 0), kind=ToleranceWarning)
         return quick
@@ -401,6 +399,72 @@ def solve_normal(
         ask(of_result(result, _deformation(result)))
         ask(of_width(result.status > 0), kind=ToleranceWarning)
     return result
+
+
+#: What makes a pressure by interpenetration.
+_QUICK = {"kpec": "KPEC: interpenetration", "analyn": "ANALYN: interpenetration, Hertz row by row"}
+
+
+def _quick_result(
+    heights: Array,
+    sides: tuple[float, float],
+    bodies: tuple[Simple, Simple],
+    load: tuple[float | None, float | None],
+    method: Quick,
+    refused: dict[str, Any],
+) -> NormalResult:
+    """The result at a load, a force [N] or an approach [m]; `refused`: arguments given in vain."""
+    started = time.perf_counter()
+    for name, value in refused.items():
+        raise ValueError(
+            f'{name} is {value!r}: method="{method}" does not take it; method="auto", "dense" or "fft" does'
+        )
+    lower, upper = bodies
+    for side, body in (("lower", lower), ("upper", upper)):
+        if isinstance(body, Layered):
+            raise ValueError(
+                f'{side} is a Layered: method="{method}" is for half-spaces; "auto" takes layers'
+            )
+    found = press(
+        heights, sides, 1.0 / (lower.plane_strain_compliance + upper.plane_strain_compliance), *load, method
+    )
+    touches = found.pressure > 0.0
+    gap = heights + found.displacement - found.approach
+    area = sides[0] * sides[1]
+    wrong = max(
+        float(np.abs(gap[touches]).max(initial=0.0)), float(np.maximum(-gap[~touches], 0.0).max(initial=0.0))
+    )
+    moved = float(np.sqrt(np.mean(found.displacement[touches] ** 2))) if touches.any() else 1.0
+    report = Report(
+        converged=True,
+        status="approximate",
+        model="half-space",
+        method=method,
+        solver=_QUICK[method],
+        iterations=0,
+        residual=wrong / moved,
+        contact_area=float(np.count_nonzero(touches) * area),
+        peak_pressure=float(found.pressure.max()),
+        time_s={"solve": time.perf_counter() - started},
+    )
+    return NormalResult(
+        points=centres((heights.shape[0], heights.shape[1]), sides),
+        area=np.full(heights.shape, area),
+        spacing=sides,
+        pressure=found.pressure,
+        gap=gap,
+        initial_gap=heights,
+        status=touches.astype(np.int8),
+        approach=found.approach,
+        tilts=(0.0, 0.0),
+        normal_force=float(found.pressure.sum() * area),
+        contact_area=report.contact_area,
+        lower=lower,
+        upper=upper,
+        periodic=False,
+        error_estimate=None,
+        report=report,
+    )
 
 
 def _deformation(result: NormalResult) -> dict[str, Array]:
