@@ -237,12 +237,11 @@ impl ProfileTable {
 fn named_xy(number: usize, value: &str) -> Result<[usize; 2], Error> {
     let names: Vec<&str> = value.split([',', ';', '\t', ' ']).map(str::trim).collect();
     let place = |wanted: &str| names.iter().position(|n| n.eq_ignore_ascii_case(wanted));
-    match (place("X"), place("Y")) {
-        (Some(x), Some(y)) => Ok([x, y]),
-        _ => {
-            let reason = format!("ColumnDef={value} does not name the columns X and Y");
-            Err(unreadable(number, reason))
-        }
+    if let (Some(x), Some(y)) = (place("X"), place("Y")) {
+        Ok([x, y])
+    } else {
+        let reason = format!("ColumnDef={value} does not name the columns X and Y");
+        Err(unreadable(number, reason))
     }
 }
 
