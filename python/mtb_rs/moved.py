@@ -26,7 +26,7 @@ PLACES = {
     "check": ("base.check",),
     "creepforce": ("half_space.creep_force", "base.words"),
     "creepforce_table": ("half_space.creep_force_table",),
-    "direct": ("scenes.direct",),
+    "direct": ("scenes.direct", "scenes.convolved"),
     "elastic": ("contact.elastic", "contact.standing", "contact.problem", "bodies.sides", "bodies.faces"),
     "elastic_body": ("bodies.elastic_body",),
     "errors": ("base.errors",),

@@ -32,7 +32,8 @@ from ..contact.symmetry import is_symmetric
 from ..geometry.contact_points import Patch
 from ..results.result import percent
 from .auto import MODEL_SHARE, TOLERANCE
-from .direct import DENSE_POINTS, TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled, with_wider_elements
+from .convolved import TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled
+from .direct import DENSE_POINTS, with_wider_elements
 from .posed import PosedScene
 
 Spacing = tuple[float, float]

@@ -70,12 +70,15 @@ class Derived:
         Whether friction opens and closes the gap in what was solved.
     by_products : bool
         Whether it was solved without a matrix, by convolutions.
+    left_out : tuple of str
+        Fields of the scene that were given and left out, as changing too little.
     """
 
     scene: PosedScene
     model: Model
     is_coupled: bool
     by_products: bool
+    left_out: tuple[str, ...] = ()
 
     def of(self, result: Result) -> DerivedState:
         """The contact of `result` at its state."""
@@ -148,7 +151,8 @@ class DerivedState:
     @cached_property
     def tangent(self) -> SlidingTangent:
         """The contact, linearised about its state."""
-        if as_form(self.scene.magnetic_pressure).follows_gap:
+        is_left_out = "magnetic_pressure" in self.derived.left_out
+        if is_left_out or as_form(self.scene.magnetic_pressure).follows_gap:
             raise ValueError(NO_MAGNET)
         problem, result = self.problem, self.result
         core = problem.core.tangent(
@@ -175,7 +179,10 @@ class DerivedState:
 
     def _refused(self) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
-        refused = {}
+        refused = dict.fromkeys(
+            [name for left in self.derived.left_out for name in (left, f"{left}_field")],
+            "model='auto' left it out, as changing too little (report.notes): name the model, which keeps it",
+        )
         if self.scene.rough is not None:
             refused["normal_layer"] = "it was given as a RoughLayer, a law and no flexibility"
         elif self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:

@@ -11,16 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import memory
-from ..base.questions import ask, gathered
+from ..base.questions import ask
 from ..base.words import Model
 from ..bodies.recovery import left_out
-from ..bodies.simple import are_layered, are_unlike, without_layers
 from ..contact.estimate import coarsened
-from ..contact.problem import ContactProblem, Solution
 from ..contact.refined import carrier_spacing
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Geometry
-from ..half_space.normal import solve_normal
 from ..results.plausible import NARROW, of_peak
 from ..results.result import Result, percent
 from .auto import (
@@ -40,28 +37,38 @@ from .auto import (
     finer_by,
     resolved,
 )
+from .convolved import (
+    CONVOLUTION_TOLERANCE,
+    by_convolution,
+    in_turn,
+    is_by_convolution,
+    is_coupled,
+    is_layered,
+)
 from .derived import Derived
+from .effects import Judged, judge, of_held_magnet, stated
 from .posed import PosedScene
-from .taken import beyond
 
 Array = NDArray[np.float64]
 Spacing = tuple[float, float]
 
 #: Points up to which a dense factorisation is faster than convolutions.
 DENSE_POINTS = 2000
-#: Relative residual of the convolution solver; the answer is then that of the dense one to eight digits.
-CONVOLUTION_TOLERANCE = 1e-9
-#: Rounds of pressure and friction in turn, and the share of the last change to which each is solved.
-COUPLED_ROUNDS, ROUND_SHARE = 300, 0.1
-#: Relative change by the last round of a solution of which only an estimate is made.
-ROUGH_ROUND = 1e-4
-#: Floating-point operations of a Fourier transform of n points over n log2 n; transforms of a convolution,
-#: on twice as many points each way.
-TRANSFORM, TRANSFORMS = 5.0, 2
 
 
-def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: str) -> Result:
-    """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`."""
+def solve(
+    scene: PosedScene,
+    model: Model,
+    tolerance: float | None,
+    quantity: str,
+    *,
+    keeping: Sequence[str] = (),
+) -> Result:
+    """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`.
+
+    The fields `keeping` of the scene are not left out, whatever they change.
+    """
+    asked, aimed = model, tolerance
     started = time.perf_counter()
     allowed = LEEWAY * TOLERANCE if tolerance is None else tolerance
     tolerance = TOLERANCE if tolerance is None else tolerance
@@ -71,6 +78,10 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
     assert start is not None
     fixed = scene.with_(spacing=start) if free else scene
     chosen = choose(fixed, tolerance, quantity, free=free) if model == "auto" else given(fixed, model)
+    posed, judged = fixed, Judged(fixed, chosen)
+    if model == "auto":
+        judged = effects_needed(fixed, chosen, tolerance, quantity, keeping, free=free)
+        fixed, chosen = judged.scene, judged.choice
     besides = chosen.operations
     # the same on wider cells, the least wide first
     copies = [] if chosen.coarse is None else [chosen.coarse]
@@ -78,7 +89,9 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
 
     def at(spacing: Spacing, before: Sequence[Level]) -> tuple[Level, Errors | None]:
         nonlocal besides, failed
-        level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
+        level = judged.level
+        if level is None or level.spacing != spacing or level.problem.model != chosen.model:
+            level = level_at(fixed, chosen.model, spacing, coupled=chosen.coupled)
         wider, layers = [*before, *copies], None
         if level.is_solved and (free or chosen.errors):
             if chosen.model != "half-space" and scene.own_model is None:
@@ -123,7 +136,7 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         level, errors, spent, reason = resolved(at, start, tolerance, quantity)
         if reason:
             refused = f" Finer cells are refused: {reason}."
-        fixed = scene.with_(spacing=level.spacing)
+        fixed, posed = (each.with_(spacing=level.spacing) for each in (fixed, posed))
     else:
         level, errors = at(start, [])
         # a fuller model helps where the tolerance is missed by what is left out, not by the cells
@@ -143,6 +156,15 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
                 )
                 break
             besides += operations
+    back = (
+        []
+        if not judged.omitted
+        else list(judged.omitted)
+        if not level.is_solved
+        else exceeded(posed, judged, level)
+    )
+    if back:
+        return solve(scene, asked, aimed, quantity, keeping=[*keeping, *back])
     clock = time.perf_counter()
     problem = level.problem
     if chosen.time_s:
@@ -171,9 +193,28 @@ def solve(scene: PosedScene, model: Model, tolerance: float | None, quantity: st
         needed = _narrower(along) if width <= NARROW else _to_compare(scene, level, chosen, bool(failed))
         missed = f"No error can be estimated: it needs {needed}.{refused}"
         report = replace(report, missed=missed, status=f"{report.status}, not resolved")
-    result = replace(result, report=report)
-    object.__setattr__(result, "_derived", Derived(fixed, chosen.model, chosen.coupled, level.is_convolved))
+    result = replace(result, report=replace(report, notes=(*report.notes, *judged.notes)))
+    if judged.omitted:
+        # what was asked is told as it was, and nowhere has anything flowed
+        flowed = (
+            np.zeros(result.pressure.shape) if "hardness" in judged.omitted else result.plastic_indentation
+        )
+        result = replace(result, summary=posed.statement(), plastic_indentation=flowed)
+        if "magnetic_pressure" in judged.omitted:
+            magnet = of_held_magnet(posed, level)
+            result = replace(result, report=replace(result.report, magnet=magnet))
+    derived = Derived(fixed, chosen.model, chosen.coupled, level.is_convolved, tuple(judged.omitted))
+    object.__setattr__(result, "_derived", derived)
     return result
+
+
+def exceeded(posed: PosedScene, judged: Judged, level: Level) -> list[str]:
+    """The hardness, where it was left out and a pressure of the solution reaches it after all."""
+    if "hardness" not in judged.omitted:
+        return []
+    problem = level.problem
+    hardness = posed.hardness_at(problem.points, problem.patches, problem.kept)
+    return ["hardness"] if hardness is not None and (level.solution.pressure >= hardness).any() else []
 
 
 def _missed(
@@ -266,7 +307,7 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     grid = scene.geometry.grid(spacing)
     large = len(models) == 1 and grid.area.size > DENSE_POINTS
     ladder = [(model, True) for model in models]
-    if large and not _is_layered(scene) and is_coupled(scene, scene.problem(models[0])):
+    if large and not is_layered(scene) and is_coupled(scene, scene.problem(models[0])):
         ladder.insert(0, (models[0], False))
     if len(ladder) == 1:
         return Choice(models[0])
@@ -286,6 +327,56 @@ def choose(scene: PosedScene, tolerance: float, quantity: str, *, free: bool = F
     skip, used = scene.geometry.is_body_edge, time.perf_counter() - clock
     found = Ladder(ladder, solved, quantity, skip, wider != spacing, used)
     return found.cheapest((SHARE_OF_FREE_SPACING if free else MODEL_SHARE) * tolerance)
+
+
+def effects_needed(
+    scene: PosedScene, chosen: Choice, tolerance: float, quantity: str, keeping: Sequence[str], *, free: bool
+) -> Judged:
+    """A scene without the effects, beside its bodies, that change less than is left of the tolerance.
+
+    A given gap may have waves that wider cells cannot hold, and a layer acts on these most: it is judged on
+    its own cells, and keeps its effects where these are too many.
+    """
+    names = [name for name in stated(scene) if name not in keeping]
+    if not names:
+        return Judged(scene, chosen)
+    clock = time.perf_counter()
+    spacing = scene.known_spacing
+    grid = scene.geometry.grid(spacing)
+    wider = (None if scene.gap is not None else coarsened(spacing, grid.patches)) or spacing
+    is_coarse = wider != spacing
+    if not is_coarse and grid.area.size > DENSE_POINTS:
+        return Judged(scene, chosen)
+    ratio = float(np.sqrt(np.prod(wider) / np.prod(spacing)))
+    carrier = _widened(carrier_spacing(grid.node_patches), ratio) if is_coarse else None
+    # of a magnet it is asked whether its state stays, and of one's own cells the solution may be kept
+    is_rough = is_coarse and "magnetic_pressure" not in names
+    operations = 0.0
+
+    def at(changed: PosedScene) -> Level:
+        nonlocal operations
+        if is_rough and changed is scene and chosen.coarse is not None and chosen.coarse.spacing == wider:
+            return chosen.coarse
+        copy = with_wider_elements(changed, spacing, wider)
+        level = level_at(
+            copy, chosen.model, wider, coupled=chosen.coupled, is_rough=is_rough, carrier=carrier
+        )
+        operations += level.operations
+        return level
+
+    share = SHARE_OF_FREE_SPACING if free else MODEL_SHARE
+    try:
+        found = judge(scene, chosen, share * tolerance, quantity, names, at, is_coarse=is_coarse)
+    except ValueError:
+        # bad input is for the fine problem to name
+        return Judged(scene, chosen)
+    choice = found.choice
+    choice = replace(
+        choice,
+        operations=choice.operations + operations,
+        time_s=choice.time_s + time.perf_counter() - clock,
+    )
+    return replace(found, choice=choice)
 
 
 def given(scene: PosedScene, model: Model) -> Choice:
@@ -330,7 +421,7 @@ def level_at(
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
-        by = _in_turn if coupled and is_coupled(scene, problem) else _by_convolution
+        by = in_turn if coupled and is_coupled(scene, problem) else by_convolution
         return Level(problem, by(scene, problem, tolerance), spacing, is_convolved=True)
     if not coupled:
         smooth = replace(problem.without_friction(), time_s=problem.time_s)
@@ -399,158 +490,3 @@ def with_wider_elements(scene: PosedScene, spacing: Spacing, wider: Spacing) -> 
     if scene.element_size is None:
         return scene
     return scene.with_(element_size=scene.element_size * max(np.divide(wider, spacing)))
-
-
-def is_coupled(scene: PosedScene, problem: ContactProblem) -> bool:
-    """Whether friction changes the gap between two half-spaces: something rubs, and materials are unlike."""
-    if not problem.direction.any() or not problem.friction.may_act:
-        return False
-    return are_unlike(*scene.simple)
-
-
-def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
-    """Whether this is one flat grid of cells between half-spaces, and nothing else."""
-    flat = len(problem.patches) == 1 and bool((problem.points.normal[2] == 1.0).all())
-    return (
-        problem.model == "half-space"
-        and flat
-        and not beyond(scene, "convolutions")
-        and problem.attracting is None
-        # waves of the opening that a round sends back may grow on a layer that hardly gives way
-        and not (_is_layered(scene) and is_coupled(scene, problem))
-    )
-
-
-def _is_layered(scene: PosedScene) -> bool:
-    return are_layered(*scene.simple)
-
-
-def _in_turn(scene: PosedScene, problem: ContactProblem, tolerance: float | None) -> Solution:
-    """Unlike half-spaces that slide: pressure, and the opening of the gap by its friction, in turn.
-
-    Waves of the opening that a round sends back are those it was given times `i mu beta cos`, with Dundurs'
-    constant `beta` and the angle between wave and sliding: turned by a right angle, so that taking the share
-    `1 / (1 + (mu beta)^2)` of each change leaves `mu beta / sqrt(1 + (mu beta)^2)` of the error, whatever
-    the friction.
-    """
-    bodies = without_layers(scene.simple, "pressure and friction in turn")
-    mixed = [body.mixed_compliance for body in bodies]
-    plain = sum(body.normal_compliance for body in bodies)
-    beta = abs(mixed[0] - mixed[1]) / (2.0 * plain)
-    aim = ROUGH_ROUND if tolerance is None else tolerance
-    opening = np.zeros(problem.n)
-    products = preconditionings = operations = apart = 0.0
-    iterations = 0
-    for _ in range(COUPLED_ROUNDS):
-        # the first round starts from no friction at all
-        inner = max(aim, min(ROUND_SHARE * apart, ROUGH_ROUND)) if iterations else ROUGH_ROUND
-        solution = _by_convolution(scene, problem, inner, opening)
-        iterations += solution.iterations
-        products += solution.convolutions
-        preconditionings += solution.preconditionings
-        operations += solution.operations
-        if solution.status != "solved":
-            return solution
-        wanted = _opening_by_friction(problem, solution)
-        contact = solution.pressure > 0.0
-        change = wanted - opening
-        # a change of the approach alone changes no pressure under a force
-        alone = 0.0 if scene.approach is not None or not contact.any() else change[contact].mean()
-        approach = -solution.motion[0] if scene.approach is None else scene.approach
-        moved = approach + solution.gap - opening - problem.points.gap
-        size = float(np.linalg.norm(moved[contact]))
-        apart = float(np.linalg.norm((change - alone)[contact])) / size if size > 0.0 else 0.0
-        if apart <= aim and solution.residual <= 10.0 * aim:
-            break
-        steep = beta * float(np.abs(solution.friction[contact]).max(initial=0.0))
-        opening += change / (1.0 + steep**2)
-    fixed = problem.friction.fixed
-    is_uniform = fixed is not None and bool(np.ptp(fixed) == 0.0)
-    return replace(
-        solution,
-        solver=f"{solution.solver}, friction in turn",
-        status="solved" if apart <= aim else "iteration limit",
-        # uniform friction adds a skew part to a positive definite operator: there is no limit
-        wedging_margin=0.0 if is_uniform else None,
-        iterations=iterations,
-        residual=max(solution.residual, apart),
-        convolutions=products,
-        preconditionings=preconditionings,
-        operations=operations,
-    )
-
-
-def _opening_by_friction(problem: ContactProblem, solution: Solution) -> Array:
-    """What friction adds to the gap (n,) [m]."""
-    coefficients = solution.coefficients(problem)
-    coefficients[2] = 0.0
-    return np.asarray(problem.core.pair.displacement(coefficients)[2])
-
-
-def _by_convolution(
-    scene: PosedScene, problem: ContactProblem, tolerance: float | None, opening: Array | None = None
-) -> Solution:
-    """The pressure without friction, or with the `opening` (n,) [m] of the gap by it."""
-    clock = time.perf_counter()
-    upper, lower = scene.simple
-    grid, x, y = problem.axes()[0]
-    # the approach is the solver's own; what is pulled up is nearer from the start
-    gap = problem.points.gap + (problem.loading.gap - problem.gap)
-    if opening is not None:
-        gap = gap + opening
-    about_x, about_y = scene.moments or (None, None)
-    force = None if scene.approach is not None else -float(problem.work[0][0])
-    if force is not None and not (
-        abs(about_y or 0.0) < 0.5 * force * float(np.ptp(x))
-        and abs(about_x or 0.0) < 0.5 * force * float(np.ptp(y))
-    ):
-        return _unreachable(problem)
-    # the scene asks its own questions
-    with gathered():
-        normal = solve_normal(
-            gap.reshape(grid.ny, grid.nx),
-            (float(x[-1] - x[0]) / (grid.nx - 1), float(y[-1] - y[0]) / (grid.ny - 1)),
-            lower=lower,
-            upper=upper,
-            force=force,
-            approach=scene.approach,
-            moments_about_axes=(about_x, about_y),
-            tolerance=tolerance,
-            edge="sharp",
-        )
-    # in the words of the scene, whose arguments are others
-    scene.check_edge(problem.patches, normal.pressure.reshape(-1))
-    problem.time_s["convolutions"] = problem.time_s.get("convolutions", 0.0) + time.perf_counter() - clock
-    pressure = np.ascontiguousarray(normal.pressure.reshape(-1))
-    products = normal.report.convolutions + normal.report.preconditionings
-    padded = 4.0 * problem.n
-    return Solution(
-        pressure=pressure,
-        gap=np.ascontiguousarray(normal.gap.reshape(-1)),
-        motion=np.array([-normal.approach, -normal.tilts[1], normal.tilts[0]])[: problem.upper.work.size],
-        friction=problem.friction_at(pressure),
-        status="solved",
-        solver=normal.report.solver,
-        iterations=normal.report.iterations,
-        residual=normal.report.residual,
-        wedging_margin=0.0 if problem.direction.any() else None,
-        convolutions=normal.report.convolutions,
-        preconditionings=normal.report.preconditionings,
-        operations=products * TRANSFORMS * TRANSFORM * padded * float(np.log2(padded)),
-    )
-
-
-def _unreachable(problem: ContactProblem) -> Solution:
-    """No solution: the resultant of the load lies outside the grid."""
-    zero = np.zeros(problem.n)
-    return Solution(
-        pressure=zero,
-        gap=problem.points.gap,
-        motion=np.zeros(problem.upper.work.size),
-        friction=problem.friction_at(zero),
-        status="unreachable",
-        solver="conjugate gradients, FFT",
-        iterations=0,
-        residual=1.0,
-        wedging_margin=None,
-    )

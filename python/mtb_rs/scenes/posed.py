@@ -496,7 +496,7 @@ class PosedScene(Told):
             memory=contact.memory,
             windows=contact.windows,
             layer=self.normal_layer_at(points, patches, kept),
-            hardness=self._hardness(points, patches, kept),
+            hardness=self.hardness_at(points, patches, kept),
             rough=self.rough,
             shear=self.shear(n),
             moments=(0.0, 0.0) if self.moments is None or centre is not None else self.moments,
@@ -550,7 +550,9 @@ class PosedScene(Told):
             f"{limit}; sliding takes a PlasticLayer without hardening, shifts and rolling take one with it"
         )
 
-    def _hardness(self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None) -> Array | None:
+    def hardness_at(
+        self, points: ContactPoints, patches: tuple[Patch, ...], kept: Kept | None
+    ) -> Array | None:
         """Pressures (n,) [Pa] at which one body flows at contact points."""
         if self.hardness is None:
             return None

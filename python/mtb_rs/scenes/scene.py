@@ -144,7 +144,8 @@ class Scene(PosedScene):
         ----------
         model : "auto", "half-space", "elastic-upper", "elastic-lower" or "elastic-both"
             Which bodies are modelled as elastic. The bodies of a scene with an ElasticBody determine its
-            model; give "auto" or the name of that model.
+            model; give "auto" or the name of that model. With "auto" a layer, a hardness or a magnet is left
+            out where it changes the quantity less than the tolerance; `report.notes` says by how much.
         method : "direct", "incremental" or "staggered"
             The algorithm. The latter two are those of the thesis and take its parameters as `options`.
         tolerance : float or None [-]

@@ -101,8 +101,9 @@ def sweep(
         Called with the cases done and all cases. True shows a bar, on the terminal or in a notebook (extra
         ``notebook``).
     **options
-        Options of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case; cases with other
-        bodies, which do not have this model, are decided one by one.
+        Options of :meth:`Scene.solve`. ``model="auto"`` is decided once, on the first case, and leaves out
+        no layer, hardness or magnet; cases with other bodies, which do not have this model, are decided one
+        by one.
 
     Returns
     -------
