@@ -89,7 +89,7 @@ class Case(BaseModel):
         """
         motion = self.motion
         own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
-        parts = {name: getattr(self, name, None) for name in ("magnetic_pressure", "layer")}
+        parts = {n: getattr(self, n) for n in ("magnetic_pressure", "layer") if n in self.arguments()}
         made = [(name, part) for name, part in parts.items() if is_dataclass(part)]
         return (
             self.arguments() + own + [f"{name}.{entry.name}" for name, part in made for entry in fields(part)]
