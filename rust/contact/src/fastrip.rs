@@ -92,21 +92,18 @@ pub fn solve(
             half: extent.half,
         }
         .sticking(extent.ahead, theory.like_contact.then_some(1.0 - nu));
-        let (q, slips) = match sticking {
-            Some(q) => {
-                let size = q[0].hypot(q[1]);
-                if size > bound && !theory.like_contact {
-                    // friction carries no more than its bound
-                    (strips.back(q.map(|v| v * bound / size)), false)
-                } else {
-                    (strips.back(q), false)
-                }
+        let (q, slips) = if let Some(q) = sticking {
+            let size = q[0].hypot(q[1]);
+            if size > bound && !theory.like_contact {
+                // friction carries no more than its bound
+                (strips.back(q.map(|v| v * bound / size)), false)
+            } else {
+                (strips.back(q), false)
             }
-            None => {
-                let size = foundation[0].hypot(foundation[1]);
-                let scale = if size > 0.0 { bound / size } else { 0.0 };
-                (foundation.map(|v| v * scale), true)
-            }
+        } else {
+            let size = foundation[0].hypot(foundation[1]);
+            let scale = if size > 0.0 { bound / size } else { 0.0 };
+            (foundation.map(|v| v * scale), true)
         };
         solution.traction[k] = q[0];
         solution.traction[n + k] = q[1];

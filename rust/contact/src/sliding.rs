@@ -405,7 +405,10 @@ impl SlidingMatrix {
             return;
         }
         match &self.form {
-            Form::Dense { coupling: None, .. } => {}
+            Form::Dense { coupling: None, .. }
+            | Form::Products {
+                is_coupled: false, ..
+            } => {}
             Form::Dense {
                 coupling: Some(coupling),
                 ..
@@ -414,9 +417,6 @@ impl SlidingMatrix {
                     *gap += row.iter().zip(friction).map(|(c, q)| c * q).sum::<f64>();
                 }
             }
-            Form::Products {
-                is_coupled: false, ..
-            } => {}
             Form::Products { pair, .. } => {
                 let n = self.points;
                 for (component, along) in [

@@ -36,7 +36,7 @@ pub(crate) struct Extent {
     pub ahead: f64,
 }
 
-impl<'a> Strips<'a> {
+impl Strips<'_> {
     /// The direction of the angle `angle` [rad], exact along the axes.
     pub(crate) fn direction_of(angle: f64) -> [f64; 2] {
         let quarters = angle / std::f64::consts::FRAC_PI_2;
