@@ -23,7 +23,7 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
-from ..bodies.simple import Layered, Simple, as_body
+from ..bodies.simple import Simple, as_body
 from ..friction.laws import ThinLayer, normal_flexibility
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
@@ -421,10 +421,9 @@ def _quick_result(
         )
     lower, upper = bodies
     for side, body in (("lower", lower), ("upper", upper)):
-        if isinstance(body, Layered):
-            raise ValueError(
-                f'{side} is a Layered: method="{method}" is for half-spaces; "auto" takes layers'
-            )
+        if body.plane_strain_compliance > 0.0 and not body.is_half_space:
+            name = type(body).__name__
+            raise ValueError(f'{side} is a {name}: method="{method}" is for half-spaces; "auto" takes layers')
     found = press(
         heights, sides, 1.0 / (lower.plane_strain_compliance + upper.plane_strain_compliance), *load, method
     )
