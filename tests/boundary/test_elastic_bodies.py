@@ -160,7 +160,7 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.Support("top", x=0, name=3)  # type: ignore[arg-type]
     with refused("supports is None: one of 'driven-top', 'clamped-top', 'points', 'fixed-points'"):
         mtb.scenes.block_on_plane(supports=None)  # type: ignore[arg-type]
-    with refused("upper is 'steel': a Material, HalfSpace, Rigid or ElasticBody"):
+    with refused("upper is 'steel': a Material, HalfSpace, Layered, Rigid or ElasticBody"):
         mtb.Scene("steel", STEEL, gap=np.zeros((4, 4)), force=1.0)  # type: ignore[arg-type]
 
 

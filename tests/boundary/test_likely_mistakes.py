@@ -113,8 +113,8 @@ MISTAKES: dict[str, tuple[Callable[[], object], str]] = {
         'spacing = "3 mm": it is .3 mm.: a finite number in SI units',
     ),
     "a key that is like no other": (
-        lambda: case(layer=0.1),
-        "layer = 0.1: unknown key; known are scene, width",
+        lambda: case(glue=0.1),
+        "glue = 0.1: unknown key; known are scene, width",
     ),
     "a pull that pushes": (
         lambda: mtb.scenes.pole_shoe_on_rail(magnetic_pressure=-3e6, spacing=9e-3).solve("half-space"),

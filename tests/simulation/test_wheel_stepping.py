@@ -590,7 +590,7 @@ def test_what_cannot_be_prepared_is_named():
         scene().prepare(friction=mtb.Coulomb(np.full((3, 3), 0.3)))
     with pytest.raises(ValueError, match=r"friction is 0\.3"):
         scene().prepare(friction=0.3)
-    with pytest.raises(ValueError, match="layer is 3: an InterfaceLayer"):
+    with pytest.raises(ValueError, match="layer is 3: wheels in steps take an InterfaceLayer"):
         scene().prepare(layer=3)
     with pytest.raises(ValueError, match="side is for wheels on rails"):
         mtb.scenes.pole_shoe_on_rail(spacing=6e-3).prepare("half-space", side="left")

@@ -250,8 +250,6 @@ def test_what_cannot_yield_is_refused() -> None:
     found = mtb.solve_tangential(normal, shift, mtb.Coulomb(0.3), LAYER)
     with pytest.raises(ValueError, match="the layer of this result yields"):
         found.gradient("force")
-    with pytest.raises(ValueError, match="an InterfaceLayer is needed"):
-        mtb.scenes.pole_shoe_on_rail(spacing=12e-3, layer=LAYER)
     for wrong in ({"yield_stress": 0.0}, {"yield_stress": -1.0}, {"hardening": np.nan}, {"thickness": -1.0}):
         given = {"thickness": 1e-3, "shear_modulus": 1e9, "yield_stress": 1e6} | wrong
         with pytest.raises(ValueError, match=next(iter(wrong))):

@@ -38,8 +38,6 @@ Field = Literal[
     "plastic_indentation",
     "status",
     "temperature",
-    "temperature_upper",
-    "temperature_lower",
     "heat_flux",
     "wear",
     "vertical_displacement",

@@ -192,7 +192,7 @@ class Profile:
     ) -> Profile:
         """The profile without its noise: smoothing splines of y and z over the arc length (extra ``smooth``).
 
-        A cubic smoothing spline [Reinsch1967]_ takes the points, and another one what that leaves: together
+        A cubic smoothing spline [Reinsch1967] takes the points, and another one what that leaves: together
         they keep the share 1 - (x / (1 + x))^2 of the height of a wave along the profile, with x = 2.414
         (wavelength / length)^4. The points carry the same weight by their length along the profile, however
         they are spaced. Kinks part it into pieces that are smoothed apart and meet.

@@ -18,7 +18,7 @@ NODES, HALVES = 2000, 60
 
 @taking_quantities
 def klingel_wavelength(conicity: ArrayLike, wheel_radius: float = 0.46, base: float = 1.5) -> Array:
-    """Wavelength of the sinusoidal path of a free wheelset of two cones [m] [Klingel1883]_.
+    """Wavelength of the sinusoidal path of a free wheelset of two cones [m] [Klingel1883].
 
     2 pi sqrt(wheel_radius base / (2 conicity)).
 
@@ -60,7 +60,7 @@ def equivalent_conicity(
     method : "integration" or "harmonic"
         "integration" takes the wavelength of the kinematic motion, from the integral of the nonlinear
         equation d2y/dx2 = -radius_difference / (base wheel_radius), and the cones that have it by Klingel's
-        formula: the method of EN 15302 [EN15302]_, annex B. "harmonic" takes the first harmonic of the
+        formula: the method of EN 15302 [EN15302], annex B. "harmonic" takes the first harmonic of the
         difference over a sinusoidal motion, 1 / (2 pi A) int difference(A sin p) sin p dp
         (quasi-linearisation).
 

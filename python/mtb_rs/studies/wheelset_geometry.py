@@ -193,7 +193,7 @@ class WheelsetGeometry(Study):
         return rows
 
     def columns(self) -> dict[str, Array]:
-        """Everything over the shift by name, those of the wheels with "left_" or "right_" before them."""
+        """Everything over the shift by name, those of the wheels with ``left_`` or ``right_`` before them."""
         own = {
             "shift": self.shift,
             "height": self.height,
