@@ -44,6 +44,10 @@ for distance, colour in DISTANCES:
 left.loglog(TOLERANCES, 100 * np.array(TOLERANCES), "k:", lw=1, label="error = tolerance")
 left.set(xlabel="tolerance", ylabel="error of the worn depth [%]")
 right.set(xlabel="contact problems solved", ylabel="error of the worn depth [%]")
+right.set_xticks([10, 20, 50], ["10", "20", "50"])
+right.set_xticks([], minor=True)
+right.set_yticks([0.2, 0.5, 1.0, 2.0], ["0.2", "0.5", "1", "2"])
+right.set_yticks([], minor=True)
 for axes in (left, right):
     axes.legend()
 write("wear_steps", figure, rows)
