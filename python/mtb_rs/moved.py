@@ -37,7 +37,7 @@ PLACES = {
     "friction": ("friction.laws", "base.words"),
     "geometry": ("geometry.profiles", "geometry.profile_files", "geometry.contact_points", "base.words"),
     "grids": ("results.grids",),
-    "hertzian": ("half_space.hertzian",),
+    "hertzian": ("half_space.hertzian", "half_space.ellipse"),
     "incremental": ("contact.incremental",),
     "layout": ("geometry.geometries", "geometry.triangles"),
     "loads": ("friction.fields",),

@@ -14,7 +14,7 @@ from .. import _mtb_rs
 from ..bodies.conductor import Conductor
 from ..bodies.sides import ElasticPart
 from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
-from .problem import ContactProblem, mean_tractions
+from .problem import ContactProblem, mean_tractions, sliding_tractions
 from .symmetry import alike, mirror_symmetry
 
 Array = NDArray[np.float64]
@@ -412,8 +412,8 @@ class HeatedSliding:
         if heated.lower_wear is not None:
             rate = coefficients_of(heated.lower_wear, rubbing)
             volume = float(way * rate * pressure @ problem.area)
-        unknowns = np.concatenate([friction * pressure * self.direction, pressure[None]])
-        force = problem.geometry.loads(np.ascontiguousarray(unknowns)).sum(axis=1)
+        unknowns = sliding_tractions(pressure, friction, self.direction)
+        force = problem.geometry.loads(unknowns).sum(axis=1)
         area = np.ascontiguousarray(problem.area)
         of_heat = _mtb_rs.step_error(area, self.heat, duration, self.flux, np.ascontiguousarray(flux[1]))
         of_wear = _mtb_rs.step_error(area, self.worn, duration, self.wearing, depth / duration)
@@ -521,8 +521,8 @@ class HeatedSliding:
         self.heat = self.heat + duration * trial.flux[1]
         self.flux, self.wearing = np.ascontiguousarray(trial.flux[1]), trial.depth / duration
         self.volume_lower += trial.volume_lower
-        tractions = np.concatenate([trial.friction * trial.pressure * self.direction, trial.pressure[None]])
-        mean = mean_tractions(problem, np.ascontiguousarray(tractions))
+        tractions = sliding_tractions(trial.pressure, trial.friction, self.direction)
+        mean = mean_tractions(problem, tractions)
         area = np.concatenate([problem.area[body.points] for body in self.bodies])
         face = np.concatenate([trial.surface[1, body.points] for body in self.bodies])
         entered = trial.flux @ problem.area

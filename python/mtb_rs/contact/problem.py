@@ -325,7 +325,7 @@ class Solution:
 
     def coefficients(self, problem: ContactProblem) -> Array:
         """The unknowns (3, n) [Pa]: traction along both tangents on the lower body, and pressure."""
-        return np.concatenate([self.friction * self.pressure * problem.direction, self.pressure[None]])
+        return sliding_tractions(self.pressure, self.friction, problem.direction)
 
 
 def frame_of(points: ContactPoints) -> Array:
@@ -380,6 +380,11 @@ def sliding_direction(
         return geometry.sliding_direction((float(vector[0]), float(vector[1])))
     except ValueError as error:
         raise ValueError(f"sliding_direction is {direction}: {error}") from None
+
+
+def sliding_tractions(pressure: Array, friction: Array, direction: Array) -> Array:
+    """Coefficients (3, n) [Pa] of the basis where points slide along `direction` (2, n)."""
+    return np.ascontiguousarray(np.concatenate([friction * pressure * direction, pressure[None]]))
 
 
 def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:

@@ -93,9 +93,21 @@ def _order(order: int) -> str:
     return "fastsim" if order == 1 else "fastsim2"
 
 
-def _strip(stick_direction: StickDirection) -> str:
+def _strips(
+    normal: Any,
+    friction: Friction,
+    flexibilities: Flexible,
+    semi_axes: tuple[float, float] | None,
+    slope_reduction: tuple[float, float, float] | None,
+    stick_direction: StickDirection,
+    angle: float,
+) -> Foundation:
+    """The foundation of FaStrip, whose friction knows no velocity."""
     choice("stick_direction", stick_direction, StickDirection)
-    return "fastrip" if stick_direction == "strip theory" else "fastrip of contact"
+    method = "fastrip" if stick_direction == "strip theory" else "fastrip of contact"
+    return Foundation.of(
+        normal, friction, "elliptic", flexibilities, method, 10.0, semi_axes, slope_reduction, angle
+    )
 
 
 def _result(foundation: Foundation, creepage: Any, force: Forces | None) -> FoundationResult:
@@ -274,18 +286,8 @@ def fastrip(
     ConvergenceError
         If no creepage was found for the force; the last one is its ``result``.
     """
-    foundation = Foundation.of(
-        normal,
-        friction,
-        "elliptic",
-        flexibilities,
-        _strip(stick_direction),
-        10.0,
-        semi_axes,
-        slope_reduction,
-        angle,
-    )
-    return _result(foundation, creepage, force)
+    strips = _strips(normal, friction, flexibilities, semi_axes, slope_reduction, stick_direction, angle)
+    return _result(strips, creepage, force)
 
 
 @taking_quantities
@@ -301,18 +303,8 @@ def fastrip_curve(
     angle: float = 0.0,
 ) -> Array:
     """Forces (n, 3) of :func:`fastrip` over creepages (n, 3): Fx, Fy [N], Mz [N m] on the lower body."""
-    foundation = Foundation.of(
-        normal,
-        friction,
-        "elliptic",
-        flexibilities,
-        _strip(stick_direction),
-        10.0,
-        semi_axes,
-        slope_reduction,
-        angle,
-    )
-    return _curve(foundation, creepages)
+    strips = _strips(normal, friction, flexibilities, semi_axes, slope_reduction, stick_direction, angle)
+    return _curve(strips, creepages)
 
 
 @taking_quantities

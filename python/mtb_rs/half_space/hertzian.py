@@ -22,6 +22,7 @@ from ..bodies.simple import Simple, as_body, without_layers
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Drawn
+from .ellipse import axis_ratio, curvatures, elliptic_integrals
 from .normal import NormalResult, centres
 
 Array = NDArray[np.float64]
@@ -30,22 +31,6 @@ Array = NDArray[np.float64]
 WIDEST = 0.2
 #: Cells along each axis of the grid on which it is drawn; an odd number has one in the middle.
 CELLS = 81
-
-
-def elliptic_integrals(ratio: float) -> tuple[float, float]:
-    """Complete elliptic integrals K and E of modulus k, with k'^2 = 1 - k^2 = `ratio`^2 in (0, 1].
-
-    By the arithmetic-geometric mean, to rounding.
-    """
-    a, b, factor = 1.0, ratio, 0.5
-    deficit = factor * (1.0 - ratio * ratio)
-    while abs(a - b) > 1e-15 * a:
-        c = 0.5 * (a - b)
-        a, b = 0.5 * (a + b), math.sqrt(a * b)
-        factor *= 2.0
-        deficit += factor * c * c
-    first = 0.5 * math.pi / a
-    return first, first * (1.0 - deficit)
 
 
 @stored
@@ -248,16 +233,16 @@ def hertz(
     else:
         assert radii is not None
         radius = _two("radii", radii)
-        slim = _axis_ratio(max(radius) / min(radius))
+        slim = axis_ratio(max(radius) / min(radius))
         # curvature across the short axis, the larger one, fixes the size
         larger = 1.0 / min(radius)
-        long = math.cbrt(3.0 * force * _curvatures(slim)[1] / (math.pi * stiffness * larger))
+        long = math.cbrt(3.0 * force * curvatures(slim)[1] / (math.pi * stiffness * larger))
         axes = (slim * long, long) if radius[0] < radius[1] else (long, slim * long)
     long = max(axes)
     peak = 1.5 * force / (math.pi * axes[0] * axes[1])
     materials = [body.material for body in bodies]
     load = 3.0 * force / (math.pi * stiffness * long**3)
-    along, across = (load * k for k in _curvatures(slim))
+    along, across = (load * k for k in curvatures(slim))
     approach = 0.5 * load * long**2 * elliptic_integrals(slim)[0]
     ask([*_questions(bodies, 1.0 / max(across, along), min(axes), approach), *of_dent(peak, materials)])
     return Hertz(
@@ -283,40 +268,6 @@ def _questions(bodies: tuple[Simple, Simple], radius: float, short: float, appro
             "lengths in metres"
         )
     return asked
-
-
-def _curvatures(slim: float) -> tuple[float, float]:
-    """Curvatures along and across the long axis of a contact with semi-axes 1 and `slim`, per load.
-
-    The load is 3 F / (pi E*); [Johnson1985, eq. 4.26].
-    """
-    k2 = 1.0 - slim * slim
-    if k2 < 1e-4:
-        # both expressions are differences of nearly equal numbers: their series about the circle
-        return (
-            0.25 * math.pi * (1.0 + k2 * (3.0 / 8.0 + k2 * 15.0 / 64.0)),
-            0.25 * math.pi * (1.0 + k2 * (9.0 / 8.0 + k2 * 75.0 / 64.0)),
-        )
-    first, second = elliptic_integrals(slim)
-    return (first - second) / k2, (second / (slim * slim) - first) / k2
-
-
-def _axis_ratio(ratio: float) -> float:
-    """Ratio of the semi-axes, at most 1, of the contact whose radii of curvature have `ratio` >= 1."""
-    target = math.log(ratio)
-    if target == 0.0:
-        return 1.0
-
-    def miss(logarithm: float) -> float:
-        along, across = _curvatures(math.exp(logarithm))
-        return math.log(across / along) - target
-
-    # bisection on the logarithm; the axes differ by less than the radii
-    low, high = -target - 1.0, 0.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if miss(middle) > 0.0 else (low, middle)
-    return math.exp(0.5 * (low + high))
 
 
 def _two(name: str, value: float | tuple[float, float]) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -10,7 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _mtb_rs
 from ..base.errors import ConvergenceError
+from .ellipse import axis_ratio, curvatures, elliptic_integrals
 
 Array = NDArray[np.float64]
 Quick = Literal["kpec", "analyn"]
@@ -42,62 +45,19 @@ class Pressed:
     approach: float
 
 
-def hertz(along: Array, across: Array, approach: float) -> tuple[Array, Array, Array]:
-    """Semi-axes along x and y [m] and peak over contact modulus [-] of Hertz' contacts at an approach [m].
+def hertz(along: float, across: float) -> tuple[float, float, float]:
+    """Semi-axes along x and y [m] and peak over contact modulus [-] of Hertz' contact at a unit approach.
 
-    `along`, `across`: half the curvatures (n,) [1/m] of the gap, positive.
+    `along`, `across`: half the curvatures [1/m] of the gap, positive. All three grow with the root of the
+    approach.
     """
-    major = np.minimum(along, across)
-    target = np.log(np.maximum(along, across) / major)
-    low, high = -target - 1.0, np.zeros_like(target)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        first, second, k2 = _elliptic(np.exp(middle))
-        ratio = np.exp(2.0 * middle)
-        miss = np.log((second / ratio - first) / (first - second)) - target
-        low, high = np.where(miss > 0.0, middle, low), np.where(miss > 0.0, high, middle)
-    slim = np.exp(0.5 * (low + high))
-    first, second, k2 = _elliptic(slim)
-    longer = np.sqrt(approach / major * (first - second) / (first * k2))
+    major = min(along, across)
+    slim = axis_ratio(max(along, across) / major)
+    first = elliptic_integrals(slim)[0]
+    longer = math.sqrt(curvatures(slim)[0] / (major * first))
     shorter = slim * longer
-    is_long = along <= across
-    return (
-        np.where(is_long, longer, shorter),
-        np.where(is_long, shorter, longer),
-        approach / (shorter * first),
-    )
-
-
-def _elliptic(ratio: Array) -> tuple[Array, Array, Array]:
-    """Complete elliptic integrals K and E, and k^2, of k^2 = 1 - ratio^2, by the arithmetic-geometric mean.
-
-    A circle counts as an ellipse whose k^2 is 1e-6, as the differences that are taken of them vanish there.
-    """
-    ratio = np.minimum(ratio, np.sqrt(1.0 - 1e-6))
-    a, b, factor = np.ones_like(ratio), ratio, 0.5
-    k2 = 1.0 - ratio * ratio
-    deficit = factor * k2
-    for _ in range(12):
-        c = 0.5 * (a - b)
-        a, b = 0.5 * (a + b), np.sqrt(a * b)
-        factor *= 2.0
-        deficit = deficit + factor * c * c
-    first = 0.5 * np.pi / a
-    return first, first * (1.0 - deficit), k2
-
-
-def influence(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
-    """Displacement (2 ny - 1, 2 nx - 1) [m] by a unit of pressure over contact modulus on a cell [Love1929].
-
-    At the offsets of cells; the middle is the cell itself.
-    """
-    ny, nx = shape
-    dx, dy = spacing
-    x = (np.arange(2 * nx) - nx + 0.5) * dx
-    y = ((np.arange(2 * ny) - ny + 0.5) * dy)[:, None]
-    far = np.hypot(x, y)
-    corner = x * np.log(y + far) + y * np.log(x + far)
-    return np.asarray((corner[1:, 1:] - corner[1:, :-1] - corner[:-1, 1:] + corner[:-1, :-1]) / np.pi)
+    a, b = (shorter, longer) if along > across else (longer, shorter)
+    return a, b, 1.0 / (shorter * first)
 
 
 def press(
@@ -127,11 +87,7 @@ def press(
         depth = _depth(lambda d: modulus * float(at(d).sum()) * area, force, rows.start(force / modulus))
         found = modulus * at(depth)
         found *= force / (float(found.sum()) * area)
-    ny, nx = gap.shape
-    size = (3 * ny - 2, 3 * nx - 2)
-    product = np.fft.irfft2(np.fft.rfft2(found, size) * np.fft.rfft2(rows.love, size), size)
-    moved = product[ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1] / modulus
-    return Pressed(found, np.asarray(moved), depth + base)
+    return Pressed(found, rows.moved(found) / modulus, depth + base)
 
 
 def _depth(force_at: Callable[[float], float], force: float, start: float) -> float:
@@ -185,7 +141,8 @@ class _Rows:
         self.gap = gap - gap.min()
         self.x = (np.arange(nx) - 0.5 * (nx - 1)) * dx
         self.y = (np.arange(ny) - 0.5 * (ny - 1)) * dy
-        self.love = influence((ny, nx), spacing)
+        # of a contact modulus of 1
+        self.half_space = _mtb_rs.half_space((0.5, 0.0), [(self.x[0], self.y[0], nx, ny)], [spacing], True)
         lowest = np.clip(np.argmin(self.gap, axis=1), 1, nx - 2)
         every = np.arange(ny)
         behind, here, ahead = (self.gap[every, lowest + k] for k in (-1, 0, 1))
@@ -199,12 +156,20 @@ class _Rows:
         self.first = divmod(int(np.argmin(self.gap)), nx)
         inner = self.least[2:] - 2.0 * self.least[1:-1] + self.least[:-2]
         self.across = np.concatenate([inner[:1], inner, inner[-1:]]) * 0.5 / dy**2
+        unit = np.zeros_like(self.gap)
+        unit[self.first] = 1.0
+        # the displacement at the point of first contact by a unit on each cell
+        self.at_first = self.moved(unit)
         row = self.first[0]
         if not self.along[row] > 0.0:
             raise ValueError(
                 "gap does not grow along x on both sides of its least value: KPEC and ANALYN take a contact "
                 "between bodies that are round along x"
             )
+        rounds = np.where(self.along > 0.0, self.along, self.along[row])
+        self.across_each = np.maximum(self.across, _FLATTEST * rounds)
+        pairs = zip(rounds, self.across_each, strict=True)
+        self.hertz_each = np.array([hertz(float(a), float(c)) for a, c in pairs]).T
 
     def start(self, load: float) -> float:
         """An approach near that of a load over the contact modulus [m2]: Hertz' on a sphere."""
@@ -214,6 +179,12 @@ class _Rows:
             curvature = 2.0 * float(np.sqrt(self.along[row] * self.across[row]))
         return float(np.cbrt((0.75 * load) ** 2 * curvature))
 
+    def moved(self, pressure: Array) -> Array:
+        """Displacement [m] by a pressure over the contact modulus."""
+        traction = np.zeros((3, pressure.size))
+        traction[2] = pressure.ravel()
+        return np.asarray(self.half_space.displacement(traction)[2].reshape(pressure.shape))
+
     def kpec(self, approach: float) -> Array:
         """Pressure over the contact modulus, semi-elliptic along x with one steepness in all rows.
 
@@ -221,25 +192,21 @@ class _Rows:
         parabola about its middle, across, the gap is to be lowered for Hertz' proportions.
         """
         cut = _CUT * approach
-        row, column = self.first
+        row, _ = self.first
         left = self._crossing(cut, row, -1)
         right = self._crossing(cut, row, 1)
         middle, width = 0.5 * (left + right), 0.5 * (right - left)
         along, across = self.along[row], cut / width**2
-        a, b, _ = (float(v[0]) for v in hertz(np.array([along]), np.array([across]), approach))
+        a, b, _ = (math.sqrt(approach) * v for v in hertz(along, across))
         rest = across - along * (a / b) ** 2
         corrected = self.gap - (rest * (self.y - middle) ** 2)[:, None]
         shape = self._semi_ellipses(corrected, along * a * a)
         # at the point of first contact the displacement is the approach
-        ny, nx = shape.shape
-        own = self.love[ny - 1 - row : 2 * ny - 1 - row, nx - 1 - column : 2 * nx - 1 - column]
-        return np.asarray(shape * (approach / float((own * shape).sum())))
+        return np.asarray(shape * (approach / float((self.at_first * shape).sum())))
 
     def analyn(self, approach: float) -> Array:
         """Pressure over the contact modulus, in each row that of Hertz' contact with the curvatures there."""
-        along = np.where(self.along > 0.0, self.along, self.along[self.first[0]])
-        across = np.maximum(self.across, _FLATTEST * along)
-        a, b, peak = hertz(along, across, approach)
+        across, (a, b, peak) = self.across_each, np.sqrt(approach) * self.hertz_each
         # in Hertz' contact the gap is `across` times y^2
         square = a**2 - (a / b) ** 2 / across * self.least
         squares = square[:, None] - (self.x - self.middle[:, None]) ** 2

@@ -156,14 +156,7 @@ def solve(
                 )
                 break
             besides += operations
-    back = (
-        []
-        if not judged.omitted
-        else list(judged.omitted)
-        if not level.is_solved
-        else exceeded(posed, judged, level)
-    )
-    if back:
+    if back := _needed(posed, judged, level):
         return solve(scene, asked, aimed, quantity, keeping=[*keeping, *back])
     clock = time.perf_counter()
     problem = level.problem
@@ -208,8 +201,13 @@ def solve(
     return result
 
 
-def exceeded(posed: PosedScene, judged: Judged, level: Level) -> list[str]:
-    """The hardness, where it was left out and a pressure of the solution reaches it after all."""
+def _needed(posed: PosedScene, judged: Judged, level: Level) -> list[str]:
+    """What was left out and is needed after all.
+
+    All of it where there is no solution without it; the hardness where a pressure of the solution reaches it.
+    """
+    if not level.is_solved:
+        return list(judged.omitted)
     if "hardness" not in judged.omitted:
         return []
     problem = level.problem

@@ -17,7 +17,7 @@ from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
 from ..base.units import taking_quantities
 from ..base.words import Model
-from ..contact.problem import mean_tractions
+from ..contact.problem import mean_tractions, sliding_tractions
 from ..results.wear_result import WearResult
 from ..scenes.heating import HeatedScene, check_tolerance
 from ..scenes.scene import Scene
@@ -188,12 +188,12 @@ class _Duty:
             first = stop.shoes[k].first
             unknowns = self._tractions(first.pressure, first.friction)
             rows.append({**nothing, "unknowns": unknowns})
-        self._add(stop, stop, 0, [(np.zeros(self.shoe.problem.n),) * 3] * self.shares.size, [0.0] * 9, 1)
+        count = self.shares.size
+        self._add(stop, stop, 0, [(np.zeros(self.shoe.problem.n),) * 3] * count, [0.0] * count, 1)
         return stop
 
     def _tractions(self, pressure: Array, friction: Array) -> Array:
-        direction = self.shoe.problem.direction
-        return np.ascontiguousarray(np.concatenate([friction * pressure * direction, pressure[None]]))
+        return sliding_tractions(pressure, friction, self.shoe.problem.direction)
 
     def _mean(self, stop: _Stop, k: int) -> tuple[Array, Array, Array]:
         """Mean pressure of a stop, friction of the mean drag, and depth of wear [m] over the pressure."""

@@ -459,13 +459,16 @@ def stated(scene: Scene, case: Values) -> Scene:
     """The scene with other arguments, and other parts of what its arguments are given as."""
     whole = {name: value for name, value in case.items() if "." not in name}
     changed = scene.with_(**whole) if whole else scene
+    parts: dict[str, dict[str, Any]] = {}
     for name, value in case.items():
         argument, dot, part = name.partition(".")
         if dot:
-            before = getattr(changed, argument)
-            if part not in {entry.name for entry in fields(before)}:
-                raise ValueError(f"{argument} is {before!r}: it has no {part}")
-            changed = changed.with_(**{argument: replace(before, **{part: value})})
+            parts.setdefault(argument, {})[part] = value
+    for argument, of in parts.items():
+        before = getattr(changed, argument)
+        for part in of.keys() - {entry.name for entry in fields(before)}:
+            raise ValueError(f"{argument} is {before!r}: it has no {part}")
+        changed = changed.with_(**{argument: replace(before, **of)})
     return changed
 
 

@@ -20,7 +20,7 @@ from ..base.progress import shares_shown
 from ..base.stored import input_data
 from ..base.units import taking_quantities
 from ..base.words import Model
-from ..contact.problem import ContactProblem, mean_tractions
+from ..contact.problem import ContactProblem, mean_tractions, sliding_tractions
 from ..contact.solve import overload, solve_direct
 from ..contact.symmetry import MirrorSymmetry, alike, mirror_symmetry
 from ..friction.wear_laws import Archard, Rubbing, WearLaw, as_wear_law, check_worn, coefficients_of
@@ -428,10 +428,10 @@ class _Worn:
                 return self._ends(self.records[-1])
             is_begun = True
             pressure, friction = out.pressure[source], out.friction[source]
-            unknowns = np.concatenate([friction * pressure * stage.direction, pressure[None]])
+            unknowns = sliding_tractions(pressure, friction, stage.direction)
             if problem is not None:
                 mean = mean_tractions(problem, unknowns)[2]
-                force = problem.geometry.loads(np.ascontiguousarray(unknowns)).sum(axis=1)
+                force = problem.geometry.loads(unknowns).sum(axis=1)
             else:
                 assert stage.prepared is not None
                 mean, force = stage.prepared._core.mean_pressure(out.pressure), out.force
