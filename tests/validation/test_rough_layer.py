@@ -235,3 +235,44 @@ def test_roughness_to_layer_to_contact() -> None:
 
     assert spread(layered) == pytest.approx(spread(resolved), rel=0.1)
     assert spread(smooth) < 0.85 * spread(resolved)
+
+
+@pytest.mark.filterwarnings("ignore:the contact is only")
+@pytest.mark.parametrize("seed", range(24))
+def test_laws_of_any_stiffness_are_met_on_rough_gaps(seed: int) -> None:
+    """By Love's displacements as written above, from a law that is nearly a step to one softer than all."""
+    rng = np.random.default_rng(seed)
+    cells = int(rng.integers(14, 22))
+    gap, side = bowl(cells)
+    gap = gap * 10 ** rng.uniform(-1.0, 1.0) + 1e-7 * rng.standard_normal(gap.shape)
+    force = 10 ** rng.uniform(1.0, 3.0)
+    mean = force / (side * cells) ** 2
+    approach = force / (MODULUS * side * cells)
+    layer = mtb.RoughLayer.exponential(
+        mean * 10 ** rng.uniform(1.0, 5.0), approach * 10 ** rng.uniform(-3.0, 0.5)
+    )
+    result = mtb.solve_normal(
+        gap, side, force=force, normal_layer=layer, method="fft", edge="sharp", tolerance=1e-9, **STEEL
+    )
+    pressure = result.pressure.ravel()
+    elastic = influence(cells, side) @ pressure
+    left = gap.ravel() + elastic + layer.opening(pressure) - result.approach
+    scale = np.sqrt((elastic**2).mean())
+    assert np.abs(left[pressure > 0.0]).max() <= 1e-6 * scale
+    assert left[pressure == 0.0].min(initial=0.0) >= -1e-6 * scale
+    assert result.gap.ravel() == pytest.approx(left, abs=1e-6 * scale)
+
+
+def test_the_work_hardly_grows_with_a_layer() -> None:
+    """Counted in convolutions, under a ball, over the two numbers of the law."""
+    gap, side = bowl(129)
+    radius = RADIUS / 4.0
+    gap *= 4.0
+    force = 20.0
+    smooth = mtb.solve_normal(gap, side, force=force, **STEEL)
+    hertz = mtb.hertz(force, radius, lower=mtb.steel, upper=mtb.steel)
+    for pressure in (10.0, 100.0, 1e3, 1e4):
+        for length in (3e-3, 3e-2, 1e-1):
+            layer = mtb.RoughLayer.exponential(pressure * hertz.peak_pressure / 1.5, length * hertz.approach)
+            rough = mtb.solve_normal(gap, side, force=force, normal_layer=layer, **STEEL)
+            assert rough.report.convolutions < 8.0 * smooth.report.convolutions

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use crate::error::{Error, check, check_number};
 use crate::sliding::{RigidMotion, SlidingContact};
 
-/// Part of the largest opening by which an opening may miss the law in a solution.
+/// Part of the largest opening by which openings may miss the law in a solution.
 pub(crate) const SETTLED: f64 = 1e-10;
 /// Linearisations after which the law must be met.
 pub(crate) const ROUNDS: usize = 60;
@@ -243,6 +243,9 @@ pub(crate) struct Linearisation<'a> {
     law: &'a RoughLaw,
     stiff_from: Vec<f64>,
     at: Vec<f64>,
+    next: Vec<f64>,
+    /// Part of the largest opening by which the law was missed at least.
+    least: f64,
 }
 
 impl<'a> Linearisation<'a> {
@@ -268,7 +271,9 @@ impl<'a> Linearisation<'a> {
         Self {
             law,
             stiff_from,
+            next: at.clone(),
             at,
+            least: f64::INFINITY,
         }
     }
 
@@ -285,37 +290,58 @@ impl<'a> Linearisation<'a> {
         (gap.collect(), diagonal.collect())
     }
 
-    /// Turns to the pressures (n) that were found; whether they meet the law, to a `tolerance` of
-    /// the largest opening.
+    /// Turns to the pressures (n) that were found, and puts the gaps (n) [m] of open points where the law has them; the
+    /// part of the largest opening by which the law is missed.
     ///
-    /// # Errors
-    /// [`Error::BeyondLaw`] where they meet it beyond its end.
-    pub(crate) fn turn(&mut self, pressure: &[f64], tolerance: f64) -> Result<bool, Error> {
+    /// An open point is free of the opening about which the law was linearised, as far as its gap is wider than that.
+    /// Where the law was missed by less before, it turns half of the way.
+    pub(crate) fn turn(&mut self, pressure: &[f64], gap: &mut [f64]) -> f64 {
         let law = self.law;
         let (mut most, mut missed) = (0.0_f64, 0.0_f64);
-        for ((at, p), stiff) in self.at.iter_mut().zip(pressure).zip(&self.stiff_from) {
+        let points = self.at.iter().zip(&mut self.next).zip(pressure).zip(gap);
+        for ((((at, next), p), gap), stiff) in points.zip(&self.stiff_from) {
             let p = p.max(0.0);
-            let opened = law.opening(*at) + law.slope(*at) * (p - *at);
+            let mut opened = law.opening(*at) + law.slope(*at) * (p - *at);
+            if p == 0.0 {
+                let free = gap.clamp(0.0, opened.max(0.0));
+                *gap -= opened;
+                opened -= free;
+            }
             let opening = law.opening(p);
             most = most.max(opening);
             missed = missed.max((opening - opened).abs());
-            *at = if p < *at {
+            *next = if p < *at {
                 law.pressure(opened)
             } else {
                 p.max(law.pressure(opened).min(*stiff))
             };
         }
-        let has_settled = missed <= tolerance.max(SETTLED) * most;
-        if has_settled {
-            let peak = pressure.iter().copied().fold(0.0, f64::max);
-            if peak > law.last * (1.0 + BEYOND) {
-                return Err(Error::BeyondLaw {
-                    pressure: peak,
-                    largest: law.last,
-                });
+        let missed = if missed > 0.0 { missed / most } else { 0.0 };
+        if missed < self.least {
+            self.least = missed;
+            std::mem::swap(&mut self.at, &mut self.next);
+        } else {
+            // half of the way, where the whole one does not help
+            for (at, next) in self.at.iter_mut().zip(&self.next) {
+                *at = law.pressure(0.5 * (law.opening(*at) + law.opening(*next)));
             }
         }
-        Ok(has_settled)
+        missed
+    }
+
+    /// Checks the pressures (n) that meet the law.
+    ///
+    /// # Errors
+    /// [`Error::BeyondLaw`] where they meet it beyond its end.
+    pub(crate) fn check_end(&self, pressure: &[f64]) -> Result<(), Error> {
+        let peak = pressure.iter().copied().fold(0.0, f64::max);
+        if peak > self.law.last * (1.0 + BEYOND) {
+            return Err(Error::BeyondLaw {
+                pressure: peak,
+                largest: self.law.last,
+            });
+        }
+        Ok(())
     }
 }
 

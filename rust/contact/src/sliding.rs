@@ -460,7 +460,11 @@ impl SlidingMatrix {
             let mut found = self.solve_linear(&linear, feedback, start, monitor)?;
             iterations += found.iterations;
             found.iterations = iterations;
-            if found.status != Status::Solved || rough.turn(&found.pressure, SETTLED)? {
+            if found.status != Status::Solved {
+                return Ok(found);
+            }
+            if rough.turn(&found.pressure, &mut found.gap) <= SETTLED {
+                rough.check_end(&found.pressure)?;
                 return Ok(found);
             }
             if round == ROUNDS {

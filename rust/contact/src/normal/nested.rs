@@ -12,7 +12,7 @@ use super::level::{Level, Region, half_sides};
 use super::product::Product;
 use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, Surface, memory};
 use crate::Error;
-use crate::interface::{Linearisation, ROUNDS};
+use crate::interface::{Linearisation, ROUNDS, SETTLED};
 
 /// Relative error of the pressure that a coarse grid may have from its residual: enough to start from and
 /// to tell the discretisation error by; without and with cells in contact along all sides, whose
@@ -23,6 +23,15 @@ const COARSE_ERROR: [f64; 2] = [1e-3, 1e-2];
 const TOLERANCE_SHARE: f64 = 0.05;
 
 const MAX_ITERATIONS: usize = 1000;
+
+/// Part of what a law is missed by to which a linearised contact is solved.
+const PART: f64 = 0.01;
+
+/// Part of the mean pressure about which a law is linearised at first where the pressure is less.
+const LEAST: f64 = 0.1;
+
+/// Linearised contacts in a row whose search may end before their tolerance: the next one may be an easier one.
+const FAILURES: usize = 2;
 
 /// Work in points transformed, and the memory for it.
 #[derive(Default)]
@@ -261,13 +270,18 @@ fn on_region(
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
     let modes = level.modes(&region, contact);
-    let options = bounded::Options {
-        tolerance,
-        max_iterations: MAX_ITERATIONS,
-    };
     let buffers = work.buffers.clone();
-    // with a diagonal (n) [m/Pa] besides, about `layer` where the bodies touch
-    let mut solved = |diagonal: &[f64], layer: f64, offset: &[f64], start: Vec<f64>| {
+    // with a diagonal (n) [m/Pa] besides, about `layer` over `scale` (n) squared
+    let mut solved = |diagonal: &[f64],
+                      layer: f64,
+                      scale: &[f64],
+                      offset: &[f64],
+                      start: Vec<f64>,
+                      tolerance: f64| {
+        let options = bounded::Options {
+            tolerance,
+            max_iterations: MAX_ITERATIONS,
+        };
         let rectangle;
         let wave;
         let surface = match contact.surface {
@@ -292,7 +306,16 @@ fn on_region(
                 *y += d * x;
             }
         };
-        let invert = |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
+        let invert = |set: &[bool], x: &[f64], y: &mut [f64]| {
+            if scale.is_empty() {
+                return inverse.apply(set, x, y, monitor);
+            }
+            let scaled: Vec<f64> = x.iter().zip(scale).map(|(x, e)| x * e).collect();
+            inverse.apply(set, &scaled, y, monitor);
+            for (y, e) in y.iter_mut().zip(scale) {
+                *y *= e;
+            }
+        };
         let problem = bounded::Problem {
             offset,
             modes: &modes,
@@ -309,7 +332,7 @@ fn on_region(
         Ok::<_, Error>(solution)
     };
     let Some(law) = contact.rough else {
-        return solved(&[], 0.0, &offset, start);
+        return solved(&[], 0.0, &[], &offset, start, tolerance);
     };
     let mut unit = vec![0.0; offset.len()];
     unit[0] = 1.0;
@@ -324,31 +347,41 @@ fn on_region(
         }
         Load::Approach(_) => start.clone(),
     };
+    // at a small pressure the law is so soft that a search from another grid's border would not end
+    let sum: f64 = guess.iter().sum();
+    let square: f64 = guess.iter().map(|p| p * p).sum();
+    let least = if sum > 0.0 { LEAST * square / sum } else { 0.0 };
+    let guess = guess.iter().map(|p| p.max(least)).collect();
     let mut rough = Linearisation::new(law, &offset, |_| own[0], Some(guess));
     let mut pressure = start;
     let (mut iterations, mut history) = (0, Vec::new());
+    let (mut missed, mut failures) = (1.0_f64, 0);
     for round in 1.. {
         let (linear, diagonal) = rough.linear(&offset, None);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for d in diagonal
-            .iter()
-            .zip(&pressure)
-            .filter(|(_, p)| **p > 0.0)
-            .map(|(d, _)| d.ln())
-        {
-            (sum, count) = (sum + d, count + 1.0);
-        }
-        let layer = if count > 0.0 {
-            f64::exp(sum / count)
+        // what carries counts; softer points are scaled in the rough inverse
+        let total: f64 = pressure.iter().sum();
+        let weighted: f64 = diagonal.iter().zip(&pressure).map(|(d, p)| d * p).sum();
+        let layer = if total > 0.0 {
+            weighted / total
         } else {
-            0.0
+            diagonal.iter().copied().fold(f64::INFINITY, f64::min)
         };
-        let mut found = solved(&diagonal, layer, &linear, pressure)?;
+        let scale: Vec<f64> = diagonal
+            .iter()
+            .map(|d| (layer / d).sqrt().min(1.0))
+            .collect();
+        let within = tolerance.max(PART * missed);
+        let mut found = solved(&diagonal, layer, &scale, &linear, pressure, within)?;
         iterations += found.iterations;
         history.extend(&found.history);
-        let has_settled = rough.turn(&found.pressure, tolerance)?;
-        if found.status != Status::Solved || has_settled || round == ROUNDS {
-            if !has_settled && found.status == Status::Solved {
+        missed = rough.turn(&found.pressure, &mut found.slack);
+        let is_solved = found.status == Status::Solved;
+        let has_settled = is_solved && within <= tolerance && missed <= tolerance.max(SETTLED);
+        failures = if is_solved { 0 } else { failures + 1 };
+        if has_settled || failures > FAILURES || round == ROUNDS {
+            if has_settled {
+                rough.check_end(&found.pressure)?;
+            } else if is_solved {
                 found.status = Status::IterationLimit;
             }
             (found.iterations, found.history) = (iterations, history);

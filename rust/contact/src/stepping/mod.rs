@@ -204,7 +204,11 @@ impl SlidingStepper {
             let (mut found, effort) = self.solve_linear(&linear, monitor)?;
             all.add(effort);
             found.iterations = all.sets;
-            if found.status != Status::Solved || rough.turn(&found.pressure, SETTLED)? {
+            if found.status != Status::Solved {
+                return Ok((found, all));
+            }
+            if rough.turn(&found.pressure, &mut found.gap) <= SETTLED {
+                rough.check_end(&found.pressure)?;
                 return Ok((found, all));
             }
             if round == ROUNDS {
