@@ -3,8 +3,8 @@
 
 Usage: python studies/quick_rolling.py. Takes about ten seconds. The gaps are round along x; across
 they have random cubic and quartic parts beside a parabola, up to half of it at the semi-axis. Pressures are
-compared with those of the half-space at the same force. Round contacts are rolled along random directions over
-square cells.
+compared with those of the half-space at the same force. Round contacts are rolled along random directions
+over square cells.
 """
 
 import warnings
