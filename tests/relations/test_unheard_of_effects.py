@@ -81,7 +81,6 @@ def test_wheels_in_steps_refuse_what_they_do_not_take(scene: Scene, name: str) -
         scene.prepare()
 
 
-@pytest.mark.filterwarnings("ignore:with friction the left wheel carries")
 def test_wheels_in_steps_have_the_layer_of_their_scene() -> None:
     layer = mtb.InterfaceLayer(thickness=20e-6, shear_modulus=50e6)
     creeping = (10.0, 0.0, 0.0, 0.0, 0.998 * 10.0 / 0.46, 0.0)

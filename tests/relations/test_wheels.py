@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 import mtb_rs as mtb
 
 V, RADIUS = 20.0, 0.46
-#: On inclined planes friction carries a part of the vertical force, which is told.
-pytestmark = pytest.mark.filterwarnings("ignore:with friction the", "ignore:the peak pressure is")
+pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
 
 #: y [m], roll and yaw [rad]; whether the height is given; drift, slip of the rim, rate of yaw
 POSES = st.tuples(st.floats(-5.5e-3, 5.5e-3), st.floats(-2e-4, 2e-4), st.floats(-8e-3, 8e-3), st.booleans())

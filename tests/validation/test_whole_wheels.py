@@ -2,7 +2,7 @@
 """Whole wheels, yawed, rolled and given their total force, against CONTACT (tests/data/contact).
 
 CONTACT's track has y to the right and z down, so y, z and yaw change sign; its creepage cksi is of the rail
-over the wheel. It finds the height with friction in the balance, so here it is found from the outside.
+over the wheel.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import mtb_rs as mtb
 
@@ -79,17 +78,11 @@ def solved(name):
     axle = np.array([-np.sin(yaw) * np.cos(roll), np.cos(yaw) * np.cos(roll), np.sin(roll)])
     velocity = [SPEED, 0.0, 0.0, *(omega * axle)]
 
-    def at(z):
-        return contact.step([0.0, -y * MM, z, roll, 0.0, yaw], velocity)
-
-    if row["z_mm"]:
-        return at((TOUCHING - float(row["z_mm"])) * MM)
-    with pytest.MonkeyPatch.context() as patch:
-        # of the search for a first height only
-        patch.setattr("mtb_rs.simulation.wheel_stepping.MOST_UNBALANCED", np.inf)
-        first = contact.step([0.0, -y * MM, np.nan, roll, 0.0, yaw], velocity).pose[2]
-    missing = lambda z: at(z).vertical_force[row["side"]] - wanted  # noqa: E731
-    return at(brentq(missing, first - 6e-5, first + 3e-4, xtol=1e-11))
+    z = (TOUCHING - float(row["z_mm"])) * MM if row["z_mm"] else np.nan
+    step = contact.step([0.0, -y * MM, z, roll, 0.0, yaw], velocity)
+    if not row["z_mm"]:
+        assert step.vertical_force[row["side"]] == pytest.approx(wanted, rel=1e-8)
+    return step
 
 
 def pairs(name):

@@ -336,9 +336,10 @@ class WheelReport:
     normal_solves : int
         Normal problems, of all patches and trials of the height.
     iterations : int
-        Newton steps of the tangential problems.
+        Newton steps of the tangential problems, of all patches and trials of the height.
     status : str
-        "solved", and in words where a flange is in contact or the wheels are lifted.
+        "solved", and in words where a flange is in contact, the wheels are lifted, or the height was found at
+        a jump of the force.
     """
 
     normal_solves: int
@@ -367,9 +368,9 @@ class WheelStep(Differentiable, Drawn):
         Downward force of each wheel on its rail, friction included.
     balance_error : float or None [-]
         Relative departure of the vertical force from the force for which the height was found. If roll was
-        found too, it is the largest departure of a wheel. None if the height was given. The height is found
-        such that the pressures carry the force, and friction has a vertical part where the contact plane is
-        inclined.
+        found too, it is the largest departure of a wheel. None if the height was given. It is below 1e-8,
+        except at a height at which the force jumps by up to 0.1 %, because the contact plane turns there: the
+        report then says so.
     reference_point : (3,) [m]
         Reference point on the wheelset, in its pose.
     pose : (6,)

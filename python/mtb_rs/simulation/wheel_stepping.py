@@ -34,8 +34,8 @@ Array = NDArray[np.float64]
 
 #: Farthest grid line of a state, in spacings.
 FARTHEST = 10**15
-#: Share of the vertical force from which on a warning says that friction adds to it or takes from it.
-MOST_UNBALANCED = 0.02
+#: Relative departure of the vertical force above which a height was found at a jump of the force.
+OF_JUMP = 1e-6
 #: A state as the core has it: overlaps, and side, first cell and field of each patch.
 CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
 
@@ -82,11 +82,9 @@ class PreparedWheels:
         pose : (x, y, z, roll, pitch, yaw) [m], [rad]
             Rigid displacement of the wheelset from its position in the scene, where it just touches the rail:
             rotations about the fixed x, then y, then z axis through `reference_point`, then the translation.
-            If z is NaN, it is found such that the pressures carry the scene's vertical force (on both wheels
-            twice that). If z and roll are NaN for both wheels, they are found such that each wheel carries
-            it. None: z is NaN and all other components are zero. The balance leaves out friction:
-            `WheelStep.balance_error` gives the relative departure of the force, and a warning comes above 2
-            %.
+            If z is NaN, it is found such that the wheel carries the scene's vertical force (both wheels
+            twice that), friction included. If z and roll are NaN for both wheels, they are found such that
+            each wheel carries it. None: z is NaN and all other components are zero.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
@@ -106,7 +104,7 @@ class PreparedWheels:
         Warns
         -----
         UserWarning
-            Of the balance; and once, of the first peak pressure above the hardness of rail steel.
+            Once, of the first peak pressure above the hardness of rail steel.
         """
         place = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
         motion = _velocity(velocity)
@@ -118,7 +116,6 @@ class PreparedWheels:
         except _mtb_rs.NotConverged as error:
             raise ConvergenceError(str(error)) from None
         carried = dict(out.vertical_force)
-        warn_of_balance(out.balance_error, carried)
         names = [f.name for f in fields(WheelPatch)]
         patches = tuple(WheelPatch(**{name: getattr(p, name) for name in names}) for p in out.patches)
         if not self._has_asked and patches:
@@ -137,7 +134,7 @@ class PreparedWheels:
             friction_power=out.friction_power,
             friction_work=None if dt is None else out.friction_power * dt,
             state=_state_of(out.state),
-            report=WheelReport(out.normal_solves, out.iterations, _in_words(patches)),
+            report=WheelReport(out.normal_solves, out.iterations, _in_words(patches, out.balance_error)),
         )
         points = sum(patch.pressure.size for patch in patches)
         size = (len(self.sides), len(patches), points)
@@ -231,29 +228,31 @@ def prepare_wheels(
     )
 
 
-def warn_of_balance(error: float | None, carried: dict[str, float]) -> None:
-    """Warns where wheels carry another vertical force, friction included, than the height was found for."""
-    if error is None or abs(error) <= MOST_UNBALANCED:
-        return
-    forces = " and ".join(f"the {side} wheel carries {force / 1e3:.4g} kN" for side, force in carried.items())
-    warn(
-        f"with friction {forces} of vertical force: {abs(error):.1%} "
-        f"{'more' if error > 0.0 else 'less'} than asked for. The height is found so that the pressures "
-        "alone carry the force; give z for another force (step.vertical_force says what is carried)"
-    )
-
-
-def _in_words(patches: tuple[WheelPatch, ...]) -> str:
+def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None) -> str:
     """How a step ended."""
+    is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
         return "solved: the wheels are lifted"
-    flanges = [
+    said = [
         f"the flange of the {patch.side} wheel is in contact, where the contact plane is inclined by "
         f"{np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
         for patch in patches
         if patch.on_flange
     ]
-    return ": ".join(["solved", *(["; ".join(flanges)] if flanges else [])])
+    if is_balanced:
+        said += [
+            f"friction lifts the {patch.side} rail at {np.degrees(patch.contact_angle):.0f}° by more than "
+            "the pressure presses it down: another height may carry the same force, and this is the one "
+            "found from the last step"
+            for patch in patches
+            if patch.force[2] > 0.0
+        ]
+    if is_balanced and abs(error) > OF_JUMP:
+        said.append(
+            "the vertical force jumps at this height, as the contact plane turns: the wheels carry "
+            f"{abs(error):.1g} {'more' if error > 0.0 else 'less'} than asked for, over that"
+        )
+    return ": ".join(["solved", *(["; ".join(said)] if said else [])])
 
 
 def _from_bytes(data: bytes, state: CoreState) -> PreparedWheels:

@@ -90,8 +90,8 @@ typedef struct mtb_wheel_step {
    */
   double vertical_force[2];
   /*
-   What the vertical force departs by from the one that the height was to be found for, over that, friction
-   being no part of that balance: the largest departure, with its sign. NaN where the height was given.
+   What the vertical force departs by from the one that the height was to be found for, over that: the largest
+   departure, with its sign, below 1e-8 but at a small jump of the force. NaN where the height was given.
    */
   double balance_error;
   /*
@@ -415,7 +415,7 @@ enum mtb_status mtb_wheels_reference_point(uint64_t wheels,
 
  `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
  about the fixed x, then y, then z axis through the reference point, then shifted; z NaN: found so that the wheels
- carry their vertical force; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
+ carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
  zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
  changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
  arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
@@ -461,7 +461,7 @@ enum mtb_status mtb_wheels_fields(uint64_t wheels,
  The rows are force x, y, z [N] and moment x, y, z [N m] on the rails, vertical force of the left and of the right
  wheel [N], and heat of sliding [W]; the columns are what they are derived by: pose x, y, z [m], roll, pitch, yaw
  [rad], then velocity x, y, z [m/s] and rotation about x, y, z [rad/s]. Height and roll that were found from balance
- follow the rest of the pose, and have columns of 0. Contact planes, the gap over them and creepages change with the
+ follow the rest, and have columns of 0. Contact planes, the gap over them and creepages change with the
  pose; points stay in contact, in stick and in slip as they are. The moment is about the reference point, which moves.
 
  # Safety

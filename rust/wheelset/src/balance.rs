@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Pressures of a wheel at a height, and the height at which they carry the force.
+//! Pressures and tractions of a wheel at a height, and the height at which they carry the force.
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
 use mtb_elasticity::half_space::influence;
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Component, Grid, Monitor};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::prepared::Ready;
+use crate::prepared::{Ready, Velocity};
+use crate::rolling::{Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
+use crate::state::{PatchRatio, WheelState};
 use crate::wheelset::Side;
 
 /// Relative residual of the normal problem that is accepted.
@@ -20,15 +22,32 @@ const SMALL_JUMP: f64 = 1e-3;
 /// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
 /// for differences, both over the approach; and the longest step of that search [m].
 const LAID: f64 = 1e-2;
+/// Error of the force that the search with the tractions themselves begins with.
+const NEAR: f64 = 1e-3;
 const DIFFERENCE: f64 = 1e-4;
 const LONGEST: f64 = 5e-4;
 
 /// Patches and pressures of one wheel at one height.
 #[derive(Debug)]
-pub(crate) struct Trial {
+struct Trial {
     /// Vertical force of the pressures [N].
     force: f64,
-    pub(crate) patches: Vec<Pressed>,
+    patches: Vec<Pressed>,
+}
+
+/// One wheel at one height: its patches with pressures and tractions.
+pub(crate) struct Loaded {
+    /// Vertical force that it presses on the rail with, friction included [N].
+    vertical_force: f64,
+    pub(crate) patches: Vec<Rolled>,
+}
+
+/// What a step has cost so far.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Effort {
+    pub(crate) normal_solves: usize,
+    /// Newton steps of the tangential problems.
+    pub(crate) iterations: usize,
 }
 
 /// A patch and its pressure.
@@ -41,12 +60,12 @@ pub(crate) struct Pressed {
     pub(crate) gap: Vec<f64>,
 }
 
-/// Patches of a wheel and their pressures; `solves` counts the normal problems.
-pub(crate) fn trial(
+/// Patches of a wheel and their pressures.
+fn trial(
     ready: &Ready,
     side: Side,
     place: &[f64; 6],
-    solves: &mut usize,
+    effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Trial, Error> {
     let wheelset = &ready.wheelset;
@@ -81,7 +100,7 @@ pub(crate) fn trial(
                 method: Method::Auto,
             };
             let solution = solve_normal(&contact, options, monitor)?;
-            *solves += 1;
+            effort.normal_solves += 1;
             let status = match solution.status {
                 Status::Solved | Status::Stagnated if solution.residual <= ACCEPTED => None,
                 Status::Solved | Status::Stagnated => Some("stagnated"),
@@ -138,162 +157,358 @@ impl Trial {
     }
 }
 
+/// A wheel in a pose, given its height.
+pub(crate) fn loaded(
+    ready: &Ready,
+    side: Side,
+    (place, velocity): (&[f64; 6], Velocity),
+    known: &[PatchRatio],
+    effort: &mut Effort,
+    monitor: Monitor<'_>,
+) -> Result<Loaded, Error> {
+    let trial = trial(ready, side, place, effort, monitor)?;
+    rolled(
+        ready,
+        side,
+        (place, velocity),
+        known,
+        trial,
+        effort,
+        monitor,
+    )
+}
+
+/// The tractions of pressed patches; `known`: traction over pressure to try first.
+fn rolled(
+    ready: &Ready,
+    side: Side,
+    (place, velocity): (&[f64; 6], Velocity),
+    known: &[PatchRatio],
+    trial: Trial,
+    effort: &mut Effort,
+    monitor: Monitor<'_>,
+) -> Result<Loaded, Error> {
+    let (centre, rigid) = ready.motion(place, velocity);
+    let mut known = known.iter().filter(|known| known.side == side);
+    let mut loaded = Loaded {
+        vertical_force: 0.0,
+        patches: Vec::new(),
+    };
+    for pressed in trial.patches {
+        let plane = &pressed.plane;
+        let start = known
+            .next()
+            .map(|known| known.on(plane.first, plane.nx, plane.ny));
+        let rolled = rolling(
+            ready,
+            side,
+            pressed,
+            centre,
+            &rigid,
+            start.as_deref(),
+            monitor,
+        )?;
+        effort.iterations += rolled.iterations;
+        loaded.vertical_force -= rolled.patch.load(centre.into())[0][2];
+        loaded.patches.push(rolled);
+    }
+    Ok(loaded)
+}
+
+/// The wheels of a search, with what the pose before has left.
+struct Wheels<'a> {
+    ready: &'a Ready,
+    velocity: Velocity,
+    ratios: Vec<PatchRatio>,
+    /// A pose and the pressures in it.
+    pressed: Option<([f64; 6], Vec<Trial>)>,
+    loaded: Vec<Loaded>,
+    effort: &'a mut Effort,
+    monitor: Monitor<'a>,
+}
+
+impl Wheels<'_> {
+    fn pressed(&mut self, place: &[f64; 6]) -> Result<Vec<Trial>, Error> {
+        let each = self.ready.wheelset.sides.each().iter();
+        each.map(|side| trial(self.ready, *side, place, self.effort, self.monitor))
+            .collect()
+    }
+
+    /// Vertical forces with the traction over pressure held, which costs no tangential problem.
+    fn with_known_ratios(&mut self, place: &[f64; 6]) -> Result<Vec<f64>, Error> {
+        let trials = self.pressed(place)?;
+        let area: f64 = self.ready.wheelset.spacing.iter().product();
+        let each = self.ready.wheelset.sides.each().iter();
+        let forces = each.zip(&trials).map(|(side, trial)| {
+            let known = self.ratios.iter().filter(|known| known.side == *side);
+            let friction = trial.patches.iter().zip(known).map(|(pressed, known)| {
+                let plane = &pressed.plane;
+                let ratio = known.on(plane.first, plane.nx, plane.ny);
+                let across = &ratio[pressed.pressure.len()..];
+                let sum: f64 = across
+                    .iter()
+                    .zip(&pressed.pressure)
+                    .map(|(r, p)| r * p)
+                    .sum();
+                -plane.angle.sin() * sum * area
+            });
+            trial.force + friction.sum::<f64>()
+        });
+        let forces = forces.collect();
+        self.pressed = Some((*place, trials));
+        Ok(forces)
+    }
+
+    /// Vertical forces of pressures and tractions.
+    fn with_friction(&mut self, place: &[f64; 6]) -> Result<Vec<f64>, Error> {
+        let trials = match self.pressed.take() {
+            Some((at, trials)) if at == *place => trials,
+            _ => self.pressed(place)?,
+        };
+        let posed = (place, self.velocity);
+        let each = self.ready.wheelset.sides.each().iter();
+        self.loaded = each
+            .zip(trials)
+            .map(|(side, trial)| {
+                let (effort, known) = (&mut *self.effort, &self.ratios);
+                rolled(self.ready, *side, posed, known, trial, effort, self.monitor)
+            })
+            .collect::<Result<_, _>>()?;
+        let patches = self.loaded.iter().flat_map(|wheel| &wheel.patches);
+        self.ratios = patches.map(|rolled| rolled.ratio.clone()).collect();
+        Ok(self
+            .loaded
+            .iter()
+            .map(|wheel| wheel.vertical_force)
+            .collect())
+    }
+}
+
 /// Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found. Also the
 /// overlap that does it, for the next step.
 ///
 /// Unknowns are the height [m] and, if free, roll times the distance of the tape circle [m]. Force goes nearly
 /// with overlap^(3/2), so force^(2/3) is nearly linear; its first derivatives are those of the undeformed
-/// overlap, which cost no solve and know that a roll moves a flange sideways.
+/// overlap, which cost no solve and know that a roll moves a flange sideways. The search begins with the traction
+/// over pressure of the step before, or none, and goes on with the tractions themselves.
 pub(crate) fn in_balance(
     ready: &Ready,
     place: &mut [f64; 6],
-    known: &[f64],
-    solves: &mut usize,
+    velocity: Velocity,
+    state: &WheelState,
+    effort: &mut Effort,
     monitor: Monitor<'_>,
-) -> Result<(Vec<Trial>, Vec<f64>), Error> {
+) -> Result<(Vec<Loaded>, Vec<f64>), Error> {
     let n = if place[3].is_nan() { 2 } else { 1 };
-    if known.len() == n {
-        match balance_from(ready, place, known, solves, monitor) {
+    let balance = Balance {
+        ready,
+        given: *place,
+        is_each: n == 2,
+    };
+    let mut wheels = Wheels {
+        ready,
+        velocity,
+        ratios: state.patches.clone(),
+        pressed: None,
+        loaded: Vec::new(),
+        effort,
+        monitor,
+    };
+    let mut root = None;
+    if state.depth.len() == n {
+        let depth = DVector::from_row_slice(&state.depth);
+        match balance.from(&depth, &mut wheels) {
             // where a flange ran, or other wheels, may be no start for this pose
             Err(
                 Error::Geometry(_)
                 | Error::Balance { .. }
                 | Error::Normal { .. }
+                | Error::Tangential { .. }
                 | Error::CutOff { .. },
             ) => {}
-            done => return done,
+            done => root = Some(done?),
         }
     }
-    balance_from(
-        ready,
-        place,
-        &vec![ready.wheelset.approach; n],
-        solves,
-        monitor,
-    )
+    let root = match root {
+        Some(root) => root,
+        None => {
+            wheels.ratios.clear();
+            let depth = DVector::from_element(n, ready.wheelset.approach);
+            balance.from(&depth, &mut wheels)?
+        }
+    };
+    *place = balance.posed(&root);
+    let depth = balance.overlap(&root)?;
+    Ok((wheels.loaded, depth.iter().copied().collect()))
 }
 
-/// The same, from the overlap `depth` on.
-fn balance_from(
-    ready: &Ready,
-    place: &mut [f64; 6],
-    depth: &[f64],
-    solves: &mut usize,
-    monitor: Monitor<'_>,
-) -> Result<(Vec<Trial>, Vec<f64>), Error> {
-    let wheelset = &ready.wheelset;
-    let sides = wheelset.sides.each();
-    let is_each = place[3].is_nan();
-    let n = depth.len();
-    let wanted = wheelset.force * if is_each { 1.0 } else { sides.len() as f64 };
-    let depth = DVector::from_row_slice(depth);
-    let given = *place;
-    let posed = |x: &DVector<f64>| {
-        let mut place = given;
+/// The vertical force [N] of each wheel in a pose.
+type Carried<'a> = dyn FnMut(&[f64; 6]) -> Result<Vec<f64>, Error> + 'a;
+
+/// The search for a height (and roll).
+struct Balance<'a> {
+    ready: &'a Ready,
+    /// The pose as it was asked for.
+    given: [f64; 6],
+    /// Whether each wheel is to carry the force by itself.
+    is_each: bool,
+}
+
+impl Balance<'_> {
+    fn posed(&self, x: &DVector<f64>) -> [f64; 6] {
+        let mut place = self.given;
         place[2] = x[0];
-        if is_each {
-            place[3] = x[1] / ready.over.tape();
+        if self.is_each {
+            place[3] = x[1] / self.ready.over.tape();
         }
         place
-    };
-    let overlap = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
-        let place = posed(x);
+    }
+
+    /// Overlap [m] of the undeformed bodies: of each wheel, or the largest.
+    fn overlap(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        let place = self.posed(x);
+        let sides = self.ready.wheelset.sides.each().iter();
         let found: Result<Vec<f64>, Error> = sides
-            .iter()
             .map(|side| {
-                let [centre, axle] = ready.axle(*side, &place);
-                Ok(ready.over.overlap(centre, axle)?)
+                let [centre, axle] = self.ready.axle(*side, &place);
+                Ok(self.ready.over.overlap(centre, axle)?)
             })
             .collect();
         let found = DVector::from_vec(found?);
-        Ok(if is_each {
+        Ok(if self.is_each {
             found
         } else {
             DVector::from_element(1, found.max())
         })
-    };
-    let search = Search {
-        tolerance: LAID * wheelset.approach,
-        longest: LONGEST,
-        small: DIFFERENCE * wheelset.approach,
-    };
+    }
 
-    let mut level = DVector::zeros(n);
-    level[0] = (overlap(&level)? - &depth).max();
-    let laid = lay(overlap, &level, &depth, search);
-    let start = match laid {
-        Ok(Some(laid)) => laid,
-        // a flange that climbs: from the wheel that touches first
-        Ok(None) | Err(Error::Geometry(_)) => level,
-        Err(error) => return Err(error),
-    };
-    let mut of_overlap = |x: &DVector<f64>| overlap(x);
-    let mut slope = differences(&mut of_overlap, &start, &overlap(&start)?, search.small)?;
-    for (k, mut row) in slope.row_iter_mut().enumerate() {
-        row /= depth[k];
-    }
-    let mut trials: Vec<Trial> = Vec::new();
-    let mut end = None;
-    // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
-    let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
-        let place = posed(x);
-        let tried: Result<Vec<Trial>, Error> = sides
-            .iter()
-            .map(|side| trial(ready, *side, &place, solves, monitor))
-            .collect();
-        if let Err(Error::Geometry(why)) = &tried {
-            end = Some(why.to_string());
+    /// How far a search goes, and what it accepts.
+    fn search(&self, tolerance: f64) -> Search {
+        Search {
+            tolerance,
+            longest: LONGEST,
+            small: DIFFERENCE * self.ready.wheelset.approach,
         }
-        trials = tried?;
-        let forces = trials.iter().map(|trial| trial.force);
-        let forces = if is_each {
-            DVector::from_iterator(n, forces)
-        } else {
-            DVector::from_element(1, forces.sum())
+    }
+
+    /// Where the undeformed bodies overlap by `depth`.
+    fn laid(&self, depth: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        let search = self.search(LAID * self.ready.wheelset.approach);
+        let mut level = DVector::zeros(depth.len());
+        level[0] = (self.overlap(&level)? - depth).max();
+        let laid = lay(|x| self.overlap(x), &level, depth, search);
+        match laid {
+            Ok(Some(laid)) => Ok(laid),
+            // a flange that climbs: from the wheel that touches first
+            Ok(None) | Err(Error::Geometry(_)) => Ok(level),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Where the wheels carry the force, from an overlap [m] on.
+    fn from(&self, depth: &DVector<f64>, wheels: &mut Wheels<'_>) -> Result<DVector<f64>, Error> {
+        let start = self.laid(depth)?;
+        let slope = self.slope(&start)?;
+        let near = self.find(
+            &start,
+            slope.clone(),
+            &mut |place| wheels.with_known_ratios(place),
+            NEAR,
+        );
+        let (near, slope) = match near {
+            Ok(near) => near,
+            // what this friction does not carry, another may
+            Err(Error::Balance { .. }) => (start, slope),
+            Err(error) => return Err(error),
         };
-        let mut root = forces.map(|force| (force / wanted).powf(2.0 / 3.0));
-        if root.iter().any(|r| *r == 0.0) {
-            let overlap = overlap(x)?;
-            for (r, overlap) in root.iter_mut().zip(&overlap) {
-                if *r == 0.0 {
-                    *r = (overlap / wheelset.approach).min(0.0);
+        let accuracy = self.ready.accuracy.force;
+        let mut carry = |place: &[f64; 6]| wheels.with_friction(place);
+        Ok(self.find(&near, slope, &mut carry, accuracy)?.0)
+    }
+
+    /// First derivatives of the residual of [`Balance::find`].
+    fn slope(&self, start: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        let approach = self.ready.wheelset.approach;
+        let depth = self.overlap(start)?;
+        let mut of_overlap = |x: &DVector<f64>| self.overlap(x);
+        let mut slope = differences(&mut of_overlap, start, &depth, DIFFERENCE * approach)?;
+        for (k, mut row) in slope.row_iter_mut().enumerate() {
+            // where nothing overlaps yet, as if it were what may carry the force
+            row /= if depth[k] > 0.0 { depth[k] } else { approach };
+        }
+        Ok(slope)
+    }
+
+    /// Where the wheels carry the force, to a relative `accuracy`, with the derivatives there; the last call of
+    /// `carry` is there.
+    fn find(
+        &self,
+        start: &DVector<f64>,
+        mut slope: DMatrix<f64>,
+        carry: &mut Carried<'_>,
+        accuracy: f64,
+    ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
+        let wheelset = &self.ready.wheelset;
+        let sides = wheelset.sides.each().len() as f64;
+        let wanted = wheelset.force * if self.is_each { 1.0 } else { sides };
+        let search = self.search(accuracy / 1.5);
+        let mut reached: Vec<f64> = Vec::new();
+        let mut end = None;
+        // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
+        let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
+            let tried = carry(&self.posed(x));
+            if let Err(Error::Geometry(why)) = &tried {
+                end = Some(why.to_string());
+            }
+            reached = tried?;
+            let forces = if self.is_each {
+                DVector::from_row_slice(&reached)
+            } else {
+                DVector::from_element(1, reached.iter().sum())
+            };
+            let mut root = forces.map(|force| stretched(force / wanted, 2.0 / 3.0));
+            if root.iter().any(|r| *r == 0.0) {
+                let overlap = self.overlap(x)?;
+                for (r, overlap) in root.iter_mut().zip(&overlap) {
+                    if *r == 0.0 {
+                        *r = (overlap / wheelset.approach).min(0.0);
+                    }
                 }
+            }
+            Ok(root.add_scalar(-1.0))
+        };
+        let mut found = find_root(&mut carried, start.clone(), &mut slope, search)?;
+        let mut jump = None;
+        if found.is_none() && !self.is_each {
+            match halved(&mut carried, start, search)? {
+                Halved::Root(root) => found = Some(root),
+                Halved::Jump(ends) => {
+                    let near = ends.iter().find(|(_, r)| r.abs() < SMALL_JUMP / 1.5);
+                    found = near.map(|(height, _)| DVector::from_element(1, *height));
+                    if let Some(found) = &found {
+                        carried(found)?;
+                    }
+                    jump = Some(ends.map(|(_, r)| wanted * stretched(r + 1.0, 1.5)));
+                }
+                Halved::Nothing => {}
             }
         }
-        Ok(root.add_scalar(-1.0))
-    };
-    let search = Search {
-        tolerance: ready.accuracy.force / 1.5,
-        ..search
-    };
-    let mut found = find_root(&mut carried, start.clone(), slope, search)?;
-    let mut jump = None;
-    if found.is_none() && n == 1 {
-        match halved(&mut carried, &start, search)? {
-            Halved::Root(root) => found = Some(root),
-            Halved::Jump(ends) => {
-                let near = ends.iter().find(|(_, r)| r.abs() < SMALL_JUMP / 1.5);
-                found = near.map(|(height, _)| DVector::from_element(1, *height));
-                if let Some(found) = &found {
-                    carried(found)?;
-                }
-                jump = Some(ends.map(|(_, r)| wanted * (r + 1.0).max(0.0).powf(1.5)));
-            }
-            Halved::Nothing => {}
+        match found {
+            Some(found) => Ok((found, slope)),
+            None => Err(Error::Balance {
+                is_each: self.is_each,
+                wanted,
+                reached,
+                end,
+                jump,
+            }),
         }
     }
-    let Some(found) = found else {
-        return Err(Error::Balance {
-            is_each,
-            wanted,
-            reached: trials.iter().map(|trial| trial.force).collect(),
-            end,
-            jump,
-        });
-    };
-    *place = posed(&found);
-    let depth = overlap(&found)?;
-    Ok((trials, depth.iter().copied().collect()))
+}
+
+/// A power of the size of a number, with its sign.
+fn stretched(value: f64, power: f64) -> f64 {
+    value.abs().powf(power).copysign(value)
 }
 
 /// Where the undeformed bodies overlap by `depth`.
@@ -305,6 +520,6 @@ fn lay(
 ) -> Result<Option<DVector<f64>>, Error> {
     let mut missing = |x: &DVector<f64>| Ok(overlap(x)? - depth);
     let value = missing(level)?;
-    let slope = differences(&mut missing, level, &value, search.small)?;
-    find_root(&mut missing, level.clone(), slope, search)
+    let mut slope = differences(&mut missing, level, &value, search.small)?;
+    find_root(&mut missing, level.clone(), &mut slope, search)
 }

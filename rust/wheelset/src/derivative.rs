@@ -4,7 +4,7 @@
 //! Pressures follow from the gap, tractions from pressures and creepages, by the equations of the solved problems
 //! with their cells in contact, in stick and in slip held. The gap, the contact plane and the creepages follow from
 //! the pose, and are derived as they were computed: the grid goes with its plane. What was found from balance follows
-//! from the forces that the pressures carry.
+//! all that was given, so that the wheels carry the same force.
 
 use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
@@ -29,7 +29,7 @@ pub enum WheelInput {
     /// The coefficient of a Coulomb law, those of a friction map, or the parameters of another law: the coefficients
     /// at rest and of sliding, or those of [`SlipLaw::parameters`], then distance [m] and slip speed [m/s] of a memory.
     Friction,
-    /// The vertical force of each wheel [N]; 0 where the height was given.
+    /// The vertical force of each wheel [N], friction included; 0 where the height was given.
     Force,
     /// Thickness over shear modulus of the layer [m/Pa].
     Layer,
@@ -102,6 +102,8 @@ pub struct WheelTangent {
     pub(crate) place: [f64; 6],
     pub(crate) found: Vec<usize>,
     pub(crate) velocity: Velocity,
+    /// As of the step.
+    pub(crate) balance_error: Option<f64>,
     pub(crate) patches: Vec<Arc<PatchLinear>>,
 }
 
@@ -135,7 +137,7 @@ impl WheelTangent {
     /// let step = wheels.step(pose, Velocity::Rolling(20.0), &unmonitored)?;
     /// let by_pose = step.tangent.derivatives(WheelInput::Pose, &unmonitored)?;
     /// println!("{} N a millimetre to the side", 1e-3 * by_pose[1].force[1]);
-    /// // the height follows, so that the pressures carry the same force
+    /// // the height follows, so that the wheel carries the same force
     /// assert!(by_pose[1].pose[2] != 0.0 && by_pose[2].pose[2] == 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -144,9 +146,7 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
-        if matches!(by, WheelInput::Pose | WheelInput::Force) {
-            self.refuse_jump()?;
-        }
+        self.refuse_jump()?;
         let mut changes = match by {
             WheelInput::Pose => (0..6)
                 .map(|k| self.by_pose(k, monitor))
@@ -162,7 +162,7 @@ impl WheelTangent {
                 vec![self.changed(&given, monitor)?]
             }
         };
-        if self.found.is_empty() || !matches!(by, WheelInput::Pose | WheelInput::Force) {
+        if self.found.is_empty() {
             return finite(changes);
         }
         let found = &self.found;
@@ -174,15 +174,15 @@ impl WheelTangent {
                 .collect::<Result<Vec<_>, _>>()?,
         };
         let n = found.len();
-        let carried = |carried: [f64; 2]| match n {
-            1 => DVector::from_element(1, carried[0] + carried[1]),
-            _ => DVector::from_row_slice(&carried),
+        let carried = |change: &WheelChange| match n {
+            1 => DVector::from_element(1, change.vertical_force.iter().sum()),
+            _ => DVector::from_row_slice(&change.vertical_force),
         };
-        let columns: Vec<DVector<f64>> = free.iter().map(|(_, c)| carried(*c)).collect();
+        let columns: Vec<DVector<f64>> = free.iter().map(carried).collect();
         let matrix = DMatrix::from_columns(&columns).lu();
-        for (k, (change, of_force)) in changes.iter_mut().enumerate() {
+        for (k, change) in changes.iter_mut().enumerate() {
             if by == WheelInput::Pose && found.contains(&k) {
-                *change = self.nothing().0;
+                *change = self.nothing();
                 continue;
             }
             let wanted = match by {
@@ -193,9 +193,9 @@ impl WheelTangent {
                 _ => DVector::zeros(n),
             };
             let moved = matrix
-                .solve(&(wanted - carried(*of_force)))
+                .solve(&(wanted - carried(change)))
                 .ok_or(mtb_contact::Error::Singular)?;
-            for (share, (free, _)) in moved.iter().zip(&free) {
+            for (share, free) in moved.iter().zip(&free) {
                 change.add(*share, free);
             }
         }
@@ -231,43 +231,37 @@ impl WheelTangent {
 /// Departure of the carried force from the one asked for, over the error accepted, that tells of a jump.
 const OF_JUMP: f64 = 100.0;
 
-/// A change of a step, and of the vertical force that the pressures of each wheel carry.
-type Column = (WheelChange, [f64; 2]);
-
 impl WheelTangent {
-    fn nothing(&self) -> Column {
+    fn nothing(&self) -> WheelChange {
         let patches = self
             .patches
             .iter()
             .map(|patch| PatchChange::none(patch))
             .collect();
-        let change = WheelChange {
+        WheelChange {
             patches,
             ..WheelChange::default()
-        };
-        (change, [0.0; 2])
+        }
     }
 
     /// At a jump the height follows the jump, and not the force.
     fn refuse_jump(&self) -> Result<(), Error> {
-        if self.found.len() != 1 {
+        let Some(error) = self.balance_error else {
+            return Ok(());
+        };
+        if error.abs() <= OF_JUMP * self.ready.accuracy.force {
             return Ok(());
         }
         let wheelset = &self.ready.wheelset;
         let wanted = wheelset.force * wheelset.sides.each().len() as f64;
-        let [dx, dy] = wheelset.spacing;
-        let of_patch = |patch: &Arc<PatchLinear>| {
-            patch.pressure.iter().sum::<f64>() * dx * dy * patch.plane.angle.cos()
-        };
-        let carried: f64 = self.patches.iter().map(of_patch).sum();
-        if (carried / wanted - 1.0).abs() > OF_JUMP * self.ready.accuracy.force {
-            return Err(Error::AtJump { carried, wanted });
-        }
-        Ok(())
+        Err(Error::AtJump {
+            carried: wanted * (1.0 + error),
+            wanted,
+        })
     }
 
     /// By one component of the pose, all others held.
-    fn by_pose(&self, k: usize, monitor: Monitor<'_>) -> Result<Column, Error> {
+    fn by_pose(&self, k: usize, monitor: Monitor<'_>) -> Result<WheelChange, Error> {
         let turned = turned(&self.place, k);
         let mut rigid = [0.0; 6];
         if let Velocity::Rolling(speed) = self.velocity {
@@ -288,11 +282,11 @@ impl WheelTangent {
             }
         };
         let mut column = self.changed(&given, monitor)?;
-        column.0.pose[k] = 1.0;
+        column.pose[k] = 1.0;
         Ok(column)
     }
 
-    fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<Column>, Error> {
+    fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         let directions: Vec<[f64; 6]> = match self.velocity {
             Velocity::Rolling(_) => {
                 let axle = self.ready.axle(Side::Left, &self.place)[1];
@@ -321,7 +315,7 @@ impl WheelTangent {
         directions.into_iter().map(column).collect()
     }
 
-    fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<Column>, Error> {
+    fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         (0..friction_parameters(&self.ready.wheelset.friction))
             .map(|k| {
                 let given = |_: &PatchLinear| Given {
@@ -338,8 +332,8 @@ impl WheelTangent {
         &self,
         given: &dyn Fn(&PatchLinear) -> Given,
         monitor: Monitor<'_>,
-    ) -> Result<Column, Error> {
-        let (mut whole, mut carried) = self.nothing();
+    ) -> Result<WheelChange, Error> {
+        let mut whole = self.nothing();
         for (k, patch) in self.patches.iter().enumerate() {
             let found = patch.changed(self, &given(patch), monitor)?;
             let side = usize::from(patch.side == Side::Right);
@@ -349,16 +343,15 @@ impl WheelTangent {
             }
             whole.vertical_force[side] -= found.change.force[2];
             whole.friction_power += found.change.friction_power;
-            carried[side] += found.carried;
             whole.patches[k] = found.change;
         }
-        Ok((whole, carried))
+        Ok(whole)
     }
 }
 
 /// The changes, whose numbers are finite.
-fn finite(columns: Vec<Column>) -> Result<Vec<WheelChange>, Error> {
-    for (change, _) in &columns {
+fn finite(columns: Vec<WheelChange>) -> Result<Vec<WheelChange>, Error> {
+    for change in &columns {
         let of_patches = change.patches.iter().flat_map(|p| [&p.force, &p.creepage]);
         let vectors = of_patches.chain([&change.force, &change.moment]).flatten();
         let mut all = vectors.chain([&change.friction_power]);
@@ -367,7 +360,7 @@ fn finite(columns: Vec<Column>) -> Result<Vec<WheelChange>, Error> {
             return Err(Error::Overflow { name, value });
         }
     }
-    Ok(columns.into_iter().map(|(change, _)| change).collect())
+    Ok(columns)
 }
 
 /// How many parameters friction has.

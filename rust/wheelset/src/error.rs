@@ -139,11 +139,12 @@ pub enum Error {
     },
     /// No height carries the force.
     #[error(
-        "no height{} of the wheelset found at which {} {} N: the last carries {}{}{}",
+        "no height{} of the wheelset found at which {} {} N: the last carries {}{}{}{}",
         if *.is_each { " and roll" } else { "" },
         if *.is_each { "each wheel carries" } else { "its wheels carry" },
         Short(*.wanted),
         carried(.reached),
+        if .reached.iter().any(|force| *force < 0.0) { LIFTS } else { "" },
         .jump.map(jumped).unwrap_or_default(),
         .end.as_ref().map(|end| format!("; further on, {end}")).unwrap_or_default()
     )]
@@ -161,12 +162,12 @@ pub enum Error {
     },
     /// The height was found where the force jumps.
     #[error(
-        "the height was found where the force jumps, as the contact plane turns there: the pressures carry {} N, and {} N \
+        "the height was found where the force jumps, as the contact plane turns there: the wheels carry {} N, and {} N \
          are asked for. At a jump the step has no derivatives; give z",
         Short(*.carried), Short(*.wanted)
     )]
     AtJump {
-        /// Vertical force of the pressures [N].
+        /// Vertical force of the wheels [N].
         carried: f64,
         /// The force that the height was to be found for [N].
         wanted: f64,
@@ -244,6 +245,11 @@ impl From<mtb_contact::record::Damaged> for Error {
         Self::Stored(damaged.0)
     }
 }
+
+/// Why a wheel carries less the lower it is.
+const LIFTS: &str = "; friction lifts the rail there by more than the pressure presses it down, because the \
+                     contact plane is steeper than the angle of friction: the wheel climbs or is dragged down, \
+                     and no height holds it; give z, or another pose";
 
 fn jumped([low, high]: [f64; 2]) -> String {
     format!(

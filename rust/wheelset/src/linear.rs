@@ -84,8 +84,6 @@ pub(crate) struct Found {
     pub(crate) change: PatchChange,
     /// Of the moment about the reference point [N m].
     pub(crate) moment: [f64; 3],
-    /// Of the vertical force of the pressures [N].
-    pub(crate) carried: f64,
 }
 
 /// Tractions as they change, on the loaded part.
@@ -198,11 +196,6 @@ impl PatchLinear {
         let arm = self.kinematics.arm;
         let by_arm = motion.on_wheel - given.motion.centre.component_mul(&mirror);
         let by_moment = by_moment + by_arm.cross(&force) + arm.cross(&by_force);
-        let (sin, cos) = plane.angle.sin_cos();
-        let carried = area
-            * (cos * change.pressure.iter().sum::<f64>()
-                - sin * change.contact_angle * self.pressure.iter().sum::<f64>());
-
         change.position = by_position.component_mul(&mirror).into();
         change.force = by_force.component_mul(&mirror).into();
         change.rolling_speed *= self.kinematics.sense;
@@ -220,7 +213,6 @@ impl PatchLinear {
         Ok(Found {
             change,
             moment: moment.into(),
-            carried,
         })
     }
 

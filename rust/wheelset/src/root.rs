@@ -32,12 +32,12 @@ pub(crate) struct Search {
 
 /// Newton's method with a line search; Broyden's updates, and differences where those gain little.
 ///
-/// `x`: a start in range; `jacobian`: an estimate of the derivatives there. The last call of the residual is
-/// the root. `None`: no step makes the residual smaller, or the steps are used up.
+/// `x`: a start in range; `jacobian`: an estimate of the derivatives there, then at the root. The last call of the
+/// residual is the root. `None`: no step makes the residual smaller, or the steps are used up.
 pub(crate) fn find_root(
     residual: &mut Residual<'_>,
     mut x: DVector<f64>,
-    mut jacobian: DMatrix<f64>,
+    jacobian: &mut DMatrix<f64>,
     search: Search,
 ) -> Result<Option<DVector<f64>>, Error> {
     let mut value = residual(&x)?;
@@ -47,18 +47,18 @@ pub(crate) fn find_root(
             return Ok(Some(x));
         }
         let mut gain = f64::INFINITY;
-        if let Some((there, left)) = shortened(residual, &x, &value, &jacobian, search.longest)? {
+        if let Some((there, left)) = shortened(residual, &x, &value, jacobian, search.longest)? {
             let change = &there - &x;
             gain = left.norm() / value.norm();
-            let missed = &left - &value - &jacobian * &change;
-            jacobian += missed * change.transpose() / change.norm_squared();
+            let missed = &left - &value - &*jacobian * &change;
+            *jacobian += missed * change.transpose() / change.norm_squared();
             (x, value) = (there, left);
             is_fresh = false;
         } else if is_fresh {
             break;
         }
         if gain > ENOUGH && value.amax() >= search.tolerance {
-            jacobian = differences(residual, &x, &value, search.small)?;
+            *jacobian = differences(residual, &x, &value, search.small)?;
             is_fresh = true;
         }
     }
@@ -86,7 +86,9 @@ fn shortened(
         let there = x + &change;
         match residual(&there) {
             Ok(left) if left.norm() < value.norm() => return Ok(Some((there, left))),
-            Ok(_) | Err(Error::Geometry(_) | Error::CutOff { .. }) => change *= 0.5,
+            Ok(_) | Err(Error::Geometry(_) | Error::CutOff { .. } | Error::Tangential { .. }) => {
+                change *= 0.5
+            }
             Err(error) => return Err(error),
         }
     }
@@ -121,7 +123,9 @@ pub(crate) fn halved(
         let there = ends[1].0 + step;
         match residual(&DVector::from_element(1, there)) {
             Ok(next) => ends = [ends[1], (there, next[0])],
-            Err(Error::Geometry(_) | Error::CutOff { .. }) => return Ok(Halved::Nothing),
+            Err(Error::Geometry(_) | Error::CutOff { .. } | Error::Tangential { .. }) => {
+                return Ok(Halved::Nothing);
+            }
             Err(error) => return Err(error),
         }
         step *= 2.0;
@@ -182,7 +186,7 @@ mod tests {
             ]))
         };
         let start = DVector::from_element(2, 1.0);
-        let found = find_root(&mut never, start, DMatrix::identity(2, 2), SEARCH);
+        let found = find_root(&mut never, start, &mut DMatrix::identity(2, 2), SEARCH);
         assert_eq!(found.unwrap(), None);
     }
 
@@ -223,8 +227,8 @@ mod tests {
             }
             Ok(DVector::from_element(1, (10.0 * (x[0] - 0.9)).exp_m1()))
         };
-        let slope = DMatrix::from_element(1, 1, 1e-3);
-        let found = find_root(&mut bounded, DVector::zeros(1), slope, SEARCH);
+        let mut slope = DMatrix::from_element(1, 1, 1e-3);
+        let found = find_root(&mut bounded, DVector::zeros(1), &mut slope, SEARCH);
         assert!((found.unwrap().unwrap()[0] - 0.9).abs() < 1e-7);
     }
 
@@ -234,7 +238,7 @@ mod tests {
         let found = find_root(
             &mut stopped,
             DVector::zeros(1),
-            DMatrix::identity(1, 1),
+            &mut DMatrix::identity(1, 1),
             SEARCH,
         );
         assert_eq!(found, Err(Error::Stored("stopped")));

@@ -19,7 +19,7 @@ use crate::{
 const EXACT: Accuracy = Accuracy {
     normal: 1e-14,
     tangential: 1e-12,
-    force: 2e-11,
+    force: 4e-12,
 };
 
 fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
@@ -94,10 +94,14 @@ fn changes(change: &WheelChange) -> Vec<f64> {
 /// How many parameters a law has, and the law with one of them changed.
 type Law<'a> = (usize, &'a dyn Fn(usize, f64) -> WheelFriction);
 
-/// A step without memory, so that differences have no memory.
-fn solved(wheels: &PreparedWheels, pose: [f64; 6], velocity: Velocity) -> WheelStep {
+/// A step without memory, so that differences have no memory; `None` where it is not found to such an accuracy.
+fn found(wheels: &PreparedWheels, pose: [f64; 6], velocity: Velocity) -> Option<WheelStep> {
     let mut wheels = wheels.without_memory();
-    wheels.step(pose, velocity, &unmonitored).unwrap()
+    wheels.step(pose, velocity, &unmonitored).ok()
+}
+
+fn solved(wheels: &PreparedWheels, pose: [f64; 6], velocity: Velocity) -> WheelStep {
+    found(wheels, pose, velocity).unwrap()
 }
 
 /// Which points are in contact, stick and slip, patch by patch.
@@ -108,8 +112,17 @@ fn states(step: &WheelStep) -> Vec<Vec<u8>> {
 
 /// Whether a derivative was compared with central differences of steps whose number is `share` times `small` further:
 /// not where a point changes its state on the way, or the differences themselves depend on their width.
-fn check(what: &str, found: &WheelChange, small: f64, at: &dyn Fn(f64) -> WheelStep) -> bool {
+fn check(
+    what: &str,
+    found: &WheelChange,
+    small: f64,
+    at: &dyn Fn(f64) -> Option<WheelStep>,
+) -> bool {
     let solved = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share: f64| at(share * small));
+    let [Some(a), Some(b), Some(c), Some(d), Some(e)] = solved else {
+        return false;
+    };
+    let solved = [a, b, c, d, e];
     if solved.iter().any(|step| states(step) != states(&solved[0])) {
         return false;
     }
@@ -172,7 +185,7 @@ fn check_pose_and_velocity(
         counts[0] += usize::from(check(&what, found, small, &|change| {
             let mut moved = pose;
             moved[k] += change;
-            solved(wheels, moved, velocity)
+            self::found(wheels, moved, velocity)
         }));
         counts[1] += 1;
     }
@@ -190,7 +203,7 @@ fn check_pose_and_velocity(
                     Velocity::Rigid(rigid)
                 }
             };
-            solved(wheels, pose, moved)
+            self::found(wheels, pose, moved)
         }));
         counts[1] += 1;
     }
@@ -334,7 +347,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
             .unwrap();
         assert_eq!(by_friction.len(), count);
         for (k, found) in by_friction.iter().enumerate() {
-            let at = |by: f64| solved(&made(k, by), pose, velocity);
+            let at = |by: f64| self::found(&made(k, by), pose, velocity);
             assert!(check(&format!("friction {k} of {count}"), found, 1e-7, &at));
         }
         let [by_force] = &step
@@ -347,7 +360,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         assert!(check("force", by_force, 0.3, &|by| {
             let mut wheelset = wheelset(Sides::Right, law(0, 0.0));
             wheelset.force += by;
-            solved(&prepared(wheelset), pose, velocity)
+            found(&prepared(wheelset), pose, velocity)
         }));
         let [by_layer] = &step
             .tangent
@@ -359,7 +372,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         assert!(check("layer", by_layer, 1e-20, &|by| {
             let mut wheelset = wheelset(Sides::Right, law(0, 0.0));
             wheelset.layer += by;
-            solved(&prepared(wheelset), pose, velocity)
+            found(&prepared(wheelset), pose, velocity)
         }));
     }
 }
@@ -415,7 +428,7 @@ fn a_height_that_follows_a_jump_has_no_derivatives() {
         .derivatives(WheelInput::Pose, &unmonitored)
         .unwrap_err();
     assert!(refused.to_string().contains("give z"), "{refused}");
-    // the velocity does not move it
-    let by_velocity = step.tangent.derivatives(WheelInput::Velocity, &unmonitored);
-    assert_eq!(by_velocity.unwrap().len(), 1);
+    // friction is in the balance, so that the velocity would move it as well
+    let refused = step.tangent.derivatives(WheelInput::Velocity, &unmonitored);
+    assert!(refused.is_err());
 }
