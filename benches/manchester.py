@@ -138,11 +138,14 @@ def table() -> list[dict[str, Any]]:
 
 
 def printed() -> dict[tuple[str, float], dict[str, float]]:
-    """What CONTACT prints of a position, by side and shift [mm]."""
-    with (DATA / "whole_wheels.csv").open(encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["origin"] == "Manchester A-2.2"]
+    """What CONTACT prints of the poses at hand that are the benchmark's, by side and shift [mm]."""
     known = {}
+    with (DATA / "whole_wheels.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
     for row in rows:
+        given = [float(row[name] or "nan") for name in ("yaw_rad", "FZ_N", "cant_rad")]
+        if not np.allclose(given, [YAW * float(row["y_mm"]) * MM, FORCE, 0.0], rtol=1e-9, atol=1e-12):
+            continue
         found = {name: float(row[column]) for name, column in PRINTED.items()}
         found |= {"roll_mrad": float(row["roll_rad"]) / MRAD, "omega_rad_s": float(row["omega_rad_s"])}
         known[row["side"], float(row["y_mm"])] = found | {"y_contact_mm": abs(found["y_contact_mm"])}

@@ -650,11 +650,11 @@ def test_a_patch_that_lifts_its_rail_beside_one_that_carries_is_told():
     wheel = mtb.Profile.from_points(y, [-1.8e-3 - 16e-3 * np.tan(np.radians(60)), -1.8e-3, 3e-3], "linear")
     contact = scene(wheel=wheel, spacing=5e-4).prepare(friction=mtb.Coulomb(0.7))
     yaw, told = -0.02, []
-    for y in np.arange(2e-3, 11e-3, 0.25e-3):
+    for shift in np.arange(2e-3, 11e-3, 0.25e-3):
         # not every pose has a height
         with contextlib.suppress(mtb.ConvergenceError):
             step = contact.copy().step(
-                [0.0, y, np.nan, 0.0, 0.0, yaw], [V, 0.0, 0.0, -yaw * V / 0.46, V / 0.46, 0.0]
+                [0.0, shift, np.nan, 0.0, 0.0, yaw], [V, 0.0, 0.0, -yaw * V / 0.46, V / 0.46, 0.0]
             )
             lifts = [p for p in step.patches if p.force[2] > 0.0]
             assert ("another height may carry" in step.report.status) == bool(lifts)

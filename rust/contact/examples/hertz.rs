@@ -24,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         moments: [None, None],
         hardness: None,
         rough: None,
+        start: None,
     };
     let options = Options {
         tolerance: Some(1e-8),

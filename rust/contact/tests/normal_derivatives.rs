@@ -52,6 +52,7 @@ impl Case {
             moments: self.moments,
             hardness: self.hardness,
             rough: None,
+            start: None,
         })
     }
 

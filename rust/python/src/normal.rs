@@ -155,6 +155,7 @@ fn posed<T>(
         moments,
         hardness,
         rough,
+        start: None,
     })
 }
 

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::prepared::{Ready, Velocity};
 use crate::rolling::{Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
-use crate::state::{PatchRatio, WheelState};
+use crate::state::{Lines, PatchRatio, WheelState};
 use crate::wheelset::Side;
 
 /// Relative residual of the normal problem that is accepted.
@@ -42,6 +42,9 @@ pub(crate) struct Loaded {
     pub(crate) patches: Vec<Rolled>,
 }
 
+/// Where a pressure is known, and the pressure [Pa].
+type Known = (Lines, Vec<f64>);
+
 /// What a step has cost so far.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Effort {
@@ -60,11 +63,12 @@ pub(crate) struct Pressed {
     pub(crate) gap: Vec<f64>,
 }
 
-/// Patches of a wheel and their pressures.
+/// Patches of a wheel and their pressures; `known`: pressures at a height near by to start from, patch by patch.
 fn trial(
     ready: &Ready,
     side: Side,
     place: &[f64; 6],
+    known: &[Known],
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Trial, Error> {
@@ -86,6 +90,8 @@ fn trial(
                 continue;
             }
             let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
+            let start = known.get(trial.patches.len());
+            let start = start.map(|(lines, p)| lines.moved(p, Lines::of(&plane)));
             let contact = NormalContact {
                 gap: &gap,
                 grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
@@ -94,6 +100,7 @@ fn trial(
                 moments: [None, None],
                 hardness: None,
                 rough: None,
+                start: start.as_deref(),
             };
             let options = Options {
                 tolerance: Some(ready.accuracy.normal),
@@ -166,7 +173,7 @@ pub(crate) fn loaded(
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Loaded, Error> {
-    let trial = trial(ready, side, place, effort, monitor)?;
+    let trial = trial(ready, side, place, &[], effort, monitor)?;
     rolled(
         ready,
         side,
@@ -196,9 +203,7 @@ fn rolled(
     };
     for pressed in trial.patches {
         let plane = &pressed.plane;
-        let start = known
-            .next()
-            .map(|known| known.on(plane.first, plane.nx, plane.ny));
+        let start = known.next().map(|known| known.on(Lines::of(plane)));
         let rolled = rolling(
             ready,
             side,
@@ -220,6 +225,8 @@ struct Wheels<'a> {
     ready: &'a Ready,
     velocity: Velocity,
     ratios: Vec<PatchRatio>,
+    /// Pressures of the last trial, wheel by wheel.
+    known: Vec<Vec<Known>>,
     /// A pose and the pressures in it.
     pressed: Option<([f64; 6], Vec<Trial>)>,
     loaded: Vec<Loaded>,
@@ -229,9 +236,18 @@ struct Wheels<'a> {
 
 impl Wheels<'_> {
     fn pressed(&mut self, place: &[f64; 6]) -> Result<Vec<Trial>, Error> {
-        let each = self.ready.wheelset.sides.each().iter();
-        each.map(|side| trial(self.ready, *side, place, self.effort, self.monitor))
-            .collect()
+        let sides = self.ready.wheelset.sides.each();
+        self.known.resize(sides.len(), Vec::new());
+        let each = sides.iter().zip(&mut self.known);
+        each.map(|(side, known)| {
+            let trial = trial(self.ready, *side, place, known, self.effort, self.monitor)?;
+            let pressed = trial.patches.iter();
+            *known = pressed
+                .map(|p| (Lines::of(&p.plane), p.pressure.clone()))
+                .collect();
+            Ok(trial)
+        })
+        .collect()
     }
 
     /// Vertical forces with the traction over pressure held, which costs no tangential problem.
@@ -243,7 +259,7 @@ impl Wheels<'_> {
             let known = self.ratios.iter().filter(|known| known.side == *side);
             let friction = trial.patches.iter().zip(known).map(|(pressed, known)| {
                 let plane = &pressed.plane;
-                let ratio = known.on(plane.first, plane.nx, plane.ny);
+                let ratio = known.on(Lines::of(plane));
                 let across = &ratio[pressed.pressure.len()..];
                 let sum: f64 = across
                     .iter()
@@ -309,6 +325,7 @@ pub(crate) fn in_balance(
         ready,
         velocity,
         ratios: state.patches.clone(),
+        known: Vec::new(),
         pressed: None,
         loaded: Vec::new(),
         effort,
@@ -329,13 +346,13 @@ pub(crate) fn in_balance(
             done => root = Some(done?),
         }
     }
-    let root = match root {
-        Some(root) => root,
-        None => {
-            wheels.ratios.clear();
-            let depth = DVector::from_element(n, ready.wheelset.approach);
-            balance.from(&depth, &mut wheels)?
-        }
+    let root = if let Some(root) = root {
+        root
+    } else {
+        wheels.ratios.clear();
+        wheels.known.clear();
+        let depth = DVector::from_element(n, ready.wheelset.approach);
+        balance.from(&depth, &mut wheels)?
     };
     *place = balance.posed(&root);
     let depth = balance.overlap(&root)?;
@@ -391,24 +408,29 @@ impl Balance<'_> {
         }
     }
 
-    /// Where the undeformed bodies overlap by `depth`.
-    fn laid(&self, depth: &DVector<f64>) -> Result<DVector<f64>, Error> {
-        let search = self.search(LAID * self.ready.wheelset.approach);
+    /// Where the undeformed bodies overlap by `depth`, with the first derivatives of the residual of
+    /// [`Balance::find`] there.
+    fn laid(&self, depth: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let mut level = DVector::zeros(depth.len());
         level[0] = (self.overlap(&level)? - depth).max();
-        let laid = lay(|x| self.overlap(x), &level, depth, search);
-        match laid {
-            Ok(Some(laid)) => Ok(laid),
-            // a flange that climbs: from the wheel that touches first
-            Ok(None) | Err(Error::Geometry(_)) => Ok(level),
-            Err(error) => Err(error),
+        if !self.is_each {
+            // the overlap falls with the height, one for one
+            return Ok((level, DMatrix::from_element(1, 1, -1.0 / depth[0])));
         }
+        let search = self.search(LAID * self.ready.wheelset.approach);
+        let laid = match lay(|x| self.overlap(x), &level, depth, search) {
+            Ok(Some(laid)) => laid,
+            // a flange that climbs: from the wheel that touches first
+            Ok(None) | Err(Error::Geometry(_)) => level,
+            Err(error) => return Err(error),
+        };
+        let slope = self.slope(&laid)?;
+        Ok((laid, slope))
     }
 
     /// Where the wheels carry the force, from an overlap [m] on.
     fn from(&self, depth: &DVector<f64>, wheels: &mut Wheels<'_>) -> Result<DVector<f64>, Error> {
-        let start = self.laid(depth)?;
-        let slope = self.slope(&start)?;
+        let (start, slope) = self.laid(depth)?;
         let near = self.find(
             &start,
             slope.clone(),

@@ -238,6 +238,7 @@ impl PatchLinear {
             moments: [None, None],
             hardness: None,
             rough: None,
+            start: None,
         };
         let state = NormalState {
             pressure: &self.pressure,

@@ -95,7 +95,7 @@ pub struct Accuracy {
 /// Below what the cells make.
 const ACCURACY: Accuracy = Accuracy {
     normal: 1e-10,
-    tangential: 1e-8,
+    tangential: 1e-7,
     force: 5e-9,
 };
 

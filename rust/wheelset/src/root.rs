@@ -87,7 +87,7 @@ fn shortened(
         match residual(&there) {
             Ok(left) if left.norm() < value.norm() => return Ok(Some((there, left))),
             Ok(_) | Err(Error::Geometry(_) | Error::CutOff { .. } | Error::Tangential { .. }) => {
-                change *= 0.5
+                change *= 0.5;
             }
             Err(error) => return Err(error),
         }

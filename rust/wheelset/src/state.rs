@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_geometry::PlaneGap;
+
 use crate::{Error, Side};
 
 /// Farthest grid line of a state, in spacings.
@@ -120,25 +122,53 @@ impl WheelState {
 
 impl PatchRatio {
     /// The ratio on another grid; zero beyond this one's.
-    pub(crate) fn on(&self, first: [i64; 2], nx: usize, ny: usize) -> Vec<f64> {
-        let mut out = vec![0.0; 2 * nx * ny];
-        let offset = [first[0] - self.first[0], first[1] - self.first[1]];
+    pub(crate) fn on(&self, lines: Lines) -> Vec<f64> {
+        let own = Lines {
+            first: self.first,
+            nx: self.nx,
+            ny: self.ny,
+        };
+        let halves = self.ratio.chunks_exact((self.nx * self.ny).max(1));
+        let mut out: Vec<f64> = halves.flat_map(|half| own.moved(half, lines)).collect();
+        out.resize(2 * lines.nx * lines.ny, 0.0);
+        out
+    }
+}
+
+/// The lines of a grid in spacings from the origin of its plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lines {
+    pub(crate) first: [i64; 2],
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+}
+
+impl Lines {
+    pub(crate) fn of(plane: &PlaneGap) -> Self {
+        Self {
+            first: plane.first,
+            nx: plane.nx,
+            ny: plane.ny,
+        }
+    }
+
+    /// A field on these lines, on others; zero beyond these.
+    pub(crate) fn moved(self, field: &[f64], to: Self) -> Vec<f64> {
+        let mut out = vec![0.0; to.nx * to.ny];
+        let offset = [to.first[0] - self.first[0], to.first[1] - self.first[1]];
         // column and row there of the ones here
         let there = |k: usize, offset: i64, count: usize| {
             usize::try_from(k as i64 + offset)
                 .ok()
                 .filter(|k| *k < count)
         };
-        for j in 0..ny {
+        for j in 0..to.ny {
             let Some(row) = there(j, offset[1], self.ny) else {
                 continue;
             };
-            for i in 0..nx {
-                let Some(column) = there(i, offset[0], self.nx) else {
-                    continue;
-                };
-                for c in 0..2 {
-                    out[(c * ny + j) * nx + i] = self.ratio[(c * self.ny + row) * self.nx + column];
+            for i in 0..to.nx {
+                if let Some(column) = there(i, offset[0], self.nx) {
+                    out[j * to.nx + i] = field[row * self.nx + column];
                 }
             }
         }
@@ -181,12 +211,13 @@ mod tests {
     #[test]
     fn a_ratio_moves_with_its_grid() {
         let patch = &state().patches[0];
-        assert_eq!(patch.on([-1, 4], 3, 2), patch.ratio);
-        let moved = patch.on([0, 5], 2, 2);
+        let on = |first, nx, ny| patch.on(Lines { first, nx, ny });
+        assert_eq!(on([-1, 4], 3, 2), patch.ratio);
+        let moved = on([0, 5], 2, 2);
         assert_eq!(&moved[..2], &patch.ratio[4..6]);
         assert_eq!(&moved[2..4], &[0.0, 0.0]);
         assert_eq!(&moved[4..6], &patch.ratio[10..]);
-        assert!(patch.on([100, 0], 4, 4).iter().all(|v| *v == 0.0));
+        assert_eq!(on([100, 0], 4, 4), [0.0; 32]);
     }
 
     proptest! {

@@ -19,7 +19,7 @@ use crate::{
 const EXACT: Accuracy = Accuracy {
     normal: 1e-14,
     tangential: 1e-12,
-    force: 1e-11,
+    force: 1e-12,
 };
 
 fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
@@ -38,9 +38,9 @@ fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
     }
 }
 
-/// What is left in differences of solutions, over their size: sixteen errors of a height that carries the force, of
-/// which pressures near the edge of a contact have some times as much.
-const NOISE: f64 = 100.0 * EXACT.force;
+/// Error of a solved number over the largest of its kind: some times those of the force that a height is found for and
+/// of the tractions, most at the edge of a contact (1.1e-11 is the largest seen).
+const NOISE: f64 = 20.0 * EXACT.force;
 
 /// All numbers of a step, or of its change, with the size of their kind.
 fn numbers(step: &WheelStep) -> Vec<(&'static str, f64)> {
@@ -133,7 +133,7 @@ fn check(
         let [a, b, _, c, d] = [0, 1, 2, 3, 4].map(|j| steps[j][i].1);
         [(d - a) / (2.0 * small), (c - b) / small]
     };
-    // the largest of a kind, and what is left of it in differences
+    // the largest of a kind, and an error of one of its numbers over the width
     let (mut size, mut noise) = (BTreeMap::new(), BTreeMap::new());
     for (i, (name, value)) in steps[0].iter().enumerate() {
         let size: &mut f64 = size.entry(*name).or_default();
@@ -143,11 +143,11 @@ fn check(
     }
     let is_smooth = |i: usize| {
         let (name, [wide, near]) = (steps[0][i].0, slopes(i));
-        let accepted = 1e-6 * size[name] + noise[name];
+        let accepted = |errors: f64| 1e-6 * size[name] + errors * noise[name];
         // of a kink the second difference goes with the width, otherwise with its square
         let [a, b, at, c, d] = [0, 1, 2, 3, 4].map(|j| steps[j][i].1);
         let kink = (a - 2.0 * at + d - 4.0 * (b - 2.0 * at + c)) / small;
-        (wide - near).abs() <= accepted && kink.abs() <= accepted
+        (wide - near).abs() <= accepted(3.0) && kink.abs() <= accepted(20.0)
     };
     if !(0..found.len()).all(is_smooth) {
         return false;
@@ -155,7 +155,7 @@ fn check(
     for (i, found) in found.iter().enumerate() {
         let (name, [wide, near]) = (steps[0][i].0, slopes(i));
         let truth = (4.0 * near - wide) / 3.0;
-        let accepted = 1e-6 * size[name] + noise[name];
+        let accepted = 1e-6 * size[name] + 3.0 * noise[name];
         assert!(
             (found - truth).abs() <= accepted,
             "{what}, {name}: {found:e} is not {truth:e}, by more than {accepted:e}"
@@ -350,7 +350,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         for (k, found) in by_friction.iter().enumerate() {
             let at = |by: f64| self::found(&made(k, by), pose, velocity);
             assert!(
-                check(&format!("friction {k} of {count}"), found, 1e-6, &at),
+                check(&format!("friction {k} of {count}"), found, 1e-7, &at),
                 "{k} of {count}"
             );
         }

@@ -62,6 +62,9 @@ pub struct NormalContact<'a> {
     pub hardness: Option<f64>,
     /// Law of a rough layer between the bodies.
     pub rough: Option<&'a RoughLaw>,
+    /// Pressure (ny * nx) [Pa] to start from, in place of coarser grids, which then tell no discretisation error; one
+    /// of zero, and the dense method, go without.
+    pub start: Option<&'a [f64]>,
 }
 
 /// Which algorithm solves, and how well.
@@ -185,6 +188,9 @@ pub fn solve_normal(
         check_number(name, side, side > 0.0, "a positive number is needed")?;
     }
     check("gap", contact.gap, points)?;
+    if let Some(start) = contact.start {
+        check("start", start, points)?;
+    }
     match contact.load {
         Load::Force(force) => {
             check_number("force", force, force > 0.0, "a positive number is needed")?;

@@ -60,7 +60,10 @@ pub(super) fn solve(
         }
         ControlFlow::Continue(())
     };
-    let levels = Level::pyramid(contact);
+    let levels = match given(contact) {
+        Some(_) => vec![Level::finest(contact)],
+        None => Level::pyramid(contact),
+    };
     let mut work = Work::default();
     // the last level solved: its number and pressure, and its difference from the one before
     let mut known: Option<(usize, Vec<f64>)> = None;
@@ -192,13 +195,22 @@ fn is_full(known: Option<&(usize, Vec<f64>)>) -> bool {
     known.is_some_and(|(_, pressure)| pressure.iter().all(|p| *p > 0.0))
 }
 
-/// Pressure to start from: that of the coarser grid, or a uniform one.
+/// The pressure that is given to start from, if it is any.
+fn given<'a>(contact: &NormalContact<'a>) -> Option<&'a [f64]> {
+    let start = contact.start?;
+    start.iter().any(|p| *p > 0.0).then_some(start)
+}
+
+/// Pressure to start from: the one given, that of the coarser grid, or a uniform one.
 fn start(
     contact: &NormalContact<'_>,
     levels: &[Level],
     k: usize,
     known: Option<&(usize, Vec<f64>)>,
 ) -> Vec<f64> {
+    if let Some(start) = given(contact) {
+        return start.to_vec();
+    }
     match known {
         Some((coarser, pressure)) if !is_full(known) => {
             levels[k].start_from(&levels[*coarser], pressure)

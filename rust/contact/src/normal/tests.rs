@@ -59,6 +59,7 @@ fn run(
         moments,
         hardness: None,
         rough: None,
+        start: None,
     };
     solve_normal(
         &contact,
@@ -156,6 +157,7 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
                 moments: [None, None],
                 hardness: None,
                 rough: None,
+                start: None,
             };
             let found = solve_normal(&contact, options, &unmonitored)?;
             assert_eq!(found.status, Status::Solved);
@@ -171,6 +173,57 @@ fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
                 found.preconditionings
             );
         }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_start_near_by_saves_work_and_changes_nothing() -> Result<(), Error> {
+    let n = 64;
+    let h = 2.0 / n as f64;
+    let grid = Grid {
+        nx: n,
+        ny: n,
+        dx: h,
+        dy: h,
+    };
+    let gap = field(&grid, |x, y| (x * x + y * y) * PI * PI / 3.0);
+    let zero = vec![0.0; grid.points()];
+    let run = |load, start| {
+        let contact = NormalContact {
+            gap: &gap,
+            grid,
+            surface: Surface::FreeSpace(&influence),
+            load,
+            moments: [None, None],
+            hardness: None,
+            rough: None,
+            start,
+        };
+        let options = Options {
+            tolerance: Some(1e-10),
+            method: Method::Fourier,
+        };
+        solve_normal(&contact, options, &unmonitored)
+    };
+    let force = 2.0 / 3.0 * PI * 0.5625;
+    let near = run(Load::Force(0.99 * force), None)?;
+    let approach = run(Load::Force(force), None)?.approach;
+    for load in [Load::Force(force), Load::Approach(approach)] {
+        let cold = run(load, None)?;
+        let warm = run(load, Some(&near.pressure))?;
+        assert_eq!(warm.status, Status::Solved);
+        let work = |found: &NormalSolution| (found.products, found.preconditionings);
+        assert!(warm.products < cold.products && warm.preconditionings < cold.preconditionings);
+        let most = cold.pressure.iter().copied().fold(0.0, f64::max);
+        for (a, b) in warm.pressure.iter().zip(&cold.pressure) {
+            assert!((a - b).abs() < 1e-8 * most);
+        }
+        assert_eq!(warm.discretisation_error, None);
+        // one that presses nowhere is none
+        assert_eq!(work(&run(load, Some(&zero))?), work(&cold));
+        let short = run(load, Some(&zero[1..]));
+        assert!(matches!(short, Err(Error::Shape { name: "start", .. })));
     }
     Ok(())
 }
@@ -196,6 +249,7 @@ fn whenever_it_is_asked_to_stop_it_stops() {
         moments: [None, None],
         hardness: None,
         rough: None,
+        start: None,
     };
     let options = Options {
         tolerance: Some(1e-6),
@@ -243,6 +297,7 @@ fn a_wave_pressed_flat_follows_westergaard() -> Result<(), Error> {
         moments: [None, None],
         hardness: None,
         rough: None,
+        start: None,
     };
     let options = Options {
         tolerance: Some(1e-12),
@@ -299,6 +354,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
                     moments: [None, None],
                     hardness: None,
                     rough: None,
+                    start: None,
                 };
                 let options = Options {
                     tolerance: Some(1e-11),
@@ -340,6 +396,7 @@ fn a_body_of_ones_own_carries_what_its_springs_carry() -> Result<(), Error> {
         moments: [None, None],
         hardness: None,
         rough: None,
+        start: None,
     };
     let options = Options {
         tolerance: None,
@@ -375,6 +432,7 @@ fn two_bodies_as_a_compliance_follow_hertz() {
         moments: [None, None],
         hardness: None,
         rough: None,
+        start: None,
     };
     let options = Options {
         tolerance: Some(1e-9),
