@@ -292,19 +292,47 @@ class Errors:
         return {quantity: self.total(quantity) for quantity in self.cells}
 
 
+@dataclass(frozen=True)
+@plain
+class Layers:
+    """Copies of an elastic solution on wider cells.
+
+    Attributes
+    ----------
+    wider : Level
+        Differs by its cells alone.
+    pair : (Level, Level)
+        Differ from each other by the layers of elements alone, or by the lines that bodies are condensed onto
+        and all points.
+    are_of_lines : bool
+    """
+
+    wider: Level
+    pair: tuple[Level, Level]
+    are_of_lines: bool = False
+
+    def operations(self, known: Sequence[Level]) -> float:
+        """Of those that were not known before."""
+        new = {id(level): level for level in (self.wider, *self.pair)}
+        found = sum(level.operations for level in new.values() if all(level is not k for k in known))
+        # where only layers differ, the rails are one and the same, condensed once
+        return found - (0.0 if self.are_of_lines else self.wider.problem.lower.operations)
+
+
 def estimated(
     fine: Level,
     wider: Sequence[Level],
     choice: Choice,
-    layers: tuple[Level, Level] | None = None,
+    layers: Layers | None = None,
     *,
     skip_border: bool,
 ) -> Errors | None:
     """Errors of a solution from those on wider cells, the least wide first; None without any.
 
     The difference to the next wider one tells the error; the one after it guards against two solutions that
-    agree by chance, since no error falls faster than with the square of the spacing. Two copies of an elastic
-    body that differ by its `layers` of elements alone tell what these add.
+    agree by chance, since no error falls faster than with the square of the spacing. Two copies of elastic
+    bodies that differ by their `layers` of elements alone, or by the lines they are condensed onto, tell what
+    these add.
     """
     if not wider or not all(level.is_solved for level in (fine, *wider)):
         return None
@@ -320,8 +348,15 @@ def estimated(
         for q in QUANTITIES:
             cells[q] = max(cells[q], gain * _cell_error(wider[0], guard, q, skip_border))
     if layers is not None:
-        # their thickness goes with the root of the cells' size, their error with the square of the thickness
-        apart_by = {q: _cell_error(fine, layers[0], q, skip_border, layers[1]) for q in QUANTITIES}
+        # their thickness goes with the root of the cells' size, their error with the square of the thickness;
+        # lines stay where they are
+        one, other = layers.pair
+        apart_by = {
+            q: apart(other, one, q, skip_border=skip_border)
+            if layers.are_of_lines
+            else _cell_error(fine, one, q, skip_border, other)
+            for q in QUANTITIES
+        }
         cells = {q: float(np.hypot(cells[q], apart_by[q])) for q in QUANTITIES}
     points, along = fine.width
     if points <= NARROW:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,6 +33,7 @@ from .auto import (
     Choice,
     Errors,
     Ladder,
+    Layers,
     Level,
     estimated,
     finer_by,
@@ -96,11 +98,9 @@ def solve(
         if level.is_solved and (free or chosen.errors):
             if chosen.model != "half-space" and scene.own_model is None:
                 layers = layered(fixed, chosen.model, level, copies)
-                wider = [] if layers is None else [layers[0], *before]
-                new = [found for found in layers or () if all(found is not copy for copy in copies)]
-                # their rails are one and the same, condensed once
-                twice = layers[0].problem.lower.operations if layers is not None else 0.0
-                besides += sum(found.operations for found in new) - twice
+                wider = [] if layers is None else [layers.wider, *before]
+                if layers is not None:
+                    besides += layers.operations(copies)
             # to end the choice of a spacing at once takes two of them
             while len(wider) < (2 if free else 1):
                 last = wider[-1] if wider else level
@@ -124,7 +124,8 @@ def solve(
                 wider.append(copies[-1])
                 besides += copies[-1].operations
         # what has no solution on wider cells tells nothing
-        failed = [found for found in (*wider, *(layers or ())) if not found.is_solved]
+        pair = () if layers is None else layers.pair
+        failed = [found for found in (*wider, *pair) if not found.is_solved]
         wider = [] if layers is not None and failed else [found for found in wider if found.is_solved]
         errors = estimated(level, wider, chosen, layers, skip_border=geometry.is_body_edge)
         if errors is not None and scene.own_model is not None:
@@ -445,15 +446,12 @@ def mesh_errors(level: Level) -> tuple[float, float]:
     return max(s[0] for s in shares), max(s[1] for s in shares)
 
 
-def layered(
-    scene: PosedScene, model: Model, level: Level, known: Sequence[Level]
-) -> tuple[Level, Level] | None:
-    """Two copies of an elastic level on wider cells: its upper body with its own layers of elements, and with
-    thicker ones. A body that is condensed onto fewer points has the same ones in the first, and fewer in the
-    second.
+def layered(scene: PosedScene, model: Model, level: Level, known: Sequence[Level]) -> Layers | None:
+    """Copies of an elastic level on wider cells.
 
-    The first differs from the level by its cells alone, the two from each other by their layers alone, so
-    that one error cannot hide the other. None where there is nothing to widen. `known` ones are not solved
+    One differs from the level by its cells alone, two from each other by the layers of elements of the upper
+    body alone, so that one error cannot hide the other. Where bodies are condensed onto fewer points than
+    touch, these two differ by that instead. None where there is nothing to widen. `known` ones are not solved
     again.
     """
     width = coarsened(level.spacing, scene.geometry.grid(level.spacing).patches)
@@ -465,10 +463,15 @@ def layered(
         carrier = carrier_spacing(level.problem.patches)
         if carrier is None:
             own = level_at(copy, model, width, is_rough=True, thinner=ratio)
-        else:
-            own = level_at(copy, model, width, is_rough=True, carrier=carrier)
-        wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
-        return own, wide or level_at(copy, model, width, is_rough=True, carrier=_widened(carrier, ratio))
+            wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
+            return Layers(own, (own, wide or level_at(copy, model, width, is_rough=True)))
+        own = level_at(copy, model, width, is_rough=True, carrier=carrier)
+        times = max(3, math.ceil(math.sqrt(level.problem.n / DENSE_POINTS)))
+        width = coarsened(level.spacing, scene.geometry.grid(level.spacing).patches, times)
+        assert width is not None
+        copy = with_wider_elements(scene, level.spacing, width)
+        lines, points = (level_at(copy, model, width, is_rough=True, carrier=c) for c in (carrier, None))
+        return Layers(own, (points, lines), are_of_lines=True)
     except ValueError:  # the contact is too narrow for such cells or elements
         return None
 
