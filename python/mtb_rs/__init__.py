@@ -77,6 +77,7 @@ from .results.wear_result import WearResult
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
 from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
+from .simulation.stability import Stability
 from .simulation.stepping import PreparedContact, StepResult, StepState
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.brake import brake
@@ -113,6 +114,7 @@ if TYPE_CHECKING:
         | AreaLoadCurve
         | WearResult
         | Braking
+        | Stability
         | WheelsetGeometry
     ):
         """What was saved, of the kind that was saved; the room of results does not know them all."""
@@ -202,6 +204,7 @@ __all__ = [
     "SlidingHeat",
     "Smoothing",
     "Solid",
+    "Stability",
     "StartOfSliding",
     "StaticKinetic",
     "StepResult",

@@ -65,6 +65,7 @@ MADE_HERE = {
     "Field": "by the results",
     "Rubbing": "by wear",
     "Smoothing": "by Profile.smoothed",
+    "Stability": "by PreparedContact.stability",
     "SweepTable": "by sweep",
     "TouchingWheel": "by wheelset_geometry",
     "WheelsetGeometry": "by wheelset_geometry",
@@ -353,6 +354,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "PreparedContact.step",
         lambda **a: of_step(prepared(), **a),
         dict(gap=1e-7, friction=0.2, diagonal=1e-14),
+    ),
+    (
+        "PreparedContact.stability",
+        lambda **a: prepared().stability(stiffness=[1e7], free=["x"], **a).eigenvalues,
+        dict(mass=[2.0], pose=(0.0, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0),
     ),
     (
         "PreparedWheels.step",
@@ -789,6 +795,7 @@ LEFT_OUT = {
     ("ElasticBody.recover", "force"): "between a solve and its pictures",
     ("ElasticBody.recover", "traction"): "between a solve and its pictures",
     ("animate", "frames_per_second"): "draws pictures, and is tried below",
+    ("Stability.animate", "frames_per_second"): "draws pictures, as the other one does",
     ("solve_normal", "moments"): "an old name",
 }
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import mtb_rs as mtb
@@ -177,6 +178,14 @@ def pole_shoe_design(names: dict[str, Any]) -> None:
     assert len(names["even"]) < len(names["near"]) - 1
 
 
+def flutter_of_a_pole_shoe(names: dict[str, Any]) -> None:
+    border = [one.critical_friction for one in names["found"]]
+    assert np.all(np.diff(border) > 0.0)
+    assert border[0] == pytest.approx(0.244, rel=0.02)
+    assert border[-1] == pytest.approx(0.328, rel=0.02)
+    assert names["worst"].kind == "flutter"
+
+
 def measured_wheelset(names: dict[str, Any]) -> None:
     conicity, peak = names["conicity"], names["peak"]
     assert conicity["exact"] == pytest.approx(0.174, abs=1e-3)
@@ -267,6 +276,7 @@ CHECKS = {
         heat_of_a_stop,
         a_stop_with_heat_and_wear,
         a_year_of_stops,
+        flutter_of_a_pole_shoe,
         hertz,
         measured_wheelset,
         pictures_of_a_result,

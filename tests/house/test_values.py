@@ -38,6 +38,12 @@ def step() -> mtb.StepResult:
     return contact.step()
 
 
+def sliding_block() -> mtb.PreparedContact:
+    contact = mtb.scenes.block_on_plane(spacing=20e-3, velocity=5.0).prepare("half-space")
+    assert isinstance(contact, mtb.PreparedContact)
+    return contact
+
+
 def wheel_step() -> mtb.WheelStep:
     contact = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare()
     assert isinstance(contact, mtb.PreparedWheels)
@@ -122,6 +128,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "TangentialState": lambda: mtb.solve_tangential(patch(), ROLL, mtb.Coulomb(0.3)).state,
     "TetraMesh": box,
     "ToleranceWarning": lambda: mtb.ToleranceWarning("a"),
+    "Stability": lambda: sliding_block().stability([1.0], [1e7], free=["x"]),
     "TouchingWheel": lambda: mtb.wheelset_geometry(shifts=[0.0]).left,
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
     "ViewError": lambda: mtb.ViewError("a"),

@@ -80,6 +80,8 @@ elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.Foundat
         assert_type(loaded.plot("pressure"), Figure)
     elif isinstance(loaded, mtb.Braking):
         assert_type(loaded.shoe, mtb.SlidingHeat)
+    elif isinstance(loaded, mtb.Stability):
+        assert_type(loaded, mtb.Stability)
     elif isinstance(loaded, mtb.WheelsetGeometry):
         assert_type(loaded.wheel_radius, float)
     elif not isinstance(loaded, (mtb.AreaLoadCurve, mtb.RollingTemperature, mtb.SlidingHeat, mtb.WearResult)):

@@ -230,15 +230,12 @@ class EnergyWear(WearLaw):
         return np.asarray(mean * rubbing.friction / self.density)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 @plain
 class _OfFunction(WearLaw):
     """A user's function of what rubs."""
 
     function: Callable[[Rubbing], ArrayLike]
-
-    def __repr__(self) -> str:
-        return getattr(self.function, "__name__", None) or repr(self.function)
 
     def coefficient(self, rubbing: Rubbing) -> Array:
         n = rubbing.pressure.size

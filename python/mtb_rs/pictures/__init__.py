@@ -10,11 +10,13 @@ from .moving import animate
 from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
+from .stability_plot import animate_stability, draw_stability
 from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, draw_sweep, draw_wear
 from .wheelset_plot import draw_profile, draw_wheelset_geometry
 
 __all__ = [
     "animate",
+    "animate_stability",
     "dataset_of",
     "datasets",
     "draw_area_load",
@@ -22,6 +24,7 @@ __all__ = [
     "draw_heat",
     "draw_profile",
     "draw_section",
+    "draw_stability",
     "draw_start",
     "draw_sweep",
     "draw_wear",

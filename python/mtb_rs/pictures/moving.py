@@ -54,9 +54,7 @@ def animate(
     **options
         As for :func:`plot`, `kind`, `x` and `y` included; not `ax`.
     """
-    target = check_target(path)
-    if target.suffix not in (".gif", ".webp", ".png"):
-        raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
+    target = check_moving(path, frames_per_second)
     if not isinstance(history, Iterable):
         raise ValueError(f"history is {history!r}: a list of results is needed")
     drawn = [as_drawn(result)._picture() for result in history]
@@ -67,16 +65,29 @@ def animate(
         raise ValueError(
             f"captions has {len(captions)} entries: one for each of the {len(drawn)} results is needed"
         )
-    if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
-        raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
     shared = {"limits": shared_limits(drawn, quantity, options), **options}
     if options.get("kind") in (None, "map") and not is_a_cut(options):
         shared["window"] = window_of(drawn, quantity_of(drawn[0], quantity))
     captions = _differences(drawn) if captions is None else captions
-    first, *others = [
-        Image.fromarray(_frame(result, quantity, caption, shared))
-        for result, caption in zip(drawn, captions, strict=True)
+    frames = [
+        _frame(result, quantity, caption, shared) for result, caption in zip(drawn, captions, strict=True)
     ]
+    return moving_picture(frames, target, frames_per_second)
+
+
+def check_moving(path: str | Path, frames_per_second: float) -> Path:
+    """Where a moving picture is to be written; ValueError if it cannot be."""
+    target = check_target(path)
+    if target.suffix not in (".gif", ".webp", ".png"):
+        raise ValueError(f"path is {str(path)!r}: a name ending in .gif, .webp or .png is needed")
+    if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
+        raise ValueError(f"frames_per_second is {frames_per_second!r}: a positive number is needed")
+    return target
+
+
+def moving_picture(frames: Iterable[NDArray[np.uint8]], target: Path, frames_per_second: float) -> Path:
+    """Writes images (height, width, 3) that follow each other."""
+    first, *others = [Image.fromarray(frame) for frame in frames]
     pause = round(1000.0 / frames_per_second)
     moving = io.BytesIO()
     kind = {".gif": "GIF", ".webp": "WEBP", ".png": "PNG"}[target.suffix]
@@ -85,14 +96,19 @@ def animate(
     return target
 
 
+def image_of(figure: Figure) -> NDArray[np.uint8]:
+    """A figure as an image (height, width, 3)."""
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.array(canvas.buffer_rgba())[..., :3]
+
+
 def _frame(result: Pictured, quantity: str, caption: str, options: dict[str, Any]) -> NDArray[np.uint8]:
     with own_figures():
         picture = plot_within(result, quantity, **options)
     if isinstance(picture, Figure):
         picture.suptitle(caption, x=0.01, ha="left", fontsize=11, color=INK)
-        canvas: Any = FigureCanvasAgg(picture)
-        canvas.draw()
-        return np.array(canvas.buffer_rgba())[..., :3]
+        return image_of(picture)
     picture.add_text(caption, position="upper_left", font_size=12, color=INK)
     image = np.array(picture.screenshot(return_img=True))
     picture.close()

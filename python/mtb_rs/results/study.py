@@ -62,7 +62,8 @@ class Study(Savable):
         ----------
         directory : str or Path
         name : str or None
-            Of the files; None: "chart", "sweep", "area_load" or "wheelset_geometry".
+            Of the files; None: "chart", "sweep", "area_load", "stability" or
+            "wheelset_geometry".
 
         Returns
         -------

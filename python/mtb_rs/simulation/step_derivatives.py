@@ -92,6 +92,13 @@ class StepDerived:
         assert inputs is not None
         return inputs
 
+    @property
+    def friction(self) -> Array:
+        """Coefficient of friction (n,) [-] at each point."""
+        sliding = self.linear.sliding()
+        assert sliding is not None
+        return np.array(np.broadcast_to(sliding[0][0], self.pressure.shape))
+
     @cached_property
     def tangent(self) -> SlidingTangent:
         """The contact, linearised about the step."""

@@ -36,12 +36,10 @@ from ..results.result import Pictured
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
+from .stability import POSE, Stability, balanced, stability_of
 from .step_derivatives import Shared, StepDerived
 
 Array = NDArray[np.float64]
-
-#: Components of a pose, in order.
-POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 BODIES: tuple[Body, ...] = ("upper", "lower")
 
@@ -438,6 +436,121 @@ class PreparedContact:
             pulled = magnetic_pressure if attraction is None else attraction
             self._source.ask_once(self._asked, out.pressure, traction, pulled, speed)
         return result
+
+    def stability(
+        self,
+        mass: ArrayLike,
+        stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        *,
+        free: Sequence[str] = POSE,
+        pose: Sequence[float] | Array | None = None,
+        velocity: float | Sequence[float] | None = None,
+        largest_friction: float = 1.0,
+    ) -> Stability:
+        """Vibrations of the upper body, rigid on springs, about steady sliding: do they grow?
+
+        The contact enters with its exact tangent by pose and velocity, which friction makes unsymmetric: two
+        vibrations may join and grow though friction does not fall with the velocity (mode coupling
+        [Hoffmann2002]). Friction that falls with the velocity counts as well, and so does the lateral
+        velocity, which turns the friction. Rotations move the centre of pressure, and with it the velocity
+        there.
+
+        Parameters
+        ----------
+        mass : (m,) or (m, m)
+            Inertia of the upper body about `reference_point`, in kg and kg m2, over the m components that
+            are `free`: the diagonal, or all of the matrix.
+        stiffness, damping : (m,) or (m, m)
+            What holds the body, besides the contact; 0: nothing does. Forces over displacements [N/m] and
+            velocities [N s/m], moments over rotations [N m].
+        free : of "x", "y", "z", "roll", "pitch", "yaw"
+            Components that move; all others are held.
+        pose : (6,) [m], [rad] or None
+            About which; components that are NaN, or None, are found from balance as in :meth:`step`. Where
+            several bodies are found from balance, they then move as one.
+        velocity : float or (vx, vy) [m/s]
+            As in :meth:`step`; not None where the scene has none.
+        largest_friction : float
+            Up to this coefficient, or that of the contact if it is larger, the least unstable one is looked
+            for.
+
+        Returns
+        -------
+        Stability
+
+        Notes
+        -----
+        Loads other than that of the contact are dead ones: they stay the same. Left out are the changes of
+        the arms of the contact's load, of the order of the load times the displacement.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given, the velocity is zero, or a :class:`mtb_rs.Magnet` pulls.
+        ResultantError, ConvergenceError
+            As :meth:`step`, at the coefficient of the contact.
+        """
+        names = list(free)
+        if not names or len(set(names)) < len(names) or not set(names) <= set(POSE):
+            raise ValueError(f"free is {free!r}: different components of {', '.join(POSE)} are needed")
+        known = None if self._source is None else self._source.velocity
+        if velocity is None and known is None:
+            raise ValueError("velocity is missing: the damping of lateral motions follows from it")
+        sliding = self._velocity(velocity)
+        if not any(sliding):
+            raise ValueError("velocity is 0: the stability is that of a body that slides")
+        contact = self.copy()
+        place = np.full(6, np.nan) if pose is None else pose_of(pose)
+
+        def loads_of(step: StepResult) -> Array:
+            return np.concatenate([step.force, step.moment])
+
+        def stepped(at: Array, **given: Any) -> StepResult:
+            return contact.step(at, sliding, **given)
+
+        if np.isnan(place).any():
+            place = balanced(stepped, place, self.motions, loads_of(stepped(place)))
+        start = stepped(place)
+        coefficients, carried = start._source().friction, start.pressure * self.area
+        total = float(carried.sum())
+        if total <= 0.0:
+            raise ValueError("the bodies do not touch at this pose")
+        friction = float(carried @ coefficients) / total
+        arm = self.points @ carried / total - self.reference_point
+        # velocity (vx, vy) of the centre of pressure by the rates of the pose
+        rates = np.zeros((2, 6))
+        rates[:, :2] = np.eye(2)
+        rates[:, 3:] = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]]])
+        rows = [POSE.index(name) for name in names]
+
+        def parts(step: StepResult) -> tuple[Array, Array]:
+            by_pose = step.derivative(["force", "moment"], "pose")
+            return by_pose, step.derivative(["force", "moment"], "velocity")
+
+        constant = parts(stepped(place, friction=coefficients))[1]
+        falling = parts(start)[1] - constant
+        scaled = coefficients if friction > 0.0 else np.ones(self.area.size)
+
+        def loads(factor: float) -> tuple[Array, Array]:
+            by_pose, by_velocity = parts(stepped(place, friction=factor * scaled))
+            moved = (by_velocity + factor * falling) @ rates
+            return by_pose[np.ix_(rows, rows)], moved[np.ix_(rows, rows)]
+
+        corners = np.vstack([self.points.T, self.reference_point])
+        return stability_of(
+            loads,
+            friction,
+            names,
+            mass,
+            stiffness,
+            damping,
+            largest_friction,
+            pose=place,
+            velocity=np.array(sliding),
+            reference_point=self.reference_point,
+            outline=np.array([corners.min(axis=0), corners.max(axis=0)]),
+        )
 
     def _derived(
         self,

@@ -1,0 +1,370 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Stability of steady sliding: vibrations of a rigid body on springs and on its prepared contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.check import positive, reals
+from ..base.errors import ConvergenceError, ResultantError
+from ..base.owning import owning
+from ..base.plain import plain
+from ..base.stored import stored
+from ..base.told import Row
+from ..results.doors import pictures
+from ..results.result import png
+from ..results.study import Study
+
+Array = NDArray[np.float64]
+Modes = NDArray[np.complex128]
+Kind = Literal["stable", "flutter", "divergence"]
+
+#: Components of a pose, in order.
+POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+#: Coefficients of friction at which the least unstable one is looked for, before halving.
+STEPS = 60
+#: Growth over the largest eigenvalue that counts as none: rounding of the root of a number, and of a number.
+LEAST, SIMPLE = 1e-7, 1e-11
+#: Size of an eigenvalue over the largest one that may be a double zero.
+MEETS = 1e-6
+#: Rounds in which the pose is found from balance.
+ROUNDS = 30
+
+#: Derivatives (m, m) of a load by pose and by velocity, at a factor of the friction.
+Loads = Callable[[float], tuple[Array, Array]]
+
+
+@stored
+@owning
+@dataclass(frozen=True)
+@plain
+class Stability(Study):
+    """Vibrations about a state of sliding, as :meth:`mtb_rs.PreparedContact.stability` finds them.
+
+    Attributes
+    ----------
+    free : tuple of str
+        Components of the pose that move, m of them.
+    frequency : (k,) [Hz]
+        Of each vibration, rising; 0 for motions that do not swing.
+    growth : (k,) [1/s]
+        Rate at which it grows (> 0) or decays.
+    shapes : (2, k, m)
+        Real and imaginary part of the shape of each over `free` [m] and [rad], the largest component 1.
+    kind : "stable", "flutter" or "divergence"
+        Whether nothing grows, something swings and grows, or something grows without swinging.
+    friction : float [-]
+        Coefficient of friction, of tables and fields the mean weighted with the pressure.
+    critical_friction : float or None [-]
+        The least coefficient at which something grows, if all coefficients grow by one factor; None: none up
+        to the largest one that was looked at.
+    critical_frequency : float or None [Hz]
+        Of what begins to grow there; 0 if it does not swing.
+    mass, damping, stiffness : (m, m)
+        Matrices of the equations of motion, the contact's parts included.
+    pose : (6,) [m], [rad]
+        About which they are linear.
+    velocity : (2,) [m/s]
+    frictions : (n,) [-]
+        Coefficients up to the largest one, for pictures.
+    frequencies, growths : (n, 2m) [Hz], [1/s]
+        Of all eigenvalues at these; NaN where no state of sliding was found.
+    reference_point : (3,) [m]
+        About which the body turns.
+    outline : (2, 3) [m]
+        Least and largest coordinates of the contact points and the reference point, for pictures.
+    """
+
+    usual_name: ClassVar[str] = "stability"
+    called: ClassVar[str] = "stability"
+    endings: ClassVar[tuple[str, ...]] = ("png", "csv")
+
+    free: tuple[str, ...]
+    frequency: Array
+    growth: Array
+    shapes: Array
+    kind: Kind
+    friction: float
+    critical_friction: float | None
+    critical_frequency: float | None
+    mass: Array
+    damping: Array
+    stiffness: Array
+    pose: Array
+    velocity: Array
+    frictions: Array
+    frequencies: Array
+    growths: Array
+    reference_point: Array
+    outline: Array
+
+    @property
+    def eigenvalues(self) -> Modes:
+        """Growth + i 2 pi frequency (k,) [1/s]."""
+        return np.asarray(self.growth + 2j * np.pi * self.frequency)
+
+    @property
+    def modes(self) -> Modes:
+        """Shape of each vibration over `free` (k, m) [m] and [rad]: the displacement is the real part of
+        the shape times exp(eigenvalue t)."""
+        return np.asarray(self.shapes[0] + 1j * self.shapes[1])
+
+    @property
+    def damping_ratio(self) -> Array:
+        """Of each vibration (k,) [-]; below zero where it grows, 1 where it does not swing and decays."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(-self.growth / np.where(size > 0.0, size, 1.0))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Frequencies and growth over the coefficient of friction; returns the figure.
+
+        Parameters
+        ----------
+        ax : pair of matplotlib.axes.Axes, optional
+            For the frequencies and for the growth.
+        """
+        return pictures().draw_stability(self, ax)
+
+    def animate(self, path: str | Path, mode: int | None = None, frames_per_second: float = 12.0) -> Path:
+        """A moving picture (.gif, .webp or .png) of a vibration, much enlarged, seen from the side.
+
+        Parameters
+        ----------
+        path : str or Path
+        mode : int or None
+            Which row of `modes`; None: the one that grows most, or decays least.
+        frames_per_second : float [1/s]
+        """
+        return Path(pictures().animate_stability(self, path, mode, frames_per_second))
+
+    def told(self) -> list[Row]:
+        """Its figures in words: what a notebook shows beside the picture."""
+        rows: list[Row] = [
+            ("state of sliding", self.kind),
+            ("coefficient of friction", f"{self.friction:.4g}"),
+        ]
+        if self.critical_friction is None:
+            rows.append(("least unstable coefficient", f"none up to {self.frictions[-1]:.4g}"))
+        else:
+            swings = "" if not self.critical_frequency else f" at {self.critical_frequency:.5g} Hz"
+            rows.append(("least unstable coefficient", f"{self.critical_friction:.4g}{swings}"))
+        for frequency, growth in zip(self.frequency, self.growth, strict=True):
+            rows.append((f"{frequency:.5g} Hz", f"{growth:+.3g} 1/s"))
+        return rows
+
+    def columns(self) -> dict[str, Array]:
+        """Coefficients of friction, and frequency and growth of each eigenvalue at them."""
+        found = {"friction": self.frictions}
+        for k in range(self.frequencies.shape[1]):
+            found |= {f"frequency_{k}": self.frequencies[:, k], f"growth_{k}": self.growths[:, k]}
+        return found
+
+    def exports(self) -> tuple[dict[str, bytes], list[str]]:
+        """A picture, and the columns as CSV."""
+        columns = self.columns()
+        units = {"friction": "-", "frequency": "Hz", "growth": "1/s"}
+        head = ",".join(f"{name} [{units[name.partition('_')[0]]}]" for name in columns)
+        rows = np.array(list(columns.values())).T.tolist()
+        lines = [head, *(",".join(f"{value!r}" for value in row) for row in rows)]
+        with pictures().own_figures():
+            return {"png": png(self.plot()), "csv": "".join(f"{line}\n" for line in lines).encode()}, []
+
+    def check(self) -> None:
+        """Checks that what was read from files fits together; ValueError if it does not."""
+        m, k, n = len(self.free), self.frequency.size, self.frictions.size
+        shapes = {
+            "growth": (self.growth, (k,)),
+            "shapes": (self.shapes, (2, k, m)),
+            "mass": (self.mass, (m, m)),
+            "damping": (self.damping, (m, m)),
+            "stiffness": (self.stiffness, (m, m)),
+            "frequencies": (self.frequencies, (n, 2 * m)),
+            "growths": (self.growths, (n, 2 * m)),
+            "outline": (self.outline, (2, 3)),
+        }
+        for name, (values, shape) in shapes.items():
+            if np.shape(values) != shape:
+                raise ValueError(f"{name} has the shape {np.shape(values)}: {shape} is needed")
+
+    def _repr_png_(self) -> bytes | None:
+        """Its picture, for notebooks."""
+        with pictures().own_figures():
+            return png(self.plot())
+
+
+def matrix_of(name: str, given: ArrayLike, free: Sequence[str], *, least: bool = False) -> Array:
+    """A symmetric matrix (m, m) over the free components, from numbers (m,) for its diagonal, or itself.
+
+    `least`: all of its eigenvalues are positive.
+    """
+    values, m = reals(name, given), len(free)
+    if values.shape == () and (m == 1 or not values.any()):
+        values = np.full(m, float(values))
+    if values.shape == (m,):
+        values = np.diag(values)
+    if values.shape != (m, m):
+        raise ValueError(
+            f"{name} has shape {values.shape}: ({m},) or ({m}, {m}), for {', '.join(free)}, is needed"
+        )
+    if least:
+        if not np.allclose(values, values.T, rtol=1e-9, atol=0.0):
+            raise ValueError(f"{name} is not symmetric")
+        size = 1.0 / np.sqrt(np.where(np.diag(values) > 0.0, np.diag(values), 1.0))
+        lowest = float(np.linalg.eigvalsh(size[:, None] * values * size).min())
+        if lowest <= 0.0:
+            raise ValueError(
+                f"{name} is {np.asarray(given).tolist()}: a mass > 0 is needed for each free component"
+            )
+    return values
+
+
+def balanced(step: Callable[[Array], Any], pose: Array, motions: Sequence[str], wanted: Array) -> Array:
+    """The pose (6,) at which `step` gives the load `wanted` (6,) [N], [N m] of a step from balance.
+
+    Components that are NaN are found, as far as the scene has motions of this name, and 0 otherwise.
+    """
+    found = np.isnan(pose)
+    placed = np.where(found, 0.0, pose)
+    own = {motion.split()[-1] for motion in motions}
+    rows = [k for k in range(6) if found[k] and POSE[k] in own]
+    if not rows:
+        return placed
+    miss = np.full(len(rows), np.inf)
+    for _ in range(ROUNDS):
+        at = step(placed)
+        slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]
+        before, miss = miss, (wanted - np.concatenate([at.force, at.moment]))[rows]
+        change = np.linalg.solve(slope, miss)
+        # rounding ends it
+        if np.abs(miss).max() >= 0.5 * np.abs(before).max():
+            return placed
+        placed[rows] += change
+    raise ConvergenceError("the pose was not found from balance: give all of its components", None)
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """M x'' + (C + contact) x' + (S + contact) x = 0 over the free components."""
+
+    root: Array
+    damping: Array
+    stiffness: Array
+
+    def eigen(self, damping: Array, stiffness: Array) -> tuple[Modes, Modes]:
+        """Eigenvalues (2m,) and shapes (2m, m), with the contact's matrices."""
+        inverse = np.linalg.inv(self.root)
+        k = inverse @ (self.stiffness + stiffness) @ inverse.T
+        d = inverse @ (self.damping + damping) @ inverse.T
+        m = len(k)
+        if not d.any():
+            # exact in sign: real squares give pure swings
+            squares, shapes = np.linalg.eig(k)
+            values = np.sqrt(-squares.astype(np.complex128))
+            return np.concatenate([values, -values]), (inverse.T @ np.hstack([shapes, shapes])).T
+        state = np.block([[np.zeros((m, m)), np.eye(m)], [-k, -d]])
+        values, vectors = np.linalg.eig(state)
+        return values.astype(np.complex128), (inverse.T @ vectors[:m]).T
+
+
+def _grows(values: Modes, is_damped: bool) -> NDArray[np.bool_]:
+    """Which eigenvalues grow, beyond the rounding of simple ones and of those that meet others or zero."""
+    size = np.abs(values).max(initial=0.0)
+    simple = is_damped & (np.abs(values) > MEETS * size)
+    return np.asarray(values.real > np.where(simple, SIMPLE, LEAST) * size)
+
+
+def _swings(value: complex) -> float:
+    """Frequency [Hz] of what begins to grow.
+
+    Where two frequencies meet, the mean of their squares is known far better than each of them.
+    """
+    return float(np.sqrt(max((-(value**2)).real, 0.0)) / (2.0 * np.pi))
+
+
+def stability_of(
+    loads: Loads,
+    friction: float,
+    free: Sequence[str],
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    damping: ArrayLike,
+    largest_friction: float,
+    **given: Any,
+) -> Stability:
+    """See :meth:`mtb_rs.PreparedContact.stability`.
+
+    `loads(factor)` gives derivatives (m, m) of the load on the lower body along the free components by pose
+    and by velocity, with the friction times a factor.
+    """
+    m = len(free)
+    inertia = matrix_of("mass", mass, free, least=True)
+    own = _Equations(
+        np.asarray(np.linalg.cholesky(inertia), dtype=np.float64),
+        matrix_of("damping", damping, free),
+        matrix_of("stiffness", stiffness, free),
+    )
+    by_pose, by_velocity = loads(1.0 if friction > 0.0 else 0.0)
+    values, shapes = own.eigen(by_velocity, by_pose)
+    largest = max(positive("largest_friction", largest_friction), friction)
+    unit = friction if friction > 0.0 else 1.0
+    frictions = np.linspace(0.0, largest, STEPS + 1)
+    everything = np.full((STEPS + 1, 2 * m), np.nan, dtype=np.complex128)
+
+    def at(coefficient: float) -> Modes | None:
+        try:
+            return own.eigen(*reversed(loads(coefficient / unit)))[0]
+        except (ConvergenceError, ResultantError):
+            # it wedges: nothing slides
+            return None
+
+    def grows(found: Modes) -> NDArray[np.bool_]:
+        return _grows(found, bool(own.damping.any() or by_velocity.any()))
+
+    first: tuple[float, float] | None = None
+    for k, coefficient in enumerate(frictions):
+        found = at(coefficient)
+        if found is not None:
+            everything[k] = found[np.lexsort((found.real, found.imag))]
+        if first is None and (found is None or grows(found).any()):
+            first = (frictions[max(k - 1, 0)], coefficient)
+    critical = swing = None
+    if first is not None:
+        low, high = first
+        while low < (middle := 0.5 * (low + high)) < high:
+            found = at(middle)
+            low, high = (low, middle) if found is None or grows(found).any() else (middle, high)
+        critical, found = float(high), at(high)
+        swing = 0.0 if found is None else _swings(complex(found[found.real.argmax()]))
+    shown = np.flatnonzero(values.imag >= 0.0)
+    shown = shown[np.lexsort((-values.real[shown], values.imag[shown]))]
+    if m:
+        peaks = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+        shapes = shapes / peaks
+    growing = values[grows(values)]
+    kind: Kind = "stable"
+    if growing.size:
+        worst = growing[growing.real.argmax()]
+        kind = "flutter" if abs(worst.imag) > LEAST * abs(worst) else "divergence"
+    return Stability(
+        free=tuple(free),
+        frequency=values.imag[shown] / (2.0 * np.pi),
+        growth=values.real[shown] + 0.0,
+        shapes=np.array([shapes[shown].real, shapes[shown].imag]),
+        kind=kind,
+        friction=friction,
+        critical_friction=critical,
+        critical_frequency=swing,
+        mass=inertia,
+        damping=own.damping + by_velocity,
+        stiffness=own.stiffness + by_pose,
+        frictions=frictions,
+        frequencies=everything.imag / (2.0 * np.pi),
+        growths=everything.real,
+        **given,
+    )

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Stability of sliding against closed forms, differences of steps and vibrations in time."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+
+# rigid on incompressible: friction opens no gap
+SOFT = mtb.Material(2e9, 0.5)
+SPEED, MASS = 10.0, 6.0
+XZ: dict[str, Any] = {"free": ("x", "z")}
+
+
+def block(friction: Any = 0.2, cells: int = 6, **given: Any) -> mtb.PreparedContact:
+    given = {"upper": mtb.Rigid(), "lower": SOFT, "velocity": SPEED} | given
+    return mtb.scenes.block_on_plane(0.1, 0.05, friction, spacing=0.1 / cells, **given).prepare("half-space")
+
+
+def normal_stiffness(contact: mtb.PreparedContact, pose: Array) -> float:
+    """By differences of steps."""
+    h = 1e-9
+    forces = [contact.step(pose + s * h * np.eye(6)[2], SPEED).force[2] for s in (1.0, -1.0)]
+    return float(forces[0] - forces[1]) / (2.0 * h)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_mode_coupling_of_two_degrees_of_freedom(seed: int) -> None:
+    """Flutter where (k11 - k22)^2 + 4 k12 (k12 - mu k3) < 0 [Hoffmann2002]."""
+    rng = np.random.default_rng(seed)
+    contact = block()
+    k12 = 1e8 * rng.uniform(1.0, 3.0)
+    k11 = 1e8 * rng.uniform(3.0, 6.0)
+    held = np.array([[k11, k12], [k12, 4e8]])
+    found = contact.stability([MASS, MASS], held, **XZ, largest_friction=4.0)
+    k3 = found.stiffness[1, 1] - held[1, 1]
+    assert k3 == pytest.approx(normal_stiffness(contact, found.pose), rel=1e-6)
+    k22 = held[1, 1] + k3
+    assert found.critical_friction == pytest.approx(((k11 - k22) ** 2 / (4.0 * k12) + k12) / k3, rel=1e-10)
+    swing = np.sqrt(0.5 * (k11 + k22) / MASS) / (2.0 * np.pi)
+    assert found.critical_frequency == pytest.approx(swing, rel=1e-10)
+    assert found.kind == "stable"
+    discriminant = np.sqrt((k11 - k22) ** 2 + 4.0 * k12 * (k12 - 0.2 * k3))
+    squares = 0.5 * (k11 + k22 + np.array([-1.0, 1.0]) * discriminant) / MASS
+    assert found.frequency == pytest.approx(np.sqrt(squares) / (2.0 * np.pi), rel=1e-10)
+    assert (found.growth == 0.0).all()
+    # slid backwards, friction couples the other way, until the stiffness has no determinant
+    other = contact.stability([MASS, MASS], held, **XZ, velocity=-SPEED, largest_friction=8.0)
+    assert other.critical_friction == pytest.approx((k11 * k22 - k12**2) / (k12 * k3), rel=1e-10)
+    assert other.critical_frequency == 0.0
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.4])
+def test_falling_friction_and_lateral_damping(mu: float) -> None:
+    """One degree of freedom each: growth by the slope of friction, decay by friction that turns."""
+    slope = -0.01
+    table = mtb.VelocityTable([0.0, 2.0 * SPEED], [mu - slope * SPEED, mu + slope * SPEED])
+    contact = block(table)
+    k, c = 1e7, 3.0
+    along = contact.stability([MASS], [k], [c], free=["x"])
+    load = -contact.step(velocity=SPEED).force[2]
+    damping = c + load * slope
+    assert along.growth == pytest.approx([-damping / (2.0 * MASS)], rel=1e-9)
+    assert along.kind == "flutter"
+    # where the friction is so small that the damper holds it
+    assert along.critical_friction == pytest.approx(mu * c / -(load * slope), rel=1e-6)
+    across = contact.stability([MASS], [k], free=["y"])
+    assert across.growth == pytest.approx([-load * mu / SPEED / (2.0 * MASS)], rel=1e-9)
+    assert across.kind == "stable"
+
+
+def test_growth_in_time() -> None:
+    """Steps of the contact itself, integrated from a small disturbance, grow as the eigenvalue tells."""
+    contact = block(0.6, cells=4)
+    held = np.array([[5e8, 3e8], [3e8, 2e8]])
+    k3 = normal_stiffness(contact, contact.stability([MASS] * 2, held, **XZ).pose)
+    held[0, 0], held[0, 1], held[1, 0] = held[1, 1] + k3, 0.3 * k3, 0.3 * k3
+    found = contact.stability([MASS, MASS], held, **XZ)
+    assert found.kind == "flutter"
+    worst = found.eigenvalues[found.growth.argmax()]
+    rest = contact.step(found.pose, SPEED).force[[0, 2]]
+
+    def rate(state: Array) -> Array:
+        pose = found.pose.copy()
+        pose[[0, 2]] += state[:2]
+        force = contact.step(pose, (SPEED + state[2], 0.0)).force[[0, 2]] - rest
+        return np.concatenate([state[2:], -(held @ state[:2] + force) / MASS])
+
+    mode = found.modes[found.growth.argmax()] * 1e-12
+    state = np.concatenate([mode, worst * mode]).real
+    period = 1.0 / found.frequency[found.growth.argmax()]
+    dt, sizes = period / 60.0, []
+    for _ in range(3 * 60 + 1):
+        sizes.append(np.hypot(*state[:2]))
+        a = rate(state)
+        b = rate(state + 0.5 * dt * a)
+        c = rate(state + 0.5 * dt * b)
+        d = rate(state + dt * c)
+        state = state + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+    grown = np.log(max(sizes[120:]) / max(sizes[:61])) / (2.0 * period)
+    assert grown == pytest.approx(found.growth.max(), rel=0.02)
+
+
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper"])
+def test_the_contact_of_a_pole_shoe_by_differences(model: Any) -> None:
+    """All six components, with friction that falls and opens the gap."""
+    table = mtb.VelocityTable([0.0, 20.0], [0.3, 0.1])
+    contact = mtb.scenes.pole_shoe_on_rail(friction=table, spacing=10e-3, velocity=8.0).prepare(model)
+    found = contact.stability([6, 6, 6, 0.02, 0.1, 0.1], 1e6 * np.ones(6))
+    load = contact.step(velocity=8.0).force
+    at = contact.step(found.pose, 8.0)
+    same = [0, 2, 4]
+    # its poles are found from balance one by one, and then move as one
+    assert at.force[2] == pytest.approx(load[2], rel=1e-9)
+
+    def loads(pose: Array, velocity: Any) -> Array:
+        step = contact.step(pose, velocity)
+        return np.concatenate([step.force, step.moment])
+
+    h = np.array([1e-9] * 3 + [1e-8] * 3)
+    stiffness = np.array(
+        [
+            (loads(found.pose + h[k] * e, 8.0) - loads(found.pose - h[k] * e, 8.0)) / (2.0 * h[k])
+            for k, e in enumerate(np.eye(6))
+        ]
+    ).T
+    scale = np.sqrt(np.outer(np.abs(np.diag(stiffness)) + 1.0, np.abs(np.diag(stiffness)) + 1.0))
+    assert np.abs((found.stiffness - 1e6 * np.eye(6) - stiffness) / scale)[np.ix_(same, same)].max() < 1e-5
+    # pitching moves the surface under the reference point
+    centre = at.points @ (at.pressure * at.area) / (at.pressure @ at.area) - at.reference_point
+    slope = (loads(found.pose, 8.01) - loads(found.pose, 7.99))[0] / 0.02
+    assert found.damping[0, 0] == pytest.approx(slope, rel=1e-6)
+    assert found.damping[0, 4] == pytest.approx(slope * centre[2], rel=1e-6, abs=1e-12)
+
+
+def test_what_stays_stable_is_said_to() -> None:
+    """One degree of freedom has nothing to couple with."""
+    found = block(0.2).stability([MASS], [1e7], free=["x"], largest_friction=2.0)
+    assert found.critical_friction is None
+    assert found.frictions[-1] == 2.0
+    assert (found.growths == 0.0).all()
+
+
+def test_what_is_kept_and_shown(tmp_path: Path) -> None:
+    held = [[5e8, 3e8], [3e8, 2e8]]
+    found = block().stability([MASS, MASS], held, **XZ, largest_friction=2.0)
+    files = found.save(tmp_path)
+    assert {file.suffix for file in files} == {".png", ".csv", ".json", ".npz"}
+    assert mtb.load(tmp_path) == found
+    assert found.plot().axes[0].get_xlabel() == "coefficient of friction [-]"
+    assert found.animate(tmp_path / "mode.gif", mode=0).exists()
+    said = dict(found.told())
+    assert said["state of sliding"] == "stable"
+    assert said["least unstable coefficient"].endswith("Hz")
+    assert found.damping_ratio == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(ValueError, match=r"^mode is 7: a number from 0 to 1 is needed"):
+        found.animate(tmp_path / "mode.gif", mode=7)
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"mass": [1.0, 2.0, 3.0]}, r"^mass has shape \(3,\): \(2,\) or \(2, 2\), for x, z, is needed"),
+        ({"mass": [1.0, 0.0]}, r"^mass is \[1.0, 0.0\]: a mass > 0 is needed for each free component"),
+        ({"mass": [[1.0, 0.5], [0.0, 1.0]]}, r"^mass is not symmetric"),
+        ({"stiffness": [np.nan, 1.0]}, r"^stiffness"),
+        ({"stiffness": 1e6}, r"^stiffness has shape \(\): \(2,\) or \(2, 2\)"),
+        ({"free": ("x", "x")}, r"^free is \('x', 'x'\): different components of x, y, z, roll"),
+        ({"free": ()}, r"^free is \(\): different"),
+        ({"velocity": 0.0}, r"^velocity is 0: the stability is that of a body that slides"),
+        ({"pose": [0, 0, 1e-3, 0, 0, 0]}, r"^the bodies do not touch at this pose"),
+        ({"largest_friction": -1.0}, r"^largest_friction is -1"),
+    ],
+)
+def test_what_cannot_be_is_refused(given: dict[str, Any], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        block().stability(**{"mass": [MASS, MASS], **XZ} | given)
+
+
+def test_a_velocity_is_needed() -> None:
+    contact = block(velocity=None)
+    with pytest.raises(ValueError, match=r"^velocity is missing"):
+        contact.stability([MASS, MASS], **XZ)
