@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
-#: The overlap of the centred wheels is so wide that the two programs refer to points 0.6 mm apart.
-WIDE = {("left", 0.0), ("right", 0.0)}
 # the flange is pressed harder than rail steel bears
 pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
 
@@ -50,21 +48,14 @@ def test_positions_are_those_of_contact(bench):
         assert row["omega_rad_s"] == pytest.approx(there["omega_rad_s"], rel=5e-6)
         assert row["Fn_N"] == pytest.approx(there["Fn_N"], rel=5e-3)
         assert row["pmax_MPa"] == pytest.approx(there["pmax_MPa"], rel=5e-3)
-        if (side, shift) in WIDE:
-            assert row["y_contact_mm"] == pytest.approx(there["y_contact_mm"], abs=0.6)
-            # the same motion at another point, y to the right
-            sign = 1.0 if side == "right" else -1.0
-            away = 1e-3 * sign * (row["y_contact_mm"] - there["y_contact_mm"])
-            xi = row["cksi"] + row["cphi_1_m"] * away
-            assert xi == pytest.approx(there["cksi"], abs=1e-5)
-            continue
         assert row["y_contact_mm"] == pytest.approx(there["y_contact_mm"], abs=0.1)
         assert row["angle_rad"] == pytest.approx(there["angle_rad"], abs=1e-3)
         assert row["cksi"] == pytest.approx(there["cksi"], rel=2e-3, abs=5e-6)
         assert row["ceta"] == pytest.approx(there["ceta"], rel=2e-3)
         assert row["cphi_1_m"] == pytest.approx(there["cphi_1_m"], rel=2e-3, abs=5e-5)
+        # the centred wheels are driven by nothing but what the rotation, given to eight digits, leaves over
         for name in ("Fx_N", "Fy_N"):
-            assert row[name] == pytest.approx(there[name], rel=5e-3)
+            assert row[name] == pytest.approx(there[name], rel=5e-3, abs=0.05)
 
 
 @pytest.mark.parametrize("shift", [0.5, 6.5])

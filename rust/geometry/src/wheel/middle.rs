@@ -3,11 +3,11 @@
 
 use super::over::MOST_INCLINED;
 
-/// Weights of the stations of an overlap: how wide the footprint of the wheel is there.
+/// Weights of the stations of an overlap: the square of the overlap, over the width of the wheel's footprint.
 ///
-/// Half the overlap is what a Hertzian contact covers, and the footprint is as wide as the root of what is more. The
-/// overlap is linear between two stations and its root is integrated exactly, so that the weights change smoothly
-/// where a station comes to it or leaves it.
+/// The footprint is as wide as the root of the overlap, so that a station weighs overlap^(5/2). CONTACT's reference
+/// points lie there: those of two wide overlaps within 5 um (`tests/validation/test_whole_wheels.py`). Weights vanish
+/// where the overlap ends, so that they change smoothly where a station comes to it or leaves it.
 pub(super) struct Middle {
     /// The station that overlaps most.
     pub(super) lowest: usize,
@@ -16,6 +16,9 @@ pub(super) struct Middle {
     weight: Vec<f64>,
     total: f64,
 }
+
+/// Power of the overlap that a station weighs.
+const POWER: f64 = 2.5;
 
 impl Middle {
     /// Of stations that overlap by `overlap` [m] at `across` [m], over a rail of slope angle `slope`.
@@ -26,7 +29,13 @@ impl Middle {
             .iter()
             .map(|s| (s - slope[lowest]).abs() <= MOST_INCLINED)
             .collect();
-        let mut weight = footprint(overlap, across, largest, |k| is_near[k]);
+        let mut weight = vec![0.0; overlap.len()];
+        for k in stretches(&is_near) {
+            let half = 0.5 * (across[k] - across[k - 1]).abs();
+            for end in [k - 1, k] {
+                weight[end] += half * share(overlap[end], largest);
+            }
+        }
         // a single place keeps its own plane
         if weight.iter().sum::<f64>() == 0.0 {
             weight[lowest] = 1.0;
@@ -48,13 +57,18 @@ impl Middle {
         sum / self.total
     }
 
-    /// Share of the area that is not near the plane [-].
+    /// Share of the area of half the overlap, which a Hertzian contact covers, that is not near the plane [-].
     pub(super) fn neglected(&self, overlap: &[f64], across: &[f64], slope: &[f64]) -> f64 {
-        let area =
-            |weight: &[f64]| -> f64 { weight.iter().zip(slope).map(|(w, s)| w / s.cos()).sum() };
-        let all = area(&footprint(overlap, across, overlap[self.lowest], |_| true));
-        let near = area(&self.weight);
-        if all > near { (all - near) / all } else { 0.0 }
+        let half = 0.5 * overlap[self.lowest];
+        let mut area = [0.0; 2];
+        for k in 1..overlap.len() {
+            let root = mean_root([overlap[k - 1] - half, overlap[k] - half]);
+            let width = 0.5 * root * (across[k] - across[k - 1]).abs();
+            let size = width / slope[k - 1].cos() + width / slope[k].cos();
+            area[usize::from(self.is_near[k - 1] && self.is_near[k])] += size;
+        }
+        let [far, near] = area;
+        if far > 0.0 { far / (far + near) } else { 0.0 }
     }
 
     /// Change of a weighted mean, as overlap, places across and the value itself change.
@@ -65,16 +79,18 @@ impl Middle {
     ) -> impl Fn(&dyn Fn(usize) -> f64, &dyn Fn(usize) -> f64) -> f64 + 'a {
         let n = overlap.len();
         let mut changed = vec![0.0; n];
-        let half = 0.5 * overlap[self.lowest];
-        let by_half = 0.5 * by_overlap[self.lowest];
-        for k in (1..n).filter(|&k| self.is_near[k - 1] && self.is_near[k]) {
+        let largest = overlap[self.lowest];
+        for k in stretches(&self.is_near) {
             let width = across[k] - across[k - 1];
-            let (root, by) = mean_root([overlap[k - 1] - half, overlap[k] - half]);
             let by_width = width.signum() * (by_across[k] - by_across[k - 1]);
-            let by_root = by[0] * (by_overlap[k - 1] - by_half) + by[1] * (by_overlap[k] - by_half);
-            let change = 0.5 * (by_width * root + width.abs() * by_root);
-            changed[k - 1] += change;
-            changed[k] += change;
+            for end in [k - 1, k] {
+                // over the largest overlap, which all weights are, so that it may be taken to stay
+                let by_share = POWER * (overlap[end] / largest).max(0.0).powf(POWER - 1.0)
+                    / largest
+                    * by_overlap[end];
+                changed[end] +=
+                    0.5 * (by_width * share(overlap[end], largest) + width.abs() * by_share);
+            }
         }
         let by_total: f64 = changed.iter().sum();
         move |value, by_value| {
@@ -87,50 +103,31 @@ impl Middle {
     }
 }
 
-/// Half of what each of the two stretches beside a station weighs, of those whose ends count.
-fn footprint(
-    overlap: &[f64],
-    across: &[f64],
-    largest: f64,
-    counts: impl Fn(usize) -> bool,
-) -> Vec<f64> {
-    let mut weight = vec![0.0; overlap.len()];
-    for k in (1..overlap.len()).filter(|&k| counts(k - 1) && counts(k)) {
-        let ends = [overlap[k - 1] - 0.5 * largest, overlap[k] - 0.5 * largest];
-        let half = 0.5 * mean_root(ends).0 * (across[k] - across[k - 1]).abs();
-        weight[k - 1] += half;
-        weight[k] += half;
-    }
-    weight
+/// The stretches between stations that both count, by their second one.
+fn stretches(counts: &[bool]) -> impl Iterator<Item = usize> {
+    (1..counts.len()).filter(|&k| counts[k - 1] && counts[k])
 }
 
-/// Mean of the root of the positive part of a linear function by its values at the ends, and its derivatives by these.
-fn mean_root(ends: [f64; 2]) -> (f64, [f64; 2]) {
-    let [a, b] = ends;
+/// Weight of a station, over that of one that overlaps most.
+fn share(overlap: f64, largest: f64) -> f64 {
+    if overlap > 0.0 {
+        (overlap / largest).powf(POWER)
+    } else {
+        0.0
+    }
+}
+
+/// Mean of the root of the positive part of a linear function by its values at the ends.
+fn mean_root([a, b]: [f64; 2]) -> f64 {
     if a <= 0.0 && b <= 0.0 {
-        return (0.0, [0.0; 2]);
+        return 0.0;
     }
     if a > 0.0 && b > 0.0 {
         let (p, q) = (a.sqrt(), b.sqrt());
-        let sum = p + q;
-        let mean = 2.0 / 3.0 * (p * p + p * q + q * q) / sum;
-        return (
-            mean,
-            [(p, q), (q, p)].map(|(p, q)| (p + 2.0 * q) / (3.0 * sum * sum)),
-        );
+        return 2.0 / 3.0 * (p * p + p * q + q * q) / (p + q);
     }
     let (high, low) = if b > a { (b, a) } else { (a, b) };
-    let mean = 2.0 / 3.0 * high * high.sqrt() / (high - low);
-    let by_low = mean / (high - low);
-    let by_high = (high.sqrt() - mean) / (high - low);
-    (
-        mean,
-        if b > a {
-            [by_low, by_high]
-        } else {
-            [by_high, by_low]
-        },
-    )
+    2.0 / 3.0 * high * high.sqrt() / (high - low)
 }
 
 #[cfg(test)]
@@ -138,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_root_is_that_of_a_sum_and_has_its_differences() {
+    fn the_mean_root_is_that_of_a_sum() {
         for ends in [
             [2.0, 5.0],
             [5.0, 2.0],
@@ -147,7 +144,7 @@ mod tests {
             [1.0, 1.0],
             [-1.0, -2.0],
         ] {
-            let (mean, by) = mean_root(ends);
+            let mean = mean_root(ends);
             let n = 20_000;
             let sum: f64 = (0..n)
                 .map(|k| {
@@ -156,15 +153,47 @@ mod tests {
                 })
                 .sum();
             assert!((mean - sum / f64::from(n)).abs() < 1e-6, "{ends:?}");
-            for c in 0..2 {
-                let at = |step: f64| {
-                    let mut moved = ends;
-                    moved[c] += step;
-                    mean_root(moved).0
-                };
-                let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
-                assert!((by[c] - difference).abs() < 1e-8, "{ends:?} {c}");
-            }
         }
+    }
+
+    #[test]
+    fn the_middle_of_two_parabolas_is_their_mean_by_squares_over_footprints() {
+        // of an overlap d (1 - s^2) on |s| < 1, overlap^(5/2) has the integral d^(5/2) 5 pi / 16
+        let (depth, width) = ([1.0, 0.7], [1.0, 2.0]);
+        let n = 4001;
+        let across: Vec<f64> = (0..n)
+            .map(|k| f64::from(k) * 8.0 / f64::from(n - 1))
+            .collect();
+        let overlap: Vec<f64> = across
+            .iter()
+            .map(|y| {
+                let of =
+                    |c: usize, middle: f64| depth[c] * (1.0 - ((y - middle) / width[c]).powi(2));
+                of(0, 1.0).max(of(1, 5.0))
+            })
+            .collect();
+        let slope = vec![0.0; overlap.len()];
+        let middle = Middle::new(&overlap, &across, &slope);
+        let weight = [0, 1].map(|c| depth[c].powf(2.5) * width[c]);
+        let exact = (weight[0] + 5.0 * weight[1]) / (weight[0] + weight[1]);
+        assert!((middle.mean(&|k| across[k]) - exact).abs() < 1e-5);
+        // and follows when one of them deepens
+        let deeper = |by: f64| -> Vec<f64> {
+            let last = overlap.iter().zip(&across);
+            last.map(|(o, y)| if *y > 2.5 { o + by } else { *o })
+                .collect()
+        };
+        let at = |by: f64| Middle::new(&deeper(by), &across, &slope).mean(&|k| across[k]);
+        let by_overlap: Vec<f64> = across.iter().map(|y| f64::from(*y > 2.5)).collect();
+        let still = vec![0.0; overlap.len()];
+        let found =
+            middle.mean_change([&overlap, &across], [&by_overlap, &still])(&|k| across[k], &|_| {
+                0.0
+            });
+        let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+        assert!(
+            (found - difference).abs() < 1e-6 * difference.abs(),
+            "{found} {difference}"
+        );
     }
 }

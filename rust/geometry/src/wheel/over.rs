@@ -163,8 +163,8 @@ impl WheelOverRail {
     /// The gap over each contact plane where the undeformed bodies overlap; pose as for
     /// [`WheelOverRail::overlap`], `spacing` of the points along the rail and across [m].
     ///
-    /// Planes lie in the weighted middle of the overlap, with the rail's mean slope there. Touching places more
-    /// than 20 degrees apart, such as tread and flange, have planes of their own.
+    /// Planes lie in the middle of the overlap over its area, weighted by the square of its depth, as CONTACT's do, with
+    /// the rail's mean slope there, weighted likewise. Touching places more than 20 degrees apart, such as tread and flange, have planes of their own.
     ///
     /// # Errors
     /// A wheel that is nowhere over the rail; an overlap that reaches the end of a profile or takes too many

@@ -257,8 +257,10 @@ fn a_straight_pose_has_the_gap_of_the_pair() {
             panic!("{} planes", planes.len());
         };
         assert!((plane.angle - contact.angle).abs() < 2e-3);
-        assert!((plane.position[1] - contact.origin[0]).abs() < 1e-4);
-        assert!((plane.wheel_position - contact.wheel_position).abs() < 1e-4);
+        // the middles are weighted otherwise, which counts where the overlap is wide
+        let near = if lateral > 0.0 { 1e-5 } else { 3e-4 };
+        assert!((plane.position[1] - contact.origin[0]).abs() < near);
+        assert!((plane.wheel_position - contact.wheel_position).abs() < near);
         // the deepest place is the approach, and the plane of the pair sees the same bodies
         let least = plane.gap.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least / -contact.approach - 1.0).abs() < 1e-2, "{least}");
