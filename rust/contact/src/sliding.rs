@@ -104,17 +104,44 @@ fn add_opening(
     pressure: &[f64],
     gap: &mut [f64],
 ) {
-    use Component::{Normal, X, Y};
-    pair.add_displacement(Normal, Normal, 1.0, pressure, gap);
-    let n = pressure.len();
-    let Some(friction) = friction else { return };
-    for (component, along) in [(X, &direction[..n]), (Y, &direction[n..])] {
+    pair.add_displacement(Component::Normal, Component::Normal, 1.0, pressure, gap);
+    if let Some(friction) = friction {
+        let amount = pressure.iter().zip(friction).map(|(p, mu)| p * mu);
+        add_opening_by_friction(pair, direction, &amount.collect::<Vec<f64>>(), gap);
+    }
+}
+
+/// Adds to `gap` what a friction (n) [Pa] in `direction` (2n) opens.
+fn add_opening_by_friction(pair: &Relative, direction: &[f64], friction: &[f64], gap: &mut [f64]) {
+    let (x, y) = direction.split_at(friction.len());
+    for (component, along) in [(Component::X, x), (Component::Y, y)] {
         if along.iter().any(|d| *d != 0.0) {
-            let parts = pressure.iter().zip(friction).zip(along);
-            let traction: Vec<f64> = parts.map(|((p, mu), d)| p * mu * d).collect();
-            pair.add_displacement(Normal, component, 1.0, &traction, gap);
+            let traction: Vec<f64> = friction.iter().zip(along).map(|(q, d)| q * d).collect();
+            pair.add_displacement(Component::Normal, component, 1.0, &traction, gap);
         }
     }
+}
+
+/// Solves again and again until what a `round` holds has settled, from the points in contact of the last one.
+fn in_rounds(
+    mut start: Option<Vec<bool>>,
+    mut round: impl FnMut(Option<Vec<bool>>) -> Result<(SlidingSolution, bool), Error>,
+) -> Result<SlidingSolution, Error> {
+    let mut iterations = 0;
+    for count in 1.. {
+        let (mut found, has_settled) = round(start)?;
+        iterations += found.iterations;
+        found.iterations = iterations;
+        if has_settled || found.status != Status::Solved {
+            return Ok(found);
+        }
+        if count == ROUNDS {
+            found.status = Status::IterationLimit;
+            return Ok(found);
+        }
+        start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
+    }
+    unreachable!("the rounds end")
 }
 
 impl SlidingMatrix {
@@ -361,9 +388,7 @@ impl SlidingMatrix {
             return self.solve_layered(contact, feedback, start, monitor);
         };
         let mut yielding = Yielding::new(shear, contact.friction, None);
-        let mut start = start;
-        let mut iterations = 0;
-        for round in 1.. {
+        in_rounds(start, |start| {
             let (friction, given) = (yielding.coefficients(), yielding.given());
             let motions = yielding.motions(contact);
             let mut gap = contact.gap.to_vec();
@@ -384,19 +409,10 @@ impl SlidingMatrix {
                 motions: &motions,
                 ..*contact
             };
-            let mut found = self.solve_layered(&held, fed.as_deref(), start, monitor)?;
-            iterations += found.iterations;
-            found.iterations = iterations;
-            if found.status != Status::Solved || yielding.turn(&found.pressure) {
-                return Ok(found);
-            }
-            if round == ROUNDS {
-                found.status = Status::IterationLimit;
-                return Ok(found);
-            }
-            start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
-        }
-        unreachable!("the rounds end")
+            let found = self.solve_layered(&held, fed.as_deref(), start, monitor)?;
+            let has_settled = found.status == Status::Solved && yielding.turn(&found.pressure);
+            Ok((found, has_settled))
+        })
     }
 
     /// Adds what a friction (n) [Pa] in `direction` (2n) opens to `gap`.
@@ -417,17 +433,7 @@ impl SlidingMatrix {
                     *gap += row.iter().zip(friction).map(|(c, q)| c * q).sum::<f64>();
                 }
             }
-            Form::Products { pair, .. } => {
-                let n = self.points;
-                for (component, along) in [
-                    (Component::X, &direction[..n]),
-                    (Component::Y, &direction[n..]),
-                ] {
-                    let traction: Vec<f64> =
-                        friction.iter().zip(along).map(|(q, d)| q * d).collect();
-                    pair.add_displacement(Component::Normal, component, 1.0, &traction, gap);
-                }
-            }
+            Form::Products { pair, .. } => add_opening_by_friction(pair, direction, friction, gap),
         }
     }
 
@@ -448,9 +454,7 @@ impl SlidingMatrix {
             Form::Products { diagonal, .. } => *diagonal,
         };
         let mut rough = Linearisation::new(law, contact.gap, own, Some(contact.mean_pressure()));
-        let mut start = start;
-        let mut iterations = 0;
-        for round in 1.. {
+        in_rounds(start, |start| {
             let (gap, diagonal) = rough.linear(contact.gap, contact.diagonal);
             let linear = SlidingContact {
                 gap: &gap,
@@ -458,22 +462,13 @@ impl SlidingMatrix {
                 ..*contact
             };
             let mut found = self.solve_linear(&linear, feedback, start, monitor)?;
-            iterations += found.iterations;
-            found.iterations = iterations;
-            if found.status != Status::Solved {
-                return Ok(found);
-            }
-            if rough.turn(&found.pressure, &mut found.gap) <= SETTLED {
+            let has_settled = found.status == Status::Solved
+                && rough.turn(&found.pressure, &mut found.gap) <= SETTLED;
+            if has_settled {
                 rough.check_end(&found.pressure)?;
-                return Ok(found);
             }
-            if round == ROUNDS {
-                found.status = Status::IterationLimit;
-                return Ok(found);
-            }
-            start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
-        }
-        unreachable!("the rounds end")
+            Ok((found, has_settled))
+        })
     }
 
     /// The same with a law of a rough layer left out.
