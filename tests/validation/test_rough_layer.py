@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, cg
 
 import mtb_rs as mtb
 
@@ -276,3 +277,73 @@ def test_the_work_hardly_grows_with_a_layer() -> None:
             layer = mtb.RoughLayer.exponential(pressure * hertz.peak_pressure / 1.5, length * hertz.approach)
             rough = mtb.solve_normal(gap, side, force=force, normal_layer=layer, **STEEL)
             assert rough.report.convolutions < 8.0 * smooth.report.convolutions
+
+
+def sheared(touching: NDArray[np.bool_], side: float) -> float:
+    """Traction over the shift of two equal half-spaces that stick where they touch, one period: [Pa/m].
+
+    A wave shears each of them along itself by ``(1 - nu) / (G k)`` and across by ``1 / (G k)``.
+    """
+    n, count = touching.shape[0], int(touching.sum())
+    k = 2.0 * np.pi * np.fft.fftfreq(n, side)
+    kx, ky = np.meshgrid(k, k)
+    size = np.hypot(kx, ky)
+    size[0, 0] = np.inf
+    shear = 0.5 * mtb.steel.young_modulus / (1.0 + mtb.steel.poisson_ratio)
+    along, across = 2.0 * (1.0 - mtb.steel.poisson_ratio) / shear, 2.0 / shear
+    xx, yy = ((along * a**2 + across * b**2) / size**3 for a, b in ((kx, ky), (ky, kx)))
+    xy = (along - across) * kx * ky / size**3
+
+    def displaced(tractions: Array) -> Array:
+        fields = np.zeros((2, n, n))
+        fields[:, touching] = tractions.reshape(2, count)
+        x, y = np.fft.fft2(fields)
+        moved = np.fft.ifft2(np.stack([xx * x + xy * y, xy * x + yy * y])).real
+        return np.asarray(moved[:, touching].ravel())
+
+    shift = np.repeat([1.0, 0.0], count)
+    operator = LinearOperator((2 * count, 2 * count), matvec=displaced)
+    found, status = cg(operator, shift, rtol=1e-8, maxiter=4000)
+    assert status == 0
+    return float(found[:count].sum() / n**2)
+
+
+def test_tangential_stiffness_of_a_rough_surface() -> None:
+    """Against an own Fourier solution of the sticking tips: few of them, many, and most of the area."""
+    cells, side = 96, 20e-6 / 3.0
+    heights = mtb.roughness(cells, side, rms_height=0.2e-6, hurst=0.8, longest=48 * side, roll_off=48 * side,
+                            shortest=12 * side, seed=3)  # fmt: skip
+    pressures = np.array([[p, 1.01 * p] for p in (3e7, 1e8, 3e8, 6e8)])
+    layer = mtb.RoughLayer.from_surface(
+        heights, side, lower=mtb.steel, upper=mtb.steel, pressures=pressures.ravel()
+    )
+    gap = heights.max() - heights
+    assert layer.tangential_ratio is not None
+    shares = []
+    for k, pair in enumerate(pressures):
+        stiffness = np.diff(pair) / -np.diff(layer.gap[1 + 2 * k : 3 + 2 * k])
+        force = float(pair[0]) * gap.size * side**2
+        touching = mtb.solve_normal(gap, side, **STEEL, force=force, periodic=True).pressure > 0.0
+        # patches longer along the shift are stiffer than those across it: of single surfaces
+        assert sheared(touching, side) / stiffness[0] == pytest.approx(layer.tangential_ratio, rel=0.04)
+        shares.append(touching.mean())
+    assert shares[0] < 0.12
+    assert shares[-1] > 0.8
+
+
+def test_tangential_stiffness_of_a_rough_sphere() -> None:
+    """Its tips shifted by so little that they stick, by the tangential solver."""
+    cells, side = 128, 10e-6
+    heights = mtb.roughness(cells, side, rms_height=0.2e-6, hurst=0.8, longest=16 * side, roll_off=16 * side,
+                            shortest=8 * side, seed=3)  # fmt: skip
+    x = (np.arange(cells) - (cells - 1) / 2) * side
+    gap = (x[None, :] ** 2 + x[:, None] ** 2) / (2.0 * 0.1) + heights.max() - heights
+    pressed, more = (
+        mtb.solve_normal(gap, side, **STEEL, force=force, tolerance=1e-9) for force in (20.0, 20.2)
+    )
+    stiffness = 0.2 / (more.approach - pressed.approach)
+    shifted = mtb.solve_tangential(pressed, mtb.Shift((1e-10, 0.0)), mtb.Coulomb(1.5))
+    assert not (shifted.status == 2).any()
+    nu = mtb.steel.poisson_ratio
+    ratio = abs(shifted.force[0]) / 1e-10 / stiffness
+    assert ratio == pytest.approx(2.0 * (1.0 - nu) / (2.0 - nu), rel=0.01)

@@ -571,6 +571,11 @@ class PlasticLayer(ShearLayer):
     over the whole displacement of the layer is ``k_tau = s k_u / (s - k_u)`` over its plastic part, with
     ``s = shear_modulus / thickness``.
 
+    In shifts and rolling it goes with a coefficient of friction that does not follow the slip velocity. One
+    that falls with it leaves two states to a point whose yield stress lies between the friction at rest and
+    the friction of slip: the layer flows and the surfaces stick, or the surfaces slip and the layer, under
+    less traction, does not flow. Which of them is met depends on the past, which these laws do not have.
+
     Parameters
     ----------
     thickness : float [m]

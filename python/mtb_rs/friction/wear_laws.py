@@ -158,7 +158,8 @@ class WearMap(WearLaw):
         """The map of dry wheel and rail steel [Jendel2002], in the middle of its ranges.
 
         1 to 10 10⁻⁴ below 0.2 m/s and above 0.7 m/s, 30 to 40 10⁻⁴ between them, 300 to 400 10⁻⁴ at pressures
-        above 0.8 times the hardness.
+        above 0.8 times the hardness. These borders and ranges are as they are commonly quoted, and were not
+        compared with the printed map; the middle of a range and one row above the border are our choice.
         """
         hardness = positive("hardness", hardness, "Pa")
         return cls(hardness, [[5e-4, 35e-4, 5e-4], [350e-4, 350e-4, 350e-4]], [0.8 * hardness], [0.2, 0.7])
@@ -211,7 +212,8 @@ class EnergyWear(WearLaw):
         """Wheel steel R8T on rail steel 900A [Braghin2006]: mild, severe and catastrophic wear.
 
         5.3 T gamma/A up to 10.4 N/mm2, 55 up to 77.2, then 55 + 61.9 (T gamma/A - 77.2), in micrograms per
-        metre and mm2.
+        metre and mm2. These numbers are as they are commonly quoted, and were not compared with the printed
+        law; that 61.9 is the slope of a last branch which goes on from 55 is our reading of it.
         """
         energy = np.array([0.0, 10.4, 77.2, 177.2])
         rate = np.array([0.0, 55.0, 55.0, 55.0 + 61.9 * 100.0])
