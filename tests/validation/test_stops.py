@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,39 @@ def test_shoes_of_different_pull_wear_apart() -> None:
     assert inner.final is not None
     assert inner.life(1e-3) > inner.distance[-1]
     assert inner.summary["share_of_pull"] == 1.0
+
+
+@pytest.mark.slow
+def test_they_go_on_where_they_were_stopped(tmp_path: Path) -> None:
+    given: dict[str, Any] = {"wear": 1e-15, "stop_tolerance": 0.5, "tolerance": 0.1, "shares": (0.8, 1.0)}
+    file = tmp_path / "stops.jsonl"
+
+    class Stop(Exception):
+        pass
+
+    shares: list[float] = []
+
+    def stop(share: float) -> None:
+        shares.append(share)
+        if len(shares) == 4:
+            raise Stop
+
+    whole = mtb.wear_of_stops(shoe(), 10.0, MASS, 60, **given)
+    with pytest.raises(Stop):
+        mtb.wear_of_stops(shoe(), 10.0, MASS, 60, checkpoint=file, progress=stop, **given)
+    rest: list[float] = []
+    again = mtb.wear_of_stops(shoe(), 10.0, MASS, 60, checkpoint=file, progress=rest.append, **given)
+    assert rest[0] == shares[-1] > 0.0
+    assert rest[-1] == 1.0
+    for one, other in zip(again, whole, strict=True):
+        assert len(other.distance) > 5
+        np.testing.assert_array_equal(one.solves, other.solves)
+        for name in ("distance", "depths", "pressures", "errors", "forces"):
+            np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, err_msg=name)
+    # all of it is there: nothing is computed
+    assert mtb.wear_of_stops(shoe(), 10.0, MASS, 60, checkpoint=file, **given) == again
+    with pytest.raises(ValueError, match="checkpoint of another wear of stops"):
+        mtb.wear_of_stops(shoe(), 10.0, MASS, 61, checkpoint=file, **given)
 
 
 @pytest.mark.parametrize(

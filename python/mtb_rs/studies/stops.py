@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -22,7 +24,7 @@ from ..results.wear_result import WearResult
 from ..scenes.heating import HeatedScene, check_tolerance
 from ..scenes.scene import Scene
 from .brake import Ride, Step, posed_shoe
-from .sweep_checkpoint import StepCheckpoint
+from .sweep_checkpoint import Record, StepCheckpoint
 from .wear import place_of, worn_contact
 
 Array = NDArray[np.float64]
@@ -43,6 +45,7 @@ def wear_of_stops(
     tolerance: float = 0.05,
     stop_tolerance: float = 0.1,
     model: Model = "auto",
+    checkpoint: str | os.PathLike[str] | None = None,
     progress: Callable[[float], Any] | Literal[True] | None = None,
     **heat: Any,
 ) -> tuple[WearResult, ...]:
@@ -63,6 +66,9 @@ def wear_of_stops(
         Error of the depths by what is not computed in full, relative (root mean square over the area).
     stop_tolerance : float [-]
         Of the steps of each stop, the `tolerance` of :func:`mtb_rs.brake`.
+    checkpoint : path
+        File that keeps the stops which were computed. The same wear that is called again with it goes on
+        where it was stopped.
     progress : callable or True
         Called with the share of the stops. True shows a bar (extra ``notebook``).
     **heat
@@ -100,18 +106,27 @@ def wear_of_stops(
     if shoe.problem.attracting is not None:
         raise ValueError("magnetic_pressure follows the gap: a number, a table or a field [Pa] is needed")
 
-    def stopped(worn: list[Array]) -> _Stop:
+    def stopped(worn: list[Array]) -> _Stopped:
         nothing = StepCheckpoint(None, [], "stop", "")
         stop = _Stop(shoe, float(speed), float(mass), other_force, pulls, stop_tolerance, nothing, worn)
         stop.run(lambda _: None)
-        return stop
+        return stop.stopped()
 
     said = {
         **{"speed": speed, "mass": mass, "count": count, "other_force": without_functions(other_force)},
         **{"shares": pulls.tolist(), "tolerance": tolerance, "stop_tolerance": stop_tolerance},
     }
-    with shares_shown(progress, "stops") as told:
-        duty = _Duty(shoe, np.unique(pulls), stopped, tolerance, count)
+    given = [posed, posed.inputs, *stated[:2], float(speed), float(mass), int(count), other_force, pulls]
+    with (
+        shares_shown(progress, "stops") as told,
+        StepCheckpoint(
+            checkpoint,
+            [*given, float(tolerance), float(stop_tolerance)],
+            "wear of stops",
+            "scene, vehicle, count, shares, heat, wear, model, tolerances",
+        ) as kept,
+    ):
+        duty = _Duty(shoe, np.unique(pulls), stopped, tolerance, count, kept)
         duty.run(told)
     results = [duty.result(k, said) for k in range(duty.shares.size)]
     return tuple(results[k] for k in np.unique(pulls, return_inverse=True)[1])
@@ -130,10 +145,63 @@ class _Stop(Ride):
             both = trial.way * np.stack([trial.pressure, trial.friction * trial.pressure])
             self.sums[k] = both + self.sums.get(k, 0.0)
 
-    @property
-    def depths(self) -> list[Array]:
-        """Worn off in the stop (n,) [m]."""
-        return [sliding.worn for sliding in self.sliding]
+    def stopped(self) -> _Stopped:
+        """What is left of it."""
+        sums = [self.sums[k] for k in range(self.shares.size)]
+        return _Stopped(self.way[-1], sums, [sliding.worn for sliding in self.sliding])
+
+
+@dataclass(frozen=True)
+class _Stopped:
+    """A stop that was computed: its way [m], and for each share the sums (2, n) over the way, and the depths
+    (n,) [m] worn off in it."""
+
+    way: float
+    sums: list[Array]
+    depths: list[Array]
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Stops that were left out, and the one after them.
+
+    `ahead` is the number of those left out, `next` that which may be left out after them; `carried` are for
+    each share what they wear off, the wear of one more stop at their end (n,) [m], and the sum of their
+    pressures [Pa]; `tried` counts the stops that were computed for it.
+    """
+
+    ahead: int
+    tried: int
+    next: float
+    errors: list[float]
+    carried: list[Array]
+    after: _Stopped
+
+    def kept(self) -> dict[str, Any]:
+        """What :meth:`recalled` makes it of again."""
+        numbers = [self.ahead, self.tried, self.next, self.after.way]
+        fields = {"carried": self.carried, "sums": self.after.sums, "depths": self.after.depths}
+        return {
+            **{"status": "solved", "numbers": numbers, "errors": self.errors},
+            **{
+                f"{name}.{k}": field.ravel().tolist()
+                for name, of in fields.items()
+                for k, field in enumerate(of)
+            },
+        }
+
+    @classmethod
+    def recalled(cls, record: Record, n: int) -> _Row:
+        """A row of the checkpoint, of fields over n points."""
+        ahead, tried, following, way = record["numbers"]
+        errors = record["errors"]
+
+        def fields(name: str, rows: int) -> list[Array]:
+            return [np.array(record[f"{name}.{k}"]).reshape(rows, n) for k in range(len(errors))]
+
+        depths = [depth[0] for depth in fields("depths", 1)]
+        after = _Stopped(way, fields("sums", 2), depths)
+        return cls(ahead, tried, following, errors, fields("carried", 3), after)
 
 
 class _Duty:
@@ -143,12 +211,13 @@ class _Duty:
         self,
         shoe: HeatedScene,
         shares: Array,
-        stopped: Callable[[list[Array]], _Stop],
+        stopped: Callable[[list[Array]], _Stopped],
         tolerance: float,
         count: int,
+        kept: StepCheckpoint,
     ) -> None:
-        self.shoe, self.shares, self.stopped, self.tolerance, self.count = (
-            shoe, shares, stopped, tolerance, count,
+        self.shoe, self.shares, self.stopped, self.tolerance, self.count, self.kept = (
+            shoe, shares, stopped, tolerance, count, kept,
         )  # fmt: skip
         n = shoe.problem.n
         self.worn = [np.zeros(n) for _ in shares]
@@ -157,57 +226,67 @@ class _Duty:
 
     def run(self, told: Callable[[float], Any]) -> None:
         """All stops, one after the other or some of them."""
-        control = _mtb_rs.StepControl(self.tolerance, 1.0)
-        stop, done = self._first(), 1
+        first, n = self.shoe.first, self.shoe.problem.n
+        nothing = {"distance": 0.0, "step": 0.0, "error": 0.0, "solves": 0, "upper": np.zeros(n)}
+        for rows in self.rows:
+            rows.append({**nothing, "unknowns": self._tractions(first.pressure, first.friction)})
+        last, done, following = None, 0, 1.0
+        for record in self.kept.in_order():
+            row = _Row.recalled(record, n)
+            self._add(last, row)
+            last, done, following = row.after, done + row.ahead + 1, row.next
+        control = _mtb_rs.StepControl(self.tolerance, following)
         told(done / self.count)
         while done < self.count:
-            # a stop that is computed ends the row
-            most = float(self.count - done - 1)
-            ahead, tried = math.floor(control.length(most)) if most else 0, 1
-            while True:
-                carried = [self._carried(stop, k, ahead) for k in range(self.shares.size)]
-                after = self.stopped([w + found[0] for w, found in zip(self.worn, carried, strict=True)])
-                errors = [self._error(after, k, ahead, carried[k]) for k in range(self.shares.size)]
-                # one that leaves none out tells how well it would have been foretold
-                length = float(max(ahead, 1))
-                shorter = control.judge(length, max(most, 1.0), max(errors))
-                if shorter is None or not ahead:
-                    break
-                ahead, tried = math.floor(shorter), tried + 1
-            if shorter is not None:
-                control = _mtb_rs.StepControl(self.tolerance, 1.0)
-            self._add(stop, after, ahead, carried, errors if ahead else [0.0] * len(errors), tried)
-            stop, done = after, done + ahead + 1
+            row, control = self._row(last, control, self.count - done)
+            self.kept.add(len(self.rows[0]) - 1, row.kept())
+            self._add(last, row)
+            last, done = row.after, done + row.ahead + 1
             told(done / self.count)
 
-    def _first(self) -> _Stop:
-        stop = self.stopped(self.worn)
-        for k, rows in enumerate(self.rows):
-            n = self.shoe.problem.n
-            nothing = {"distance": 0.0, "step": 0.0, "error": 0.0, "solves": 0, "upper": np.zeros(n)}
-            first = stop.shoes[k].first
-            unknowns = self._tractions(first.pressure, first.friction)
-            rows.append({**nothing, "unknowns": unknowns})
-        count = self.shares.size
-        self._add(stop, stop, 0, [(np.zeros(self.shoe.problem.n),) * 3] * count, [0.0] * count, 1)
-        return stop
+    def _row(
+        self, last: _Stopped | None, control: _mtb_rs.StepControl, left: int
+    ) -> tuple[_Row, _mtb_rs.StepControl]:
+        """The next row after a stop, of as many as are left; None: the first stop."""
+        if last is None:
+            nothing = [np.zeros((3, self.shoe.problem.n)) for _ in self.shares]
+            after = self.stopped(self.worn)
+            return _Row(0, 1, 1.0, [0.0] * self.shares.size, nothing, after), control
+        # a stop that is computed ends the row
+        most = float(left - 1)
+        ahead, tried = math.floor(control.length(most)) if most else 0, 1
+        while True:
+            carried = [self._carried(last, k, ahead) for k in range(self.shares.size)]
+            after = self.stopped([w + found[0] for w, found in zip(self.worn, carried, strict=True)])
+            errors = [self._error(after, k, ahead, carried[k]) for k in range(self.shares.size)]
+            # one that leaves none out tells how well it would have been foretold
+            length = float(max(ahead, 1))
+            shorter = control.judge(length, max(most, 1.0), max(errors))
+            if shorter is None or not ahead:
+                break
+            ahead, tried = math.floor(shorter), tried + 1
+        if shorter is not None:
+            control = _mtb_rs.StepControl(self.tolerance, 1.0)
+        following = 1.0 if control.next is None else control.next
+        errors = errors if ahead else [0.0] * len(errors)
+        return _Row(ahead, tried, following, errors, carried, after), control
 
     def _tractions(self, pressure: Array, friction: Array) -> Array:
         return sliding_tractions(pressure, friction, self.shoe.problem.direction)
 
-    def _mean(self, stop: _Stop, k: int) -> tuple[Array, Array, Array]:
+    def _mean(self, stop: _Stopped, k: int) -> tuple[Array, Array, Array]:
         """Mean pressure of a stop, friction of the mean drag, and depth of wear [m] over the pressure."""
-        pressure, drag = stop.sums[k] / stop.way[-1]
+        pressure, drag = stop.sums[k] / stop.way
         over = np.where(pressure > 0.0, pressure, 1.0)
         return pressure, drag / over, stop.depths[k] / over
 
-    def _carried(self, stop: _Stop, k: int, ahead: int) -> tuple[Array, Array, Array]:
-        """What stops ahead wear off (n,) [m] by the contact that has the mean pressure of a stop; the wear of
-        one more stop [m] at their end, and the sum of their pressures [Pa]."""
+    def _carried(self, stop: _Stopped, k: int, ahead: int) -> Array:
+        """(3, n): what stops ahead wear off [m] by the contact that has the mean pressure of a stop; the wear
+        of one more stop [m] at their end, and the sum of their pressures [Pa]."""
         problem, n = self.shoe.problem, self.shoe.problem.n
         pressure, friction, rate = self._mean(stop, k)
         if not ahead:
-            return np.zeros(n), rate * pressure, np.zeros(n)
+            return np.array([np.zeros(n), rate * pressure, np.zeros(n)])
         tractions = self._tractions(pressure, friction)
         core, none = problem.core, np.zeros(n)
         tangent = core.tangent(
@@ -231,9 +310,9 @@ class _Duty:
             lambda *_: (rate, none), None, INSIDE * self.tolerance, (0.0, self.worn[k], none, None),
             float(ahead), told,
         )  # fmt: skip
-        return last[0].upper - self.worn[k], rate * last[0].outcome.pressure, total
+        return np.array([last[0].upper - self.worn[k], rate * last[0].outcome.pressure, total])
 
-    def _error(self, after: _Stop, k: int, ahead: int, carried: tuple[Array, Array, Array]) -> float:
+    def _error(self, after: _Stopped, k: int, ahead: int, carried: Array) -> float:
         """Half of the stops left out times what the rate of wear is off at their end, relative."""
         depth, rate, _ = carried
         area = np.ascontiguousarray(self.shoe.problem.area)
@@ -246,27 +325,21 @@ class _Duty:
         off = 0.5 * length * size(after.depths[k] - rate)
         return off / (size(step) + 0.1 * size(self.worn[k] + step))
 
-    def _add(
-        self,
-        stop: _Stop,
-        after: _Stop,
-        ahead: int,
-        carried: Sequence[tuple[Array, ...]],
-        errors: list[float],
-        tried: int,
-    ) -> None:
-        """A row: stops that were left out, and the one after them."""
-        step = ahead * stop.way[-1] + after.way[-1]
+    def _add(self, last: _Stopped | None, row: _Row) -> None:
+        """Goes on from the end of a row, after another stop."""
+        after = row.after
+        before = (0.0 if last is None else last.way) * row.ahead
+        step = before + after.way
         self.distance += step
         for k, rows in enumerate(self.rows):
-            depth, _, pressures = carried[k]
+            depth, _, pressures = row.carried[k]
             self.worn[k] = self.worn[k] + depth + after.depths[k]
             pressure, friction, _ = self._mean(after, k)
-            mean = (stop.way[-1] * pressures + after.way[-1] * pressure) / step
+            sums = after.way * pressure + (0.0 if last is None else last.way * pressures)
             rows.append(
                 {
-                    **{"distance": self.distance, "step": step, "error": errors[k], "solves": tried},
-                    **{"upper": self.worn[k], "unknowns": self._tractions(mean, friction)},
+                    **{"distance": self.distance, "step": step, "error": row.errors[k], "solves": row.tried},
+                    **{"upper": self.worn[k], "unknowns": self._tractions(sums / step, friction)},
                 }
             )
 
