@@ -8,6 +8,10 @@ coupling. Each load enters with its tangent from the start of the ride, which ma
 in the stiff contact; without it steps had to resolve the shoe on its contact, at 2 kHz. What the size of the
 step costs is measured.
 
+Heat and wear are slow beside the vibrations: ``mtb.brake`` computes them over the whole stop, in steps of up
+to a second, of shoes that are driven by their tops. The multibody ride takes from it what wear and expansion
+add to the gaps, in each of its steps.
+
 Programs that import functional mock-up units take the contacts by ``PreparedContact.save_fmu``.
 
 Masses, dimensions, springs and tables are assumed, of plausible size; they are not those of a vehicle.
@@ -16,14 +20,23 @@ What to see in braking.gif: the six shoes over the rail, their pitch enlarged 20
 below each of them (red). Every shoe leans on its front. The curve is the brake force, the dot the present
 moment.
 
-What to see in braking.png: relative errors over the length of the step and over the computing time. All fall
+What to see in braking_heat_and_wear.gif: one of the shoes that are pulled in full. The new sole bears on its
+edges, heat bows it within a tenth of a second, and wear makes its pressure a straight rise to the front. The
+rear is hotter than the front, below which the cold rail enters.
+
+What to see in braking_heat_and_wear.png: above, the hottest point of the outer and of an inner shoe; in the
+middle, the pressure along the inner one; below, both soles before and after the stop.
+
+What to see in braking.png: relative errors over the length of the step and over the processor time. All fall
 with the step; the table (squares) is good for way and force, but not for the peak pressure.
 
 What to see in braking_histories.png: the brake force grows as the vehicle slows down, because friction does.
-The table gives the same force within half a per cent; pitch and peak pressure differ between the shoes.
+The table gives the same force within half a per cent; pitch and peak pressure differ between the shoes. The
+pale lines are of the same ride on soles that do not wear: a worn sole presses evenly, without the jumps of
+the highest point, and the shoe pitches forward as its front wears.
 
 Usage: braking_manoeuvre.py [-o DIRECTORY] [--short]. Writes histories, the comparison with a table (CSV and
-PNG) and an animation (GIF); `--short` brakes a magnet of two shoes from 10 km/h and draws nothing.
+PNG) and animations (GIF); `--short` brakes a magnet of two shoes from 10 km/h and draws nothing.
 """
 
 from __future__ import annotations
@@ -54,6 +67,8 @@ FRICTION = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 50.0), (0.35, 0.24, 0.16, 0.
 MAGNET = mtb.VelocityTable((0.0, 20.0, 50.0), (3.0e6, 2.6e6, 2.0e6))
 #: Below this speed [m/s] friction and the disc brake fall to zero; a real brake sticks.
 STANDSTILL = 0.25
+#: Wear coefficients of shoe and rail [1/Pa], and resistance of the contact to heat [K m2/W].
+WEAR, RAIL_WEAR, RESISTANCE = 1e-13, 1e-15, 1e-5
 #: Height of the shoes' centre of mass over the rail, where the drivers push [m].
 CENTRE = 0.020
 #: Between two pressure fields that are kept [s].
@@ -124,11 +139,14 @@ class Shoe:
         """Magnetic pressure [Pa]."""
         return self.share * float(np.interp(abs(speed), MAGNET.velocity, MAGNET.value))
 
-    def step(self, place: np.ndarray, speed: float, dt: float | None = None) -> tuple[np.ndarray, Any]:
-        """Load (x, z, pitch nose up) of contact and magnet on a shoe at a place (z, pitch) over the rail."""
+    def step(
+        self, place: np.ndarray, speed: float, dt: float | None = None, opened: np.ndarray | None = None
+    ) -> tuple[np.ndarray, Any]:
+        """Load (x, z, pitch nose up) of contact and magnet on a shoe at a place (z, pitch) over the rail,
+        with a gap that heat and wear have `opened` (n,) [m]."""
         pressure = self.pressure(speed)
         pose = [0.0, 0.0, place[0], 0.0, -place[1], 0.0]
-        out = self.contact.step(pose, speed, dt, magnetic_pressure=pressure)
+        out = self.contact.step(pose, speed, dt, magnetic_pressure=pressure, gap=opened)
         load = -2.0 * np.array([out.force[0], out.force[2], -out.moment[1]])
         load[1] -= pressure * self.pulled_area
         return load, out
@@ -160,8 +178,10 @@ def drag(force: float, speed: float) -> tuple[float, float]:
 class Ride:
     """The multibody system, loaded by the contacts, and its history: (steps, ...) or (steps, shoes)."""
 
-    def __init__(self, brake: Brake, contact: mtb.PreparedContact, dt: float) -> None:
-        self.brake, self.dt = brake, dt
+    def __init__(
+        self, brake: Brake, contact: mtb.PreparedContact, dt: float, stop: mtb.Braking | None = None
+    ) -> None:
+        self.brake, self.dt, self.stop = brake, dt, stop
         self.shoes = [Shoe(contact, share) for share in brake.pull]
         self.inner = inner(contact.points)
         self.records: list[tuple[Any, ...]] = []
@@ -274,7 +294,7 @@ class Ride:
         carried = b.rail_rate(at).T * rates[:, :1]
         loads, normal, heat, pressures = [], [], [], []
         for k, shoe in enumerate(self.shoes):
-            load, out = shoe.step(places[k], float(rates[k, 0]), self.dt)
+            load, out = shoe.step(places[k], float(rates[k, 0]), self.dt, self._opened(k, v[0]))
             on_rail, tangent, damping = self.contacts[k]
             along, slowed = drag(load[0], rates[k, 0])
             # at the end of the step the rail stands elsewhere under the shoe
@@ -290,6 +310,19 @@ class Ride:
             heat.append(2.0 * out.friction_power)
             pressures.append(out.pressure)
         return q, v, disc, loads, places, carried, normal, heat, pressures
+
+    def _opened(self, shoe: int, speed: float) -> np.ndarray | None:
+        """What heat and wear add to the gap (n,) [m] at a speed [m/s] of the vehicle."""
+        if self.stop is None:
+            return None
+        gone, one = self.stop.speed[0] - self.stop.speed, self.stop.shoes[shoe]
+        now = self.stop.speed[0] - speed
+        after = int(np.searchsorted(gone, now).clip(1, len(gone) - 1))
+        share = np.clip((now - gone[after - 1]) / (gone[after] - gone[after - 1]), 0.0, 1.0)
+        last = one.depths[after - 1] + one.openings[after - 1]
+        if after == 1:
+            return share * last
+        return share * last + (1.0 - share) * (one.depths[after - 2] + one.openings[after - 2])
 
     def _before_step(self, _mbs: Any, _time: float) -> bool:
         *found, pressures = self._load(self.dt)
@@ -307,9 +340,9 @@ class Ride:
         settings.timeIntegration.generalizedAlpha.spectralRadius = 0.7
         settings.solution.file.write = False
         settings.timeIntegration.verboseMode = 0
-        clock = time.perf_counter()
+        clock = time.process_time()
         self.mbs.SolveDynamic(settings)
-        self.seconds = time.perf_counter() - clock
+        self.seconds = time.process_time() - clock
         names = ("q", "v", "disc", "loads", "place", "carried", "normal", "heat", "peak")
         for name, column in zip(names, zip(*self.records, strict=True), strict=True):
             setattr(self, name, np.array(column))
@@ -381,7 +414,7 @@ class Table:
 
     def __init__(self, brake: Brake) -> None:
         self.brake = brake
-        clock = time.perf_counter()
+        clock = time.process_time()
         self.velocity = np.array([0.25, 1.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 45.0])
         rows = []
         for v in self.velocity:
@@ -389,7 +422,7 @@ class Table:
             peak = result.pressure.ravel()[inner(result.points.reshape(3, -1))].max()
             rows.append((2.0 * result.force[0], -2.0 * result.force[2], peak))
         self.force, self.normal, self.peak = np.array(rows).T
-        self.sweep_seconds = time.perf_counter() - clock
+        self.sweep_seconds = time.process_time() - clock
 
     def carried(self, v: Any, share: float) -> Any:
         """Normal force of a shoe [N]: what the magnet pulls, less what the springs lift."""
@@ -409,7 +442,7 @@ class Table:
 
     def ride(self, dt: float, duration: float) -> None:
         """The midpoint rule."""
-        b, clock = self.brake, time.perf_counter()
+        b, clock = self.brake, time.process_time()
         mass = b.vehicle_mass + b.frame_mass + b.shoe_mass * len(b.pull)
 
         def slow_down(v: float) -> float:
@@ -423,7 +456,20 @@ class Table:
             v, x = v + dt * slow_down(middle), x + dt * middle
         self.speed, self.way = np.array(states).T
         self.time = dt * np.arange(len(states))
-        self.seconds = time.perf_counter() - clock
+        self.seconds = time.process_time() - clock
+
+
+def heated_and_worn(brake: Brake, table: Table) -> mtb.Braking:
+    """The stop with heat and wear of one side, poles of six shoes: half of the masses and forces.
+
+    What the springs lift is taken off the shares of the pull.
+    """
+    lifted = brake.lift_force / table.normal.mean()
+    mass = brake.vehicle_mass + brake.frame_mass + brake.shoe_mass * len(brake.pull)
+    return mtb.brake(
+        SCENE, brake.speed, 0.5 * mass, 0.5 * brake.disc_brake, shares=np.array(brake.pull) - lifted,
+        tolerance=0.2, expansion=True, wear=WEAR, lower_wear=RAIL_WEAR, resistance=RESISTANCE, share=0.0,
+    )  # fmt: skip
 
 
 def inner(points: np.ndarray) -> np.ndarray:
@@ -502,8 +548,34 @@ def write_histories(ride: Ride, path: Path) -> None:
     write(rows, path)
 
 
-def draw_histories(ride: Ride, table: Table, path: Path) -> None:
-    """Brake force, pitch and pressure away from the edges over the time."""
+def draw_heat_and_wear(stop: mtb.Braking, path: Path) -> None:
+    """Temperature over the time, pressure and sole along the shoe."""
+    figure, (hot, press, sole) = plt.subplots(3, 1, figsize=(7.4, 7.4))
+    shown = {"shoe 1": stop.shoes[0], "shoe 4": stop.shoes[len(stop.shoes) // 2]}
+    for name, shoe in shown.items():
+        (line,) = hot.plot(shoe.time, shoe.peaks, label=f"{name}, hottest point")
+        hot.plot(shoe.time, shoe.means, "--", color=line.get_color(), label=f"{name}, mean of its sole")
+    hot.set(title="temperature above that of the surroundings [K]", xlabel="time [s]", xlim=(0.0, None))
+    hot.legend(ncols=2, loc="lower right")
+    one = shown["shoe 4"]
+    grid = one.patches[0]
+    x = 1e3 * grid.view(one.points[0])[0]
+    for k in np.unique(np.searchsorted(one.time, (0.0, 0.1, 2.0, 30.0))):
+        row = grid.view(one.pressures[k]).mean(axis=0)
+        press.plot(x, 1e-6 * row, label=f"{one.time[k]:.2g} s")
+    press.set(title="pressure along shoe 4, mean over its width [MPa]", ylim=(0.0, None))
+    press.legend(ncols=4, loc="lower right")
+    sole.axhline(0.0, color="#777777", ls="--", label="before")
+    for name, shoe in shown.items():
+        sole.plot(x, -1e6 * grid.view(shoe.depth).mean(axis=0), label=f"{name}, after")
+    sole.set(title="sole, mean over its width [µm]", xlabel="x [mm], sliding to the right")
+    sole.legend(ncols=3, loc="lower left")
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def draw_histories(ride: Ride, table: Table, new: Ride, path: Path) -> None:
+    """Brake force, pitch and pressure away from the edges over the time; dashed on `new` soles."""
     figure, (speed, force, off, pitch, peak) = plt.subplots(
         5, 1, figsize=(7.4, 10.0), sharex=True, height_ratios=(1, 1.5, 1, 1.5, 1.5)
     )
@@ -519,10 +591,15 @@ def draw_histories(ride: Ride, table: Table, path: Path) -> None:
     for shoe in (0, len(ride.shoes) // 2):
         pitch.plot(ride.time, 1e6 * ride.place[:, shoe, 1], linewidth=0.5)
         peak.plot(ride.time, 1e-6 * ride.peak[:, shoe], linewidth=0.5)
-        peak.plot([], [], color=peak.lines[-1].get_color(), label=f"shoe {shoe + 1}")
+        colour = peak.lines[-1].get_color()
+        peak.plot([], [], color=colour, label=f"shoe {shoe + 1}")
+        paler = {"color": colour, "linewidth": 0.5, "alpha": 0.35}
+        pitch.plot(new.time, 1e6 * new.place[:, shoe, 1], **paler)
+        peak.plot(new.time, 1e-6 * new.peak[:, shoe], **paler)
+        peak.plot([], [], **{**paler, "linewidth": 1.6}, label=f"shoe {shoe + 1}, sole stays new")
     pitch.set_title("pitch over the rail, nose up [µrad]")
     peak.set(title="peak pressure away from the edges [MPa]", xlabel="time [s]")
-    figure.legend(*peak.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.legend(*peak.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.savefig(path)
     plt.close(figure)
 
@@ -545,7 +622,7 @@ def draw_comparison(rows: list[dict[str, Any]], path: Path) -> None:
         [], [], "s", color="#777777", label=f"table, after {table['beforehand_s']:.2g} s for its sweep"
     )
     axes[0].set(xlabel="time step [ms]", title="relative error against a step of 0.25 ms")
-    axes[1].set(xlabel="time for a ride from 10 km/h to rest [s]")
+    axes[1].set(xlabel="processor time for a ride from 10 km/h to rest [s]")
     steps = [1e3 * row["dt_s"] for row in rides]
     axes[0].set_xticks(steps, [f"{step:g}" for step in steps])
     axes[1].set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
@@ -625,9 +702,12 @@ if not arguments.short:
     table = Table(Brake())
     duration = stopping_time(table)
     table.ride(1e-3, duration)
-    ride = Ride(Brake(), contact, 1e-3).solve(duration)
-    print(f"{ride.q[-1, 0]:.1f} m, by the table {table.way[-1]:.1f} m; {ride.seconds:.1f} s of computing")
-    missed = differences(table, ride)
+    stop = heated_and_worn(Brake(), table)
+    print(f"with heat and wear: {stop.way[-1]:.1f} m, hottest {stop.shoe.peaks.max():.0f} K, ", end="")
+    print(f"{1e6 * stop.shoe.depth.max():.0f} um worn off")
+    new, ride = (Ride(Brake(), contact, 1e-3, soles).solve(duration) for soles in (None, stop))
+    print(f"{ride.q[-1, 0]:.1f} m, by the table {table.way[-1]:.1f} m; {ride.seconds:.1f} s of the processor")
+    missed = differences(table, new)
     print(f"the table errs by {missed['brake_force_error']:.2%} in brake force, ", end="")
     print(f"{missed['peak_pressure_error']:.1%} in peak pressure")
     for where, joule in ride.energy().items():
@@ -635,5 +715,7 @@ if not arguments.short:
     print(f"energy left open: {ride.open_energy():.1e}")
     draw_comparison(comparison, arguments.output / "braking.png")
     write_histories(ride, arguments.output / "braking_histories.csv")
-    draw_histories(ride, table, arguments.output / "braking_histories.png")
+    draw_histories(ride, table, new, arguments.output / "braking_histories.png")
+    draw_heat_and_wear(stop, arguments.output / "braking_heat_and_wear.png")
+    stop.animate(arguments.output / "braking_heat_and_wear.gif")
     animate(ride, arguments.output / "braking.gif")

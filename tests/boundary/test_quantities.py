@@ -796,6 +796,8 @@ LEFT_OUT = {
     ("ElasticBody.recover", "traction"): "between a solve and its pictures",
     ("animate", "frames_per_second"): "draws pictures, and is tried below",
     ("Stability.animate", "frames_per_second"): "draws pictures, as the other one does",
+    ("Braking.animate", "frames_per_second"): "as animate",
+    ("SlidingHeat.animate", "frames_per_second"): "as animate",
     ("solve_normal", "moments"): "an old name",
 }
 

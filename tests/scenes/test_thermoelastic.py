@@ -91,6 +91,28 @@ def test_steps_are_of_first_order_where_wear_holds_the_hot_spots() -> None:
     assert len(chosen.time) < 64
 
 
+def test_a_step_of_the_prepared_contact_with_what_heat_and_wear_open_is_that_step() -> None:
+    changing = mtb.Conductor(50.0, 7850.0, 460.0, 1.2e-5, conductivity_slope=-0.03, expansion_slope=5e-9)
+    hot = shoe().sliding_heat(
+        2.0, 6, 10.0, expansion=True, wear=SOFT, resistance=2e-5, share=0.0, tolerance=0.2, upper=changing,
+        bulk=(0.0, 20.0),
+    )  # fmt: skip
+    contact = shoe().prepare("elastic-upper")
+    cold = contact.step(velocity=10.0)
+    assert np.abs(hot.openings[-1]).max() > 1e-6
+    for k in (0, len(hot.time) // 2, -1):
+        step = contact.step(velocity=10.0, gap=hot.depths[k] + hot.openings[k])
+        largest = hot.pressures[k].max()
+        # the strain is linear over a step
+        assert np.abs(step.pressure - hot.pressures[k]).max() < 2e-3 * largest
+        assert np.abs(cold.pressure - hot.pressures[k]).max() > 0.02 * largest
+    steady = shoe().sliding_heat(2.0, 6, 10.0, expansion=True, wear=SOFT, tolerance=0.2)
+    for k in (0, -1):
+        step = contact.step(velocity=10.0, gap=steady.depths[k] + steady.openings[k])
+        assert np.abs(step.pressure - steady.pressures[k]).max() < 1e-10 * steady.pressures[k].max()
+    assert not shoe().sliding_heat(2.0, 2, 10.0).openings.any()
+
+
 def test_the_margin_follows_the_heat_of_friction() -> None:
     slow, twice, long = (
         shoe(friction=mu).sliding_heat(duration, 4, 0.05, expansion=True).thermal_margin

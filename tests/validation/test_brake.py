@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import mtb_rs as mtb
 
@@ -116,7 +117,8 @@ def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: 
     assert again.time == pytest.approx(whole.time, rel=1e-9)
     assert again.way == pytest.approx(whole.way, rel=1e-9)
     for one, other in zip(again.shoes, whole.shoes, strict=True):
-        for name in ("forces", "stored", "peaks", "pressures", "depths", "volumes_lower", "errors"):
+        histories = ("forces", "stored", "peaks", "pressures", "depths", "openings")
+        for name in (*histories, "volumes_lower", "errors"):
             largest = np.abs(getattr(other, name)).max()
             got, wanted = getattr(one, name), getattr(other, name)
             np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-10 * largest, err_msg=name)
@@ -150,6 +152,33 @@ def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: 
 def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         mtb.brake(**{"scene": shoe(), "speed": 10.0, "mass": 1e3, **given})  # type: ignore[arg-type]
+
+
+def test_a_stop_moves(tmp_path: Path) -> None:
+    """Frames of one size and scale; without wear there is no sole to show."""
+    stop = mtb.brake(shoe(), 20.0, 2000.0, 900.0, shares=(0.5, 1.0), wear=1e-12, tolerance=0.4)
+    cold = mtb.brake(shoe(poles=1), 20.0, 2000.0, 900.0, tolerance=0.4)
+    heights = []
+    for made in (stop, cold, stop.shoes[0]):
+        with Image.open(made.animate(tmp_path / "stop.gif", frames=3)) as moving:
+            assert moving.n_frames == 3  # type: ignore[attr-defined]
+            frames = []
+            for k in range(3):
+                moving.seek(k)
+                frames.append(np.array(moving.convert("RGB")))
+        assert (frames[0] != frames[1]).any()
+        assert (frames[1] != frames[2]).any()
+        assert frames[0].shape == frames[2].shape
+        heights.append(frames[0].shape[0])
+    assert heights[0] == heights[2] > heights[1]
+    for given, message in (
+        ({"path": tmp_path / "stop.avi"}, r"\.gif, \.webp or \.png"),
+        ({"frames": 0}, "frames is 0"),
+        ({"frames": 2.5}, "frames is 2.5"),
+        ({"frames_per_second": -1.0}, "frames_per_second is -1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            stop.animate(**{"path": tmp_path / "stop.gif", **given})  # type: ignore[arg-type]
 
 
 def test_nothing_that_brakes_is_said() -> None:

@@ -243,7 +243,8 @@ class Passing:
 class Trial:
     """A step that was computed, to be taken or not.
 
-    `is_state` tells whether it has a state, and only one. `depth` and `volume_lower` are what it wears,
+    `is_state` tells whether it has a state, and only one. `opening` (n,) [m] is what heat adds to the gap
+    since the beginning, `depth` and `volume_lower` are what the step wears,
     `error` is that of the step, `attraction` the pull (n,) [Pa] of a magnet that follows the gap.
     """
 
@@ -256,6 +257,7 @@ class Trial:
     flux: Array
     surface: Array
     temperatures: list[Array]
+    opening: Array
     depth: Array
     volume_lower: float
     force: Array
@@ -264,7 +266,7 @@ class Trial:
 
     def kept(self) -> Kept:
         """What :meth:`HeatedSliding.recalled` makes it of again."""
-        names = ("pressure", "friction", "flux", "surface", "depth", "force")
+        names = ("pressure", "friction", "flux", "surface", "opening", "depth", "force")
         return {
             **{name: getattr(self, name).ravel().tolist() for name in names},
             "numbers": [self.duration, self.way, self.volume_lower, self.error],
@@ -405,6 +407,9 @@ class HeatedSliding:
         is_single = not (heated.expands and outcome.unstable)
         is_state = outcome.status == "solved" and is_single
         settled = outcome.settled
+        opened = worn - self.worn
+        if opening is not None:
+            opened += np.einsum("bij,bj->i", opening, flux)
         # where a layer yields, friction has not grown with the pressure
         friction = problem.capped(friction, pressure)
         depth = diagonal * pressure
@@ -419,7 +424,7 @@ class HeatedSliding:
         of_wear = _mtb_rs.step_error(area, self.worn, duration, self.wearing, depth / duration)
         return Trial(
             duration, way, is_state, outcome, pressure, friction, flux, surface,
-            self._warmed(duration, coasted, flux), depth, volume, force,
+            self._warmed(duration, coasted, flux), opened, depth, volume, force,
             max(of_heat, of_wear) if is_state else float("nan"), None if settled is None else settled.pull,
         )  # fmt: skip
 
@@ -438,14 +443,14 @@ class HeatedSliding:
         coasted = [body.coasted(duration) for body in self.bodies]
         return Trial(
             duration, way, True, None, fields["pressure"], fields["friction"], flux, fields["surface"],
-            self._warmed(duration, coasted, flux), fields["depth"], volume, fields["force"], error,
-            np.array(attraction) if attraction else None,
+            self._warmed(duration, coasted, flux), fields["opening"], fields["depth"], volume,
+            fields["force"], error, np.array(attraction) if attraction else None,
         )  # fmt: skip
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         n = self.problem.n
         return {
-            **dict.fromkeys(("pressure", "friction", "depth"), (n,)),
+            **dict.fromkeys(("pressure", "friction", "opening", "depth"), (n,)),
             **dict.fromkeys(("flux", "surface"), (2, n)),
             "force": (3,),
         }
@@ -539,6 +544,7 @@ class HeatedSliding:
             "pressures": mean[2],
             "temperatures": trial.surface[1],
             "depths": self.worn,
+            "openings": trial.opening,
             "volumes_upper": float(self.worn @ problem.area),
             "volumes_lower": self.volume_lower,
             "errors": trial.error,

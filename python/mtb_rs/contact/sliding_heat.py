@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..base.plain import plain
 from ..base.progress import shares_shown
 from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
+from ..base.units import taking_quantities
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of
@@ -29,6 +31,7 @@ T = TypeVar("T")
 OVER_CONTACT = (
     *("pressure", "traction", "status", "temperature_upper", "temperature_lower"),
     *("heat_flux_upper", "heat_flux_lower", "depth", "pressures", "temperatures", "depths"),
+    "openings",
 )
 
 
@@ -79,6 +82,9 @@ class SlidingHeat(Curved, Pictured):
     depth : (n,) [m]
         Worn off the upper body.
     depths : (k, n) [m]
+    openings : (k, n) [m]
+        What the expansion of both bodies adds to the gap since the beginning, below zero where it closes.
+        With ``gap=depths[i] + openings[i]`` a step of the prepared contact has the pressures of a step.
     volumes_upper, volumes_lower : (k,) [m3]
         Worn off both bodies since the beginning.
     errors : (k,) [-]
@@ -121,6 +127,7 @@ class SlidingHeat(Curved, Pictured):
     bodies: tuple[Array, ...]
     depth: Array = field(default_factory=lambda: np.zeros(0))
     depths: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    openings: Array = field(default_factory=lambda: np.zeros((0, 0)))
     volumes_upper: Array = field(default_factory=lambda: np.zeros(0))
     volumes_lower: Array = field(default_factory=lambda: np.zeros(0))
     errors: Array = field(default_factory=lambda: np.zeros(0))
@@ -160,6 +167,31 @@ class SlidingHeat(Curved, Pictured):
 
     def _line(self, quantity: str, ax: Any) -> Any:
         return pictures().draw_heat(self, quantity, ax)
+
+    @taking_quantities
+    def animate(self, path: str | Path, *, frames: int = 60, frames_per_second: float = 10.0) -> Path:
+        """A moving picture of pressure, temperature of the upper surface and, if it wears, the sole.
+
+        Above them stand speed and heat of friction over the time. The frames are at equal distances of time;
+        between the steps the fields are linear.
+
+        Parameters
+        ----------
+        path : str or Path
+            A name ending in .gif, .webp or .png.
+        frames : int
+        frames_per_second : float [1/s]
+
+        Returns
+        -------
+        Path
+        """
+        lines = [
+            pictures().Line(self.time, self.velocity, "speed [m/s]"),
+            pictures().Line(self.time, 1e-3 * self.friction_powers, "heat of friction [kW]"),
+        ]
+        made: Path = pictures().animate_sliding(self, lines, path, frames, frames_per_second)
+        return made
 
     def fields(self) -> dict[str, Field]:
         """Its fields over the contact points, by name: values with unit and label."""

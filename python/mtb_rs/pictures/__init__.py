@@ -7,6 +7,7 @@ from .figures import own_figures
 from .files import save
 from .labelled import dataset_of
 from .moving import animate
+from .moving_heat import Line, animate_sliding
 from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
@@ -15,7 +16,9 @@ from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, dra
 from .wheelset_plot import draw_profile, draw_wheelset_geometry
 
 __all__ = [
+    "Line",
     "animate",
+    "animate_sliding",
     "animate_stability",
     "dataset_of",
     "datasets",

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import input_data, stored
 from ..base.told import Row, in_words
+from ..base.units import taking_quantities
 from ..contact.sliding_heat import SlidingHeat
 from ..results.doors import pictures
 from ..results.fields import Field, totals_of
@@ -99,6 +101,31 @@ class Braking(Curved):
 
     def _line(self, quantity: str, ax: Any) -> Any:
         return pictures().draw_braking(self, quantity, ax)
+
+    @taking_quantities
+    def animate(self, path: str | Path, *, frames: int = 60, frames_per_second: float = 10.0) -> Path:
+        """A moving picture of the stop: pressure, temperature and, if it wears, the sole of :attr:`shoe`.
+
+        Above them stand the speed and the brake force of all shoes over the time. The frames are at equal
+        distances of time; between the steps the fields are linear. `shoes[k].animate` shows another shoe.
+
+        Parameters
+        ----------
+        path : str or Path
+            A name ending in .gif, .webp or .png.
+        frames : int
+        frames_per_second : float [1/s]
+
+        Returns
+        -------
+        Path
+        """
+        lines = [
+            pictures().Line(self.time, 3.6 * self.speed, "speed [km/h]"),
+            pictures().Line(self.time[1:], 1e-3 * self.forces.sum(axis=1), "brake force [kN]"),
+        ]
+        made: Path = pictures().animate_sliding(self.shoe, lines, path, frames, frames_per_second)
+        return made
 
     def _kept(self) -> Braking:
         # those that are the same stay so, and are kept once
