@@ -71,6 +71,7 @@ from .results.fields import Field
 from .results.report import Report
 from .results.result import Displacement, Result
 from .results.solid import Solid
+from .results.stress_field import StressField
 from .results.sweep_table import SweepTable
 from .results.temperature import RollingTemperature
 from .results.wear_result import WearResult
@@ -110,6 +111,7 @@ if TYPE_CHECKING:
         | WheelStep
         | WheelPatch
         | Chart
+        | StressField
         | SweepTable
         | AreaLoadCurve
         | WearResult
@@ -209,6 +211,7 @@ __all__ = [
     "StaticKinetic",
     "StepResult",
     "StepState",
+    "StressField",
     "Support",
     "SweepTable",
     "TabulatedFriction",

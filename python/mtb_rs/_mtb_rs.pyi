@@ -363,6 +363,8 @@ class PreparedWheels:
     @property
     def young_moduli(self) -> list[float]: ...
     @property
+    def materials(self) -> list[tuple[float, float] | None]: ...
+    @property
     def friction_inputs(self) -> list[tuple[str, list[int]]]: ...
     @property
     def reference_point(self) -> list[float]: ...
@@ -980,6 +982,7 @@ class TetraMesh:
         frames: _Array,
         faces: _Numbers,
     ) -> Sampling: ...
+    def at_points(self, values: _Array, points: _Array) -> _Array: ...
     def averages(self, sampling: Sampling) -> tuple[_Array, _Array, tuple[_Numbers, _Numbers, _Array]]: ...
 
 @final
@@ -1032,6 +1035,19 @@ class TetraBody:
     ) -> tuple[_Array, _Array, float]: ...
     def stress(self, displacement: _Array) -> tuple[_Array, _Array]: ...
 
+def stress_below(
+    material: tuple[float, float],
+    spacing: tuple[float, float],
+    traction: _Array,
+    depths: list[float],
+    periodic: bool,
+) -> tuple[_Array, int]: ...
+def stress_at(
+    material: tuple[float, float],
+    cells: _Array,
+    traction: _Array,
+    points: _Array,
+) -> _Array: ...
 def rolling_temperatures(
     power: _Array,
     touches: NDArray[np.bool_],

@@ -2,7 +2,7 @@
 """What a type checker infers of each kind of scene; mypy reads this file, nobody runs it."""
 
 from pathlib import Path
-from typing import assert_type
+from typing import Any, assert_type
 
 import pyvista
 import xarray
@@ -68,7 +68,7 @@ assert_type(rolling.plot("traction", x=0.0), Figure)
 assert_type(mtb.fastsim(normal, (1e-3, 0.0, 0.0), mtb.Coulomb(0.3), velocity=20.0), mtb.FoundationResult)
 assert_type(mtb.animate([rolling, rolling], "rolling.gif", "slip", captions=["a", "b"]), Path)
 
-# what was saved is of one of sixteen kinds, to be told apart before what only some have is asked for
+# what was saved is of one of eighteen kinds, to be told apart before what only some have is asked for
 loaded = mtb.load(Path("out"))
 assert_type(loaded.fields(), dict[str, ResultField])
 if isinstance(loaded, mtb.Result):
@@ -84,6 +84,8 @@ elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.Foundat
         assert_type(loaded, mtb.Stability)
     elif isinstance(loaded, mtb.WheelsetGeometry):
         assert_type(loaded.wheel_radius, float)
+    elif isinstance(loaded, mtb.StressField):
+        assert_type(loaded.plot("xz", "depth"), Any)
     elif not isinstance(loaded, (mtb.AreaLoadCurve, mtb.RollingTemperature, mtb.SlidingHeat, mtb.WearResult)):
         assert_type(loaded, mtb.StartOfSliding)
 print(loaded.reprot)  # type: ignore[union-attr]

@@ -23,10 +23,10 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Unit = str | tuple[str, ...]
 
 _LENGTHS = (
-    "accumulated_plastic_slip approach center conforming_to element_size flange_back gap gauge gauge_depth "
-    "height heights inner_edge lateral length longest memory nodes origin outer_edge radii radius radius_y "
-    "non_magnetic_gap pole_length rail_length rail_position reach reference reference_point rms_height "
-    "roll_off s semi_axes shift "
+    "accumulated_plastic_slip approach center conforming_to element_size flange_back gap gauge "
+    "gauge_depth depths height heights inner_edge lateral length longest memory nodes origin outer_edge "
+    "radii radius radius_y non_magnetic_gap pole_length rail_length rail_position reach reference "
+    "reference_point rms_height roll_off s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )
@@ -92,6 +92,14 @@ LATER = ("limits",)
 COLUMNS = dict.fromkeys(("creepage", "creepages"), ("xi", "eta", "phi"))
 #: Where an argument of this name has another unit.
 EXCEPTIONS: dict[str, dict[str, Unit]] = {
+    # one method of many results
+    **{
+        f"{name}.stress": {"points": "m"}
+        for name in (
+            *("FoundationResult", "Hertz", "NormalResult", "Result", "StartOfSliding"),
+            *("StepResult", "Stressed", "TangentialResult", "WheelPatch"),
+        )
+    },
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
     "PreparedWheels.step": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")},
 }

@@ -121,3 +121,17 @@ Guidance = Literal[
 ]
 #: What of a profile is drawn over y.
 Shape = Literal["height", "angle", "curvature"]
+#: What there is to ask of a stress: its components, and what follows from them.
+StressPart = Literal[
+    "xx",
+    "yy",
+    "zz",
+    "yz",
+    "xz",
+    "xy",
+    "von_mises",
+    "tresca",
+    "largest_shear",
+    "largest_principal",
+    "hydrostatic",
+]

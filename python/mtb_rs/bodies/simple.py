@@ -46,6 +46,8 @@ class HalfSpace:
     moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
     #: Moduli by which they are not, and why.
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    #: Why the stress inside is not known; empty where it is.
+    without_stress: ClassVar[str] = ""
 
     def with_modulus(self, name: str, value: float) -> HalfSpace:
         """The same of a material with another modulus."""
@@ -119,6 +121,7 @@ class Rigid:
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
         dict.fromkeys(("young_modulus", "poisson_ratio"), "this body is rigid and has no moduli")
     )
+    without_stress: ClassVar[str] = "is Rigid, and has no stress"
     elastic: ClassVar[None] = None
     mean_compliance: ClassVar[float] = 0.0
     normal_compliance: ClassVar[float] = 0.0
@@ -208,6 +211,7 @@ class Layered:
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
         dict.fromkeys(("young_modulus", "poisson_ratio", "thickness"), _NO_DERIVATIVES)
     )
+    without_stress: ClassVar[str] = "is Layered: the stress inside a layer and its base is not known"
 
     def __post_init__(self) -> None:
         base: Any = self.base

@@ -19,11 +19,13 @@ from ..base.plain import plain
 from ..base.stored import input_data, stored
 from ..base.told import Row, in_words
 from ..base.units import taking_quantities
+from ..bodies.simple import Simple
 from ..friction.laws import InterfaceLayer
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of, totals_of
 from ..results.result import Curved, Pictured
+from ..results.stressed import Loads, Stressed, loaded_patches
 from .problem import ContactProblem
 
 Array = NDArray[np.float64]
@@ -43,7 +45,7 @@ def check_room(points: int, matrices: int = 20) -> None:
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class StartOfSliding(Curved, Pictured):
+class StartOfSliding(Curved, Stressed, Pictured):
     """The way of a contact from rest to full sliding, step by step.
 
     ``plot()`` draws the force over the way of the upper body, ``plot("slip_share")`` the share that slips,
@@ -79,6 +81,10 @@ class StartOfSliding(Curved, Pictured):
     patches : tuple of Patch
     summary : Mapping
         Inputs of the scene.
+    lower, upper : HalfSpace, Layered, Rigid or None
+        None of those that it does not know, and of bodies of finite elements.
+    elastic : tuple of str
+        Which bodies, "lower" or "upper", have finite elements.
     """
 
     # what the user has said
@@ -99,6 +105,15 @@ class StartOfSliding(Curved, Pictured):
     area: Array = field(default_factory=lambda: np.empty(0))
     patches: tuple[Patch, ...] = ()
     summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    lower: Simple | None = None
+    upper: Simple | None = None
+    elastic: tuple[str, ...] = ()
+
+    def _loads(self) -> Loads:
+        if self.blank:
+            raise ValueError(self.blank)
+        grids = loaded_patches(self.patches, self.points, self.area, self.pressure, self.traction)
+        return Loads(grids, self.lower, self.upper, elastic=self.elastic)
 
     @property
     def blank(self) -> str:
@@ -113,7 +128,8 @@ class StartOfSliding(Curved, Pictured):
         return self
 
     def _kept(self) -> StartOfSliding:
-        return replace(self, summary=input_data(self.summary))
+        lower, upper = (own and own.kept() for own in (self.lower, self.upper))
+        return replace(self, summary=input_data(self.summary), lower=lower, upper=upper)
 
     def check(self) -> None:
         """Checks that what was read from files fits together; ValueError if it does not."""

@@ -17,8 +17,10 @@ from ..base.renamed import renamed
 from ..base.stored import stored
 from ..base.units import taking_quantities
 from ..base.words import Bound, Flexible, StickDirection
+from ..bodies.simple import Simple
 from ..friction.laws import Friction, as_law
 from ..results.result import TangentialFields
+from ..results.stressed import Loads, Stressed, loaded_grid
 from .foundation import Forces, Foundation, ellipses, local
 from .pressure_field import creepage_rows, pressure_field
 
@@ -56,7 +58,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class FoundationResult(TangentialFields):
+class FoundationResult(Stressed, TangentialFields):
     """Fields of the simplified theory; vectors act on the lower body.
 
     Attributes
@@ -74,6 +76,10 @@ class FoundationResult(TangentialFields):
     spin_moment : float [N m]
     creepage : (3,) or None [-, -, 1/m]
         Given, or found for a force; None of results that were stored by an earlier version.
+    lower, upper : HalfSpace, Rigid or None
+        None likewise.
+    is_line : bool
+        Whether it is a line contact.
     """
 
     points: Array
@@ -85,6 +91,19 @@ class FoundationResult(TangentialFields):
     force: Array
     spin_moment: float
     creepage: Array | None = None
+    lower: Simple | None = None
+    upper: Simple | None = None
+    is_line: bool = False
+
+    def _loads(self) -> Loads:
+        nx, (x, y) = self.pressure.shape[1], self.points
+        # a single row or column has its width by the area, and a single cell is a square
+        cell = float(self.area[0, 0])
+        dx = float(x[0, 1] - x[0, 0]) if nx > 1 else cell**0.5
+        dx = cell / float(y[1, 0] - y[0, 0]) if nx == 1 and len(y) > 1 else dx
+        sides = (dx, cell / dx)
+        grid = loaded_grid(self.points, sides, self.pressure, self.traction)
+        return Loads((grid,), self.lower, self.upper, is_line=self.is_line)
 
 
 def _order(order: int) -> str:
@@ -135,6 +154,9 @@ def _fields(foundation: Foundation, row: Array) -> FoundationResult:
         force=np.array([fx, fy, -field.normal_force]),
         spin_moment=float(moment),
         creepage=row[0].copy(),
+        lower=field.body("lower"),
+        upper=field.body("upper"),
+        is_line=field.reference is not None,
     )
 
 

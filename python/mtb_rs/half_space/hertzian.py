@@ -22,6 +22,7 @@ from ..bodies.simple import Simple, as_body, without_layers
 from ..results.plausible import of_dent
 from ..results.report import Report
 from ..results.result import Drawn
+from ..results.stressed import Loads, Stressed
 from .ellipse import axis_ratio, curvatures, elliptic_integrals
 from .normal import NormalResult, centres
 
@@ -37,11 +38,11 @@ CELLS = 81
 @solved
 @dataclass(frozen=True)
 @plain
-class Hertz(Drawn):
+class Hertz(Stressed, Drawn):
     """Contact of two smooth bodies with curvatures along x and y [Hertz1882].
 
     Pictures, fields and files show it :meth:`on_grid`, 81 x 81 cells over the contact ellipse and a tenth
-    around it.
+    around it, and its :meth:`stress` is that of the pressure on these.
 
     Attributes
     ----------
@@ -66,6 +67,9 @@ class Hertz(Drawn):
     def _picture(self) -> NormalResult:
         a, b = self.semi_axes
         return self.on_grid((CELLS, CELLS), (2.2 * a / CELLS, 2.2 * b / CELLS))
+
+    def _loads(self) -> Loads:
+        return self._picture()._loads()
 
     def _kept(self) -> Hertz:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())

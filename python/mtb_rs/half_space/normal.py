@@ -33,6 +33,7 @@ from ..results.fields import Field, fields_of
 from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
+from ..results.stressed import Loads, Stressed, loaded_grid
 from .interpenetration import Quick, press
 from .normal_tangent import Bodies, NormalTangent
 
@@ -60,7 +61,7 @@ _FAILURES = {
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class NormalResult(Judged, Differentiable, Pictured):
+class NormalResult(Judged, Differentiable, Stressed, Pictured):
     """The solved frictionless contact; arrays (ny, nx), SI units.
 
     Attributes
@@ -142,6 +143,10 @@ class NormalResult(Judged, Differentiable, Pictured):
         if self.plastic_indentation is None:
             return super().fields()
         return super().fields() | fields_of(plastic_indentation=self.plastic_indentation)
+
+    def _loads(self) -> Loads:
+        grid = loaded_grid(self.points, self.spacing, self.pressure)
+        return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())

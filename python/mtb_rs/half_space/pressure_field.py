@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import pair, positive, reals
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.words import Body
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Rigid
+from ..bodies.simple import Layered, Rigid, Simple, as_body
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,11 @@ class PressureField:
         object.__setattr__(self, "pressure", pressure)
         object.__setattr__(self, "spacing", (dx, dy))
         object.__setattr__(self, "origin", (origin[0], origin[1]))
+
+    def body(self, side: Body) -> Simple:
+        """The lower or the upper body."""
+        own: Material | Layered | None = getattr(self, side)
+        return Rigid() if own is None else as_body(side, own)
 
     @property
     def start(self) -> tuple[float, float]:

@@ -20,8 +20,7 @@ from ..base.units import taking_quantities
 from ..bodies.material import Material, of_material
 from ..bodies.simple import Simple
 from ..geometry.contact_points import spacing_pair
-from ..results.doors import pictures
-from ..results.result import png
+from ..results.doors import pictures, png
 from ..results.study import Study
 from .normal import solve_normal
 

@@ -323,6 +323,9 @@ def _result(
         plastic_slip=plastic_slip,
         accumulated_plastic_slip=accumulated,
         plastic_dissipation=plastic_heat,
+        lower=field.body("lower"),
+        upper=field.body("upper"),
+        is_line=field.reference is not None,
     )
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,14 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..bodies.simple import Layered, are_layered
+from ..bodies.simple import Layered, Simple, are_layered
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.fields import Field, fields_of
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
+from ..results.stressed import Loads, Stressed, loaded_grid
 from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .motions import Motion, Rolling, Shift
@@ -46,7 +47,7 @@ Pair = tuple[float, float]
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(Judged, Differentiable, TangentialFields):
+class TangentialResult(Judged, Differentiable, Stressed, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -92,6 +93,10 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         from the leading edge.
     plastic_dissipation : (ny, nx) or None
         Part of `dissipation` that turns into heat in the layer.
+    lower, upper : HalfSpace, Layered, Rigid or None
+        None of results that were stored by an earlier version.
+    is_line : bool
+        Whether it is a line contact: plane strain, one row of cells.
     """
 
     points: Array
@@ -111,6 +116,9 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
     plastic_slip: Array | None = None
     accumulated_plastic_slip: Array | None = None
     plastic_dissipation: Array | None = None
+    lower: Simple | None = None
+    upper: Simple | None = None
+    is_line: bool = False
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
     )  # fmt: skip
@@ -182,6 +190,12 @@ class TangentialResult(Judged, Differentiable, TangentialFields):
         return rolling_temperature(
             *given, power, direction, motion.slip_speed, bodies, bulk, self.creepage[:2]
         )
+
+    def _loads(self) -> Loads:
+        # those of every state that a solve has left
+        spacing = cast(Pair, self.state.spacing)
+        grid = loaded_grid(self.points, spacing, self.pressure, self.traction)
+        return Loads((grid,), self.lower, self.upper, is_line=self.is_line)
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""

@@ -12,6 +12,7 @@ from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
 from .space import datasets, view, view_von_mises, write_html
 from .stability_plot import animate_stability, draw_stability
+from .stress_plot import draw_stress, stress_grid
 from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, draw_sweep, draw_wear
 from .wheelset_plot import draw_profile, draw_wheelset_geometry
 
@@ -29,6 +30,7 @@ __all__ = [
     "draw_section",
     "draw_stability",
     "draw_start",
+    "draw_stress",
     "draw_sweep",
     "draw_wear",
     "draw_wheelset_geometry",
@@ -39,6 +41,7 @@ __all__ = [
     "plot_beside",
     "plot_side_by_side",
     "save",
+    "stress_grid",
     "view",
     "view_von_mises",
     "write_html",

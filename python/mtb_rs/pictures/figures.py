@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..base.words import Body
+from ..results.doors import png
 from ..results.fields import Field
-from ..results.result import png
 from .quantities import INK
 
 

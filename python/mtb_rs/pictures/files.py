@@ -19,8 +19,9 @@ from ..base.files import check_folder, check_target, drafted, write_bytes
 from ..base.stored import plain_data
 from ..base.words import Field as Word
 from ..base.words import Stress
+from ..results.doors import png
 from ..results.grids import flat, patches
-from ..results.result import Drawn, Pictured, png
+from ..results.result import Drawn, Pictured
 from ..results.saved import SUMMARY, data_files, mark, summary_in
 from ..results.study import Study
 from . import space

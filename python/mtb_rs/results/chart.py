@@ -20,9 +20,9 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row
 from ..base.words import Quantity
-from .doors import pictures
+from .doors import pictures, png
 from .report import QUANTITIES
-from .result import percent, png
+from .result import percent
 from .study import Study
 
 if TYPE_CHECKING:

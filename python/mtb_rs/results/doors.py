@@ -3,7 +3,12 @@
 
 from __future__ import annotations
 
+import io
 from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # noqa: TID251 (only for type checkers)
 
 
 def pictures() -> ModuleType:
@@ -11,3 +16,10 @@ def pictures() -> ModuleType:
     from .. import pictures
 
     return pictures
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as a file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()

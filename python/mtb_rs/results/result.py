@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -24,12 +23,13 @@ from ..bodies.sides import ElasticPart
 from ..geometry.contact_points import Patch
 from ..geometry.triangles import Surface
 from .derivatives import Differentiable, Functional, Tangent
-from .doors import pictures
+from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import fields_of, totals_of
 from .report import Report
 from .savable import Savable
 from .solid import Solid, solid_of
+from .stressed import Loads, Stressed, loaded_patches
 
 if TYPE_CHECKING:
     import pyvista  # noqa: TID251 (only for type checkers)
@@ -304,13 +304,6 @@ def check_fields(result: Pictured) -> None:
             raise ValueError(f"the surface {surface.name!r} does not fit together")
 
 
-def png(figure: Figure) -> bytes:
-    """The figure as a file."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    return buffer.getvalue()
-
-
 class Judged:
     """What has a report on its solve: how good it is, in words."""
 
@@ -411,7 +404,7 @@ class TangentialFields(Pictured):
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class Result(Judged, Differentiable, Pictured):
+class Result(Judged, Differentiable, Stressed, Pictured):
     """The solved contact.
 
     Arrays have the shape of the contact grid: (ny, nx) for one patch with a height field, and (n,) where the
@@ -543,6 +536,19 @@ class Result(Judged, Differentiable, Pictured):
             return self.loaded
         states = self.states().values()
         return tuple(solid_of(part, state) for part, state in zip(self.parts, states, strict=True))
+
+    def _loads(self) -> Loads:
+        count = self.pressure.size
+        grids = loaded_patches(
+            self.patches,
+            self.points.reshape(3, -1),
+            np.broadcast_to(self.area, self.pressure.shape).reshape(-1),
+            self.pressure.reshape(-1),
+            self.traction.reshape(3, count),
+            self.normal.reshape(3, count),
+            self.initial_gap.reshape(-1),
+        )
+        return Loads(grids, self.lower, self.upper, solids=self.solids if self.has_solids else None)
 
     def _kept(self) -> Result:
         bodies = {side: getattr(self, side) and getattr(self, side).kept() for side in ("lower", "upper")}

@@ -116,8 +116,8 @@ def load(saved: str | Path) -> Any:
     Returns
     -------
     Result, NormalResult, TangentialResult, RollingTemperature, SlidingHeat, FoundationResult, Hertz, \
-StepResult, StartOfSliding, WheelStep, WheelPatch, Chart, SweepTable, AreaLoadCurve, WearResult, Braking, \
-Stability or WheelsetGeometry
+StepResult, StartOfSliding, WheelStep, WheelPatch, StressField, Chart, SweepTable, AreaLoadCurve, \
+WearResult, Braking, Stability or WheelsetGeometry
         Of the kind that was saved.
 
     Raises

@@ -21,8 +21,7 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, image_of, in_words, table_of
 from ..base.units import unit_of_argument
-from .doors import pictures
-from .result import png
+from .doors import pictures, png
 from .study import Study
 
 if TYPE_CHECKING:

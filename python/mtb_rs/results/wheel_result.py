@@ -18,14 +18,16 @@ from ..base.stored import stored
 from ..base.told import Row, along, in_words
 from ..base.words import Side
 from ..bodies.conductor import Conductor, conducting_steel
+from ..bodies.simple import Simple
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
 from .derivatives import Differentiable, Functional, Tangent
-from .doors import pictures
+from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import totals_of
-from .result import Drawn, Pictured, png
+from .result import Drawn, Pictured
+from .stressed import Loads, Stressed, loaded_grid
 from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
@@ -57,7 +59,7 @@ class WheelState:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelPatch(Drawn):
+class WheelPatch(Stressed, Drawn):
     """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
 
     Attributes
@@ -101,6 +103,8 @@ class WheelPatch(Drawn):
         into heat. Between like bodies it closes an energy balance of the wheelset. `dissipation` gives its
         distribution. The sum of traction times `slip_velocity` is smaller, by an error of first order in the
         cells.
+    lower, upper : HalfSpace, Rigid or None
+        Rail and wheel; None of patches that were stored by an earlier version.
     """
 
     side: Side
@@ -122,6 +126,14 @@ class WheelPatch(Drawn):
     normal_force: float
     neglected: float
     friction_power: float
+    lower: Simple | None = None
+    upper: Simple | None = None
+
+    def _loads(self) -> Loads:
+        points = np.stack(np.meshgrid(self.x, self.y))
+        sides = (float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0]))
+        grid = loaded_grid(points, sides, self.pressure, self.traction)
+        return Loads((grid,), self.lower, self.upper)
 
     @property
     def on_flange(self) -> bool:

@@ -142,8 +142,12 @@ def slide_from_rest(
         )
     mean = mean_tractions(problem, np.concatenate([start.traction, start.pressure[None]]))
     nodes = problem.points if problem.kept is None else problem.kept.nodes
+    lower, upper, elastic = scene.bodies_of(problem)
     return replace(
         start,
+        lower=lower,
+        upper=upper,
+        elastic=elastic,
         traction=problem.on_grid(mean[:2]),
         pressure=problem.on_grid(mean[2]),
         status=problem.on_grid(start.status),

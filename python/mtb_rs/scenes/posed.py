@@ -47,8 +47,9 @@ from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import ContactPoints, Patch, spacing_pair
 from ..geometry.geometries import GapField, Geometry
 from ..geometry.profiles import Profile
+from ..results.doors import png
 from ..results.plausible import of_layers, of_scene
-from ..results.result import Result, percent, png
+from ..results.result import Result, percent
 
 Array = NDArray[np.float64]
 
@@ -198,6 +199,19 @@ class PosedScene(Told):
     def simple(self) -> tuple[Simple, Simple]:
         """Upper and lower body of a scene without an ElasticBody."""
         return cast(tuple[Simple, Simple], (self.upper, self.lower))
+
+    def bodies_of(self, problem: ContactProblem) -> tuple[Simple | None, Simple | None, tuple[str, ...]]:
+        """Lower and upper body, None of those that have finite elements in a problem, and which these are."""
+        elastic = tuple(
+            side
+            for side in ("lower", "upper")
+            if any(part.upper == (side == "upper") for part in problem.parts)
+        )
+        lower, upper = (
+            None if side in elastic else cast(Simple, getattr(self, side)).kept()
+            for side in ("lower", "upper")
+        )
+        return lower, upper, elastic
 
     @property
     def known_spacing(self) -> tuple[float, float]:

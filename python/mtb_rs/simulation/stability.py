@@ -17,8 +17,7 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row
-from ..results.doors import pictures
-from ..results.result import png
+from ..results.doors import pictures, png
 from ..results.study import Study
 
 Array = NDArray[np.float64]

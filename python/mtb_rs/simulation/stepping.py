@@ -23,6 +23,7 @@ from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import ALIGNED
+from ..bodies.simple import Simple
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
 from ..contact.tangent import Change, Points, PullField
@@ -33,6 +34,7 @@ from ..results.fields import Field as ResultField
 from ..results.fields import fields_of
 from ..results.plausible import of_deformation, width_of
 from ..results.result import Pictured
+from ..results.stressed import Loads, Stressed, loaded_patches
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
@@ -111,18 +113,32 @@ class StepReport:
 @dataclass(frozen=True)
 @plain
 class StepGrid:
-    """Places (3, n) [m], areas (n,) [m2] and regular grids of the contact points of a step."""
+    """Where a step acts, and on which bodies.
+
+    Attributes
+    ----------
+    points : (3, n) [m]
+    area : (n,) [m2]
+    patches : tuple of Patch
+    lower, upper : HalfSpace, Layered, Rigid or None
+        None of those of finite elements, and of a contact from a file.
+    elastic : tuple of str
+        Which bodies, "lower" or "upper", have finite elements.
+    """
 
     points: Array
     area: Array
     patches: tuple[Patch, ...]
+    lower: Simple | None = None
+    upper: Simple | None = None
+    elastic: tuple[str, ...] = ()
 
 
 @stored
 @solved
 @dataclass(frozen=True)
 @plain
-class StepResult(Differentiable, Pictured):
+class StepResult(Differentiable, Stressed, Pictured):
     """Contact load of a step. It can draw pressure, gap and status.
 
     Attributes
@@ -217,6 +233,11 @@ class StepResult(Differentiable, Pictured):
         """What else its `summary.json` holds: the report."""
         return {"report": self.report.as_dict()}
 
+    def _loads(self) -> Loads:
+        grid = self._grid
+        grids = loaded_patches(grid.patches, grid.points, grid.area, self.pressure, self.traction)
+        return Loads(grids, grid.lower, grid.upper, elastic=grid.elastic)
+
     def _kept_traction(self) -> Array | None:
         return None if self._traction is None else self.traction
 
@@ -270,7 +291,8 @@ class PreparedContact:
     def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
         self._core = core
         self._source = source
-        self._grid = StepGrid(core.points, core.area, () if source is None else source.problem.patches)
+        known = ((), None, None, ()) if source is None else (source.problem.patches, *source.bodies)
+        self._grid = StepGrid(core.points, core.area, *known)
         self._asked: set[str] = set()
         self._shared = Shared(core)
 
@@ -793,6 +815,11 @@ class Source:
     scene: PosedScene
     problem: ContactProblem
     softness: Mapping[str, float]
+
+    @property
+    def bodies(self) -> tuple[Simple | None, Simple | None, tuple[str, ...]]:
+        """Lower and upper body, None of those with finite elements, and which these are."""
+        return self.scene.bodies_of(self.problem)
 
     @property
     def velocity(self) -> float | None:

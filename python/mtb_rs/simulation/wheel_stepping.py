@@ -18,7 +18,8 @@ from ..base.errors import ConvergenceError
 from ..base.files import made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
-from ..bodies.simple import without_layers
+from ..bodies.material import Material
+from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
@@ -59,6 +60,9 @@ class PreparedWheels:
         self.sides: tuple[str, ...] = tuple(core.sides)
         #: Whether a pressure above the hardness has been asked about: once, not in each step of a simulation.
         self._has_asked = False
+        self._bodies: list[Simple] = [
+            Rigid() if own is None else HalfSpace(Material.from_shear_modulus(*own)) for own in core.materials
+        ]
 
     def __repr__(self) -> str:
         return f"<PreparedWheels: {' and '.join(self.sides)}, {self._core.force:g} N each>"
@@ -116,8 +120,12 @@ class PreparedWheels:
         except _mtb_rs.NotConverged as error:
             raise ConvergenceError(str(error)) from None
         carried = dict(out.vertical_force)
-        names = [f.name for f in fields(WheelPatch)]
-        patches = tuple(WheelPatch(**{name: getattr(p, name) for name in names}) for p in out.patches)
+        names = [f.name for f in fields(WheelPatch) if f.name not in ("lower", "upper")]
+        lower, upper = self._bodies
+        patches = tuple(
+            WheelPatch(**{name: getattr(p, name) for name in names}, lower=lower, upper=upper)
+            for p in out.patches
+        )
         if not self._has_asked and patches:
             peak = max(float(patch.pressure.max()) for patch in patches)
             questions = of_hardness(peak, RAIL_HARDNESS, self._core.young_moduli, np.inf)

@@ -21,8 +21,7 @@ from ..base.units import taking_quantities
 from ..base.words import Axle, Guidance, Linearisation, Wheels
 from ..geometry.profiles import Profile, as_profile, of_shape, of_width
 from ..geometry.wheel_rail import USUAL_LENGTHS
-from ..results.doors import pictures
-from ..results.result import png
+from ..results.doors import pictures, png
 from ..results.study import Study
 from .conicity import equivalent_conicity, klingel_wavelength
 

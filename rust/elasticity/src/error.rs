@@ -75,6 +75,27 @@ pub enum Error {
         /// Where in it.
         index: usize,
     },
+    /// A place outside of the body whose inside is asked for.
+    #[error(
+        "depth {index} is {} m, above the surface of the body: depths of at least 0 are needed", Short(*.depth)
+    )]
+    AboveSurface {
+        /// Which place.
+        index: usize,
+        /// Its depth below the surface [m].
+        depth: f64,
+    },
+    /// A place at which the stress of uniform tractions may be infinite.
+    #[error(
+        "point {0} lies on the surface at the border of a loaded cell, where the stress of uniform tractions may be infinite: the middle of a cell, or a depth above 0, is needed"
+    )]
+    OnBorder(usize),
+    /// A place outside of a body of finite elements.
+    #[error("point {0} is in no tetrahedron of the body")]
+    NotInside(usize),
+    /// A cell without extent.
+    #[error("cell {0} has no extent: both sides must be positive")]
+    CellSides(usize),
     /// An index out of range.
     #[error("{name} {index} refers to {what} {value}, but there are {count}")]
     Index {

@@ -2,7 +2,7 @@
 //! Elastic bodies seen from their contact surface.
 //!
 //! **What.** [`half_space`]: the influence coefficients of rectangles, and half-spaces on regular grids of
-//! rectangles or of bilinear hats and on scattered points; [`tetra`]: finite-element bodies condensed
+//! rectangles or of bilinear hats and on scattered points, and the stress inside; [`tetra`]: finite-element bodies condensed
 //! onto their contact points. All end as a [`mtb_operator::Compliance`].
 //!
 //! **Not here.** No contact conditions, no friction, no geometry of profiles.
@@ -10,7 +10,7 @@
 //! **Conventions.** Every body lives in its own frame (tangential 1, tangential 2, into): a positive
 //! normal traction is a pressure, a positive normal displacement an indentation. SI units.
 //!
-//! **References.** [Johnson1985], [Love1929], [Burmister1945], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
+//! **References.** [Johnson1985], [Love1929], [AhmadiKeerMura1983], [Burmister1945], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
 //! [Steininger2025] for the Gaussians.
 
 mod error;

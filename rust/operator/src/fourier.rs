@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use crate::monitor::{Monitor, unmonitored};
@@ -41,6 +42,13 @@ pub struct Transform {
     columns: Arc<dyn Fft<f64>>,
     columns_back: Arc<dyn Fft<f64>>,
     buffers: Buffers,
+}
+
+/// Fields on the source grid of one [`Transform`], transformed once for any number of products.
+pub struct Spectra {
+    inputs: usize,
+    /// `[input][wave along x][wave along y]`.
+    values: Vec<Complex<f64>>,
 }
 
 impl Transform {
@@ -207,6 +215,61 @@ impl Transform {
         self.forward_rows(layout, spectra, fill, |_| {}, 0.0, monitor);
         self.multiply_columns(kernels, layout, spectra, first, monitor);
         self.inverse_rows(layout, spectra, (scale, adds), outputs, monitor);
+    }
+
+    /// The spectra of `inputs`, for [`Transform::products`].
+    pub fn spectra(&self, inputs: &[&[f64]]) -> Spectra {
+        let [nx, _] = self.source;
+        let (first, end) = self.loaded_rows(inputs);
+        if first == end {
+            let values = vec![Complex::default(); inputs.len() * self.waves_x() * self.padded[1]];
+            return Spectra {
+                inputs: inputs.len(),
+                values,
+            };
+        }
+        let layout = Layout {
+            columns: self.waves_x(),
+            inputs: inputs.len(),
+            outputs: 0,
+            rows_in: end - first,
+            rows_out: 0,
+        };
+        let mut buffer = self.buffers.field();
+        let spectra = room(&mut buffer, layout.len());
+        let fill = |row: &mut [f64], field: usize, j: usize| {
+            let from = (first + j) * nx;
+            row[..nx].copy_from_slice(&inputs[field][from..from + nx]);
+            row[nx..].fill(0.0);
+        };
+        self.forward_rows(layout, spectra, fill, |_| {}, 0.0, &unmonitored);
+        Spectra {
+            inputs: inputs.len(),
+            values: self.transformed_columns(layout, spectra, first),
+        }
+    }
+
+    /// Overwrites each of `outputs` with `sum_b kernels[a][b] * inputs[b]` for inputs that are transformed already:
+    /// one inverse transform per output and nothing else.
+    pub fn products(
+        &self,
+        kernels: &[&[Option<&Kernel>]],
+        inputs: &Spectra,
+        outputs: &mut [&mut [f64]],
+    ) {
+        debug_assert!(kernels.len() == outputs.len());
+        debug_assert!(kernels.iter().all(|row| row.len() == inputs.inputs));
+        let layout = Layout {
+            columns: self.waves_x(),
+            inputs: 0,
+            outputs: outputs.len(),
+            rows_in: 0,
+            rows_out: self.target[1],
+        };
+        let mut buffer = self.buffers.field();
+        let spectra = room(&mut buffer, layout.len());
+        self.multiply_transformed(kernels, layout, &inputs.values, spectra);
+        self.inverse_rows(layout, spectra, (1.0, false), outputs, &unmonitored);
     }
 
     /// Range of rows outside of which every input is zero.

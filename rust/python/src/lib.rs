@@ -20,6 +20,7 @@ mod operator;
 mod prepared;
 mod problem;
 mod solid;
+mod stress;
 mod tangent;
 mod tangential;
 mod tetra;
@@ -69,6 +70,8 @@ mod _mtb_rs {
         block_mesh, check_unknowns, held_points, nearest_nodes, pole_mesh, quadratic_mesh,
         rail_lines, rail_mesh, tetrahedra,
     };
+    #[pymodule_export]
+    use super::stress::{stress_at, stress_below};
     #[pymodule_export]
     use super::tangent::PyTangent;
     #[pymodule_export]

@@ -87,6 +87,20 @@ impl PyTetraMesh {
         enter(py, |_| grid.sampling(&self.0, faces)).map(PySampling)
     }
 
+    /// Fields (k, N) of the nodes at points (n, 3) [m] inside: (k, n).
+    fn at_points<'py>(
+        &self,
+        py: Python<'py>,
+        values: Table<'_>,
+        points: Table<'_>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let k = values.shape()[0];
+        let (values, points) = (values.to_vec()?, triples(&points, "points")?);
+        let n = points.len();
+        let found = enter(py, |_| self.0.at_points(&values, &points))?;
+        found.into_pyarray(py).reshape([k, n])
+    }
+
     /// Means over the contact points of a sampling on this mesh: of tangential 1, tangential 2 and into the body
     /// (3, 3, n: axis, component, point), of the places (3, n) [m]; and the starts (n + 1), columns and values of
     /// the shares of basis functions in the area of each point.

@@ -217,6 +217,14 @@ impl PyPreparedWheels {
         elastic.map(|material| material.young_modulus()).collect()
     }
 
+    /// Shear modulus [Pa] and Poisson's ratio of rail and wheel; none of a rigid one.
+    #[getter]
+    fn materials(&self) -> [Option<(f64, f64)>; 2] {
+        let bodies = &self.fresh.wheelset().bodies;
+        [bodies.lower, bodies.upper]
+            .map(|body| body.map(|material| (material.shear_modulus, material.poisson_ratio)))
+    }
+
     /// Names and shapes of what friction is given by.
     #[getter]
     fn friction_inputs(&self) -> Vec<(String, Vec<usize>)> {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The half-space: influence coefficients of rectangles, and the body on regular grids or scattered points.
+//! The half-space: influence coefficients of rectangles, the body on regular grids or scattered points, and the stress
+//! inside.
 
 mod body;
 mod gaussian;
@@ -10,6 +11,7 @@ mod layered;
 mod pair;
 mod quadrature;
 mod radial;
+mod stress;
 
 pub use body::{HalfSpace, Medium, Neighbours, Patch, wave_compliance};
 pub use gaussian::GaussianBasis;
@@ -18,3 +20,4 @@ pub use influence::influence;
 pub use integrals::{GaussianHalfSpace, SurfaceIntegrals};
 pub use layered::{Bond, Layered, Waves};
 pub use pair::{LinePair, NormalPair, Pair, TangentialPair};
+pub use stress::{LoadedCell, Stress, StressBelow, stress_at, stress_influence};

@@ -29,6 +29,7 @@ mod element;
 mod expansion;
 mod factor;
 mod factorised;
+mod inside;
 mod layers;
 mod locate;
 mod mesh;

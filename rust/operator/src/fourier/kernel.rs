@@ -22,10 +22,12 @@ pub struct Kernel {
 }
 
 enum Values {
-    /// Even in both directions: the spectrum is real and even, a quarter is kept.
-    Even(Vec<f64>),
-    /// Odd in both directions: the spectrum is real and odd, a quarter is kept.
-    Odd(Vec<f64>),
+    /// Even or odd along x and along y: a quarter of the spectrum is kept, which is real, or `i` times real where the
+    /// kernel is odd along one of the two only.
+    Mirrored {
+        quarter: Vec<f64>,
+        odd: [bool; 2],
+    },
     General(Vec<Complex<f64>>),
 }
 
@@ -41,16 +43,21 @@ impl Kernel {
         let my = x.len();
         let nky = my / 2 + 1;
         match &self.values {
-            Values::Even(values) | Values::Odd(values) => {
-                let values = &values[kx * nky..(kx + 1) * nky];
-                multiply(values.iter().copied(), x, y, is_first);
+            Values::Mirrored { quarter, odd } => {
+                let values = &quarter[kx * nky..(kx + 1) * nky];
                 // the upper half runs backwards through the same values
                 let upper = values[1..=my - nky].iter().rev();
-                let (x, y) = (&x[nky..], &mut y[nky..]);
-                if matches!(self.values, Values::Odd(_)) {
-                    multiply(upper.map(|v| -v), x, y, is_first);
+                let sign = if odd[1] { -1.0 } else { 1.0 };
+                let (x_upper, x) = (&x[nky..], &x[..nky]);
+                let (y, y_upper) = y.split_at_mut(nky);
+                if odd[0] == odd[1] {
+                    multiply(values.iter().copied(), x, y, is_first);
+                    multiply(upper.map(|v| sign * v), x_upper, y_upper, is_first);
                 } else {
-                    multiply(upper.copied(), x, y, is_first);
+                    let turned = |v: f64| Complex::new(0.0, v);
+                    multiply(values.iter().map(|v| turned(*v)), x, y, is_first);
+                    let upper = upper.map(|v| turned(sign * v));
+                    multiply(upper, x_upper, y_upper, is_first);
                 }
             }
             Values::General(values) => {
@@ -141,27 +148,34 @@ impl Transform {
         value: impl Fn(usize, usize) -> f64 + Sync,
         monitor: Monitor<'_>,
     ) -> Kernel {
-        Kernel {
-            values: Values::Even(self.mirrored(value, false, monitor)),
-        }
+        self.mirrored(value, [false, false], monitor)
     }
 
     /// Kernel that is odd along x and along y, from its values at the offsets `i, j >= 0`; as cheap as an even one.
     ///
     /// Half a period away it is both its values and what they are mirrored to: none is taken there.
     pub fn odd_kernel(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
-        Kernel {
-            values: Values::Odd(self.mirrored(value, true, &unmonitored)),
-        }
+        self.mirrored(value, [true, true], &unmonitored)
     }
 
-    /// A quarter of the real spectrum of a kernel that is even or odd in both directions.
+    /// Kernel that is even or `odd` along x and along y, from its values at the offsets `i, j >= 0`; as cheap as an
+    /// even one. Along an axis in which it is odd no value is taken half a period away.
+    pub fn mirrored_kernel(
+        &self,
+        odd: [bool; 2],
+        value: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Kernel {
+        self.mirrored(value, odd, &unmonitored)
+    }
+
+    /// A kernel from a quarter of its values.
     fn mirrored(
         &self,
         value: impl Fn(usize, usize) -> f64 + Sync,
-        is_odd: bool,
+        odd: [bool; 2],
         monitor: Monitor<'_>,
-    ) -> Vec<f64> {
+    ) -> Kernel {
+        let [odd_x, odd_y] = odd;
         let [mx, my] = self.padded;
         let (nkx, nky) = (self.waves_x(), my / 2 + 1);
         let reach = |(first, last): (isize, isize)| last.max(-first) as usize;
@@ -181,13 +195,13 @@ impl Transform {
             for i in 0..=reach_x {
                 let v = value(i, j);
                 row[i] = v;
-                row[(mx - i) % mx] = if is_odd { -v } else { v };
-                if is_odd && 2 * i % mx == 0 {
+                row[(mx - i) % mx] = if odd_x { -v } else { v };
+                if odd_x && 2 * i % mx == 0 {
                     row[i] = 0.0;
                 }
             }
         };
-        let part = |wave: &Complex<f64>| if is_odd { wave.im } else { wave.re };
+        let part = |wave: &Complex<f64>| if odd_x { wave.im } else { wave.re };
         let pair = |waves: &mut [Complex<f64>]| {
             for k in 0..nkx.div_ceil(2) {
                 let second = waves.get(2 * k + 1).map_or(0.0, part);
@@ -204,9 +218,9 @@ impl Transform {
             |j| j,
             |column| {
                 for j in 1..=reach_y {
-                    column[my - j] = if is_odd { -column[j] } else { column[j] };
+                    column[my - j] = if odd_y { -column[j] } else { column[j] };
                 }
-                for j in (0..=reach_y).filter(|j| is_odd && (2 * j) % my == 0) {
+                for j in (0..=reach_y).filter(|j| odd_y && (2 * j) % my == 0) {
                     column[j] = Complex::default();
                 }
             },
@@ -214,17 +228,23 @@ impl Transform {
             2 * nky,
             |column, values| {
                 let (first, second) = values.split_at_mut(nky);
-                // of an odd kernel i times i times the transform of what it was paired from
+                // odd columns have i times a real spectrum, and with an odd row before them i times i times
+                let sign = normalisation * if odd_x && odd_y { -1.0 } else { 1.0 };
                 for (value, wave) in first.iter_mut().zip(column) {
-                    *value = normalisation * if is_odd { -wave.im } else { wave.re };
+                    *value = sign * if odd_y { wave.im } else { wave.re };
                 }
                 for (value, wave) in second.iter_mut().zip(column) {
-                    *value = normalisation * if is_odd { wave.re } else { wave.im };
+                    *value = sign * if odd_y { -wave.re } else { wave.im };
                 }
             },
             monitor,
         );
-        values
+        Kernel {
+            values: Values::Mirrored {
+                quarter: values,
+                odd,
+            },
+        }
     }
 
     /// Kernel from its spectrum at the wave indices `(kx, ky)`, `kx < mx / 2 + 1`, `ky < my`.
@@ -255,7 +275,10 @@ impl Transform {
     /// Even kernel from its real spectrum at the wave indices `kx <= mx / 2`, `ky <= my / 2`.
     pub fn even_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
         Kernel {
-            values: Values::Even(self.quarter(value)),
+            values: Values::Mirrored {
+                quarter: self.quarter(value),
+                odd: [false, false],
+            },
         }
     }
 
@@ -263,7 +286,10 @@ impl Transform {
     /// `ky <= my / 2`.
     pub fn odd_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
         Kernel {
-            values: Values::Odd(self.quarter(value)),
+            values: Values::Mirrored {
+                quarter: self.quarter(value),
+                odd: [true, true],
+            },
         }
     }
 
@@ -292,10 +318,14 @@ impl Transform {
         let my = self.padded[1];
         let scale = (self.padded[0] * my) as f64;
         match &kernel.values {
-            Values::Even(v) => Complex::new(v[kx * (my / 2 + 1) + ky.min(my - ky)] * scale, 0.0),
-            Values::Odd(v) => {
-                let value = v[kx * (my / 2 + 1) + ky.min(my - ky)] * scale;
-                Complex::new(if 2 * ky > my { -value } else { value }, 0.0)
+            Values::Mirrored { quarter, odd } => {
+                let value = quarter[kx * (my / 2 + 1) + ky.min(my - ky)] * scale;
+                let value = if odd[1] && 2 * ky > my { -value } else { value };
+                if odd[0] == odd[1] {
+                    Complex::new(value, 0.0)
+                } else {
+                    Complex::new(0.0, value)
+                }
             }
             Values::General(v) => v[kx * my + ky] * scale,
         }

@@ -9,7 +9,7 @@ use rustfft::num_complex::Complex;
 use super::buffers::{Scratch, room};
 use super::chunks::{each_chunk, transform_work};
 use super::{Kernel, Transform};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, unmonitored};
 
 /// Columns of the spectrum that are gathered, transformed and scattered together.
 const BLOCK: usize = 8;
@@ -101,8 +101,9 @@ impl<'a> Columns<'a> {
         }
     }
 
-    pub(super) fn column(&self, c: usize) -> &[Complex<f64>] {
-        let from = c * Self::stride(self.len);
+    /// One column of one field.
+    fn at(&self, field: usize, c: usize) -> &[Complex<f64>] {
+        let from = (field * BLOCK + c) * Self::stride(self.len);
         &self.values[from..from + self.len]
     }
 
@@ -262,26 +263,107 @@ impl Transform {
                         self.columns.process_with_scratch(column, work);
                     }
                 }
-                for (kernels, rows) in kernels.iter().zip(fields.chunks_mut(layout.field())) {
-                    for c in 0..width {
-                        let product = product.column_mut(c);
-                        let mut is_first = true;
-                        for (input, kernel) in kernels.iter().enumerate() {
-                            if let Some(kernel) = kernel {
-                                let column = columns.of(input);
-                                let kx = block * BLOCK + c;
-                                kernel.multiply(kx, column.column(c), product, is_first);
-                                is_first = false;
-                            }
-                        }
-                        if is_first {
-                            product.fill(Complex::default());
-                        } else {
-                            self.columns_back.process_with_scratch(product, work);
-                        }
+                let place = (block, width);
+                let column = |input: usize, c: usize| columns.at(input, c);
+                self.multiply_block(kernels, layout, place, column, &mut product, work, fields);
+            },
+        );
+    }
+
+    /// Overwrites a block of columns by the products of kernels with those of the inputs, transformed back.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what two kinds of products share"
+    )]
+    fn multiply_block<'c>(
+        &self,
+        kernels: &[&[Option<&Kernel>]],
+        layout: Layout,
+        (block, width): (usize, usize),
+        column: impl Fn(usize, usize) -> &'c [Complex<f64>],
+        product: &mut Columns<'_>,
+        work: &mut [Complex<f64>],
+        fields: &mut [Complex<f64>],
+    ) {
+        for (kernels, rows) in kernels.iter().zip(fields.chunks_mut(layout.field())) {
+            for c in 0..width {
+                let product = product.column_mut(c);
+                let mut is_first = true;
+                for (input, kernel) in kernels.iter().enumerate() {
+                    if let Some(kernel) = kernel {
+                        kernel.multiply(block * BLOCK + c, column(input, c), product, is_first);
+                        is_first = false;
                     }
-                    product.scatter(&mut rows[..layout.rows_out * BLOCK]);
                 }
+                if is_first {
+                    product.fill(Complex::default());
+                } else {
+                    self.columns_back.process_with_scratch(product, work);
+                }
+            }
+            product.scatter(&mut rows[..layout.rows_out * BLOCK]);
+        }
+    }
+
+    /// The columns of the inputs, whose rows begin at `first`, transformed: `[input][wave along x][wave along y]`.
+    pub(super) fn transformed_columns(
+        &self,
+        layout: Layout,
+        spectra: &[Complex<f64>],
+        first: usize,
+    ) -> Vec<Complex<f64>> {
+        let [_, my] = self.padded;
+        let mut values = vec![Complex::default(); layout.inputs * layout.columns * my];
+        let work_len = self.columns.get_inplace_scratch_len();
+        each_chunk(
+            &unmonitored,
+            transform_work(my),
+            self.is_parallel(),
+            &mut values,
+            my,
+            || self.buffers.scratch(),
+            |scratch, k, column| {
+                let scratch: &mut Scratch = scratch;
+                let work = room(&mut scratch.work, work_len);
+                let (input, kx) = (k / layout.columns, k % layout.columns);
+                let from = kx / BLOCK * layout.block() + input * layout.field() + kx % BLOCK;
+                for (j, value) in column[first..first + layout.rows_in].iter_mut().enumerate() {
+                    *value = spectra[from + j * BLOCK];
+                }
+                self.columns.process_with_scratch(column, work);
+            },
+        );
+        values
+    }
+
+    /// Writes the columns of the outputs, transformed back, from columns that [`Self::transformed_columns`] gave.
+    pub(super) fn multiply_transformed(
+        &self,
+        kernels: &[&[Option<&Kernel>]],
+        layout: Layout,
+        transformed: &[Complex<f64>],
+        spectra: &mut [Complex<f64>],
+    ) {
+        let [_, my] = self.padded;
+        let work_len = self.columns_back.get_inplace_scratch_len();
+        each_chunk(
+            &unmonitored,
+            (BLOCK * layout.outputs) as f64 * transform_work(my),
+            self.is_parallel(),
+            spectra,
+            layout.block(),
+            || self.buffers.scratch(),
+            |scratch, block, fields| {
+                let scratch: &mut Scratch = scratch;
+                let mut product = Columns::new(&mut scratch.product, my, 1);
+                let work = room(&mut scratch.work, work_len);
+                let width = BLOCK.min(layout.columns - block * BLOCK);
+                let column = |input: usize, c: usize| {
+                    let from = (input * layout.columns + block * BLOCK + c) * my;
+                    &transformed[from..from + my]
+                };
+                let place = (block, width);
+                self.multiply_block(kernels, layout, place, column, &mut product, work, fields);
             },
         );
     }

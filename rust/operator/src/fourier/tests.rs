@@ -112,6 +112,67 @@ fn odd_kernel_equals_the_general_one() {
 }
 
 #[test]
+fn kernels_odd_along_one_axis_equal_the_general_one() {
+    let value = |i: isize, j: isize, odd: [bool; 2]| {
+        let size = 1.0 / (1.0 + (i * i + 3 * j * j) as f64).powi(2);
+        let along = |k: isize, is_odd: bool| if is_odd { k as f64 } else { 1.0 };
+        size * along(i, odd[0]) * along(j, odd[1])
+    };
+    for odd in [[true, false], [false, true], [true, true], [false, false]] {
+        for shape in [[9, 6], [8, 8], [2, 1], [1, 3], [130, 140]] {
+            let transform = Transform::new(shape, shape);
+            let mirrored =
+                transform.mirrored_kernel(odd, |i, j| value(i as isize, j as isize, odd));
+            let general = transform.kernel(|i, j| value(i, j, odd));
+            let x = field(shape[0] * shape[1], 5);
+            let (mut a, mut b) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            transform.apply_add(&mirrored, 2.0, &x, &mut a);
+            transform.apply_add(&general, 2.0, &x, &mut b);
+            assert_close(&a, &b);
+            for (kx, ky) in [(0, 0), (1, 0), (1, 1), (0, transform.padded()[1] - 1)] {
+                let [a, b] = [&mirrored, &general].map(|k| transform.spectrum(k, kx, ky));
+                assert!((a - b).norm() < 1e-12, "{odd:?} {shape:?} {kx} {ky}");
+            }
+        }
+    }
+}
+
+#[test]
+fn products_of_spectra_equal_those_of_fields() {
+    for shape in [[9, 6], [1, 4], [130, 140]] {
+        let transform = Transform::new(shape, shape);
+        let general = transform.kernel(skewed);
+        let even = transform.even_kernel(|i, j| 1.0 / (1 + i + 2 * j) as f64);
+        let n = shape[0] * shape[1];
+        let (mut x, y) = (field(n, 5), field(n, 7));
+        x[..shape[0]].fill(0.0);
+        let spectra = transform.spectra(&[&x, &y]);
+        let rows: [&[Option<&Kernel>]; 3] = [
+            &[Some(&general), Some(&even)],
+            &[None, Some(&general)],
+            &[None, None],
+        ];
+        let mut found = vec![vec![1.0; n]; 3];
+        let mut expected = vec![vec![0.0; n]; 3];
+        for outputs in [&mut found, &mut expected] {
+            let mut outputs: Vec<&mut [f64]> = outputs.iter_mut().map(Vec::as_mut_slice).collect();
+            if outputs[0][0] == 0.0 {
+                transform.apply_block(&rows, 1.0, &[&x, &y], &mut outputs);
+            } else {
+                transform.products(&rows, &spectra, &mut outputs);
+            }
+        }
+        for (a, b) in found.iter().zip(&expected) {
+            assert_close(a, b);
+        }
+        let empty = transform.spectra(&[&vec![0.0; n]]);
+        let mut nothing = vec![1.0; n];
+        transform.products(&[&[Some(&general)]], &empty, &mut [&mut nothing]);
+        assert!(nothing.iter().all(|v| *v == 0.0));
+    }
+}
+
+#[test]
 fn zero_rows_are_skipped_without_a_trace() {
     let transform = Transform::new([6, 9], [6, 9]);
     let kernel = transform.kernel(skewed);

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Pictures of the stress inside a body: sections, lines into the depth, and a view with a quarter cut
+away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ..base.check import choice, number
+from ..base.words import Limits, StressPart
+from ..results.fields import Field
+from ..results.stress_field import LABELS, StressField
+from .figures import canvas, style_axes
+from .maps import colour_bar
+from .quantities import INK, LINE_COLOURS, MILLIMETRE, Scale, bar_title, colour_scale, unit_of
+from .space import _bar, _plotter
+
+if TYPE_CHECKING:
+    import pyvista
+
+Array = NDArray[np.float64]
+
+_KINDS = ("section", "depth", "3d")
+
+
+def draw_stress(
+    field: StressField, quantity: Any = "von_mises", kind: str | None = None, **options: Any
+) -> Any:
+    """Draws a stress; see :meth:`mtb_rs.StressField.plot`."""
+    if kind not in (None, *_KINDS):
+        raise ValueError(f"kind is {kind!r}: one of {', '.join(map(repr, _KINDS))} is needed")
+    if field.depths is None:
+        raise ValueError(
+            "this stress is of points that were asked for: pictures need one at depths, of stress(depths=...)"
+        )
+    names = _names(quantity, several=kind == "depth")
+    drawn: dict[str, Any] = {"depth": _draw_depth, "3d": _draw_space}
+    taken = {
+        "section": ("x", "y", "limits", "ax"),
+        "depth": ("x", "y", "dimensionless", "ax"),
+        "3d": ("limits", "off_screen", "size"),
+    }[kind or "section"]
+    for name, value in options.items():
+        if name not in taken and value is not None and value is not False:
+            raise ValueError(
+                f"{name} is {value!r}: a picture of the kind {kind or 'section'!r} takes {', '.join(taken)}"
+            )
+    given = {name: value for name, value in options.items() if name in taken}
+    return drawn.get(kind or "section", _draw_section)(field, names, **given)
+
+
+def _names(quantity: Any, *, several: bool) -> tuple[StressPart, ...]:
+    names = (quantity,) if isinstance(quantity, str) or not several else tuple(quantity)
+    for name in names:
+        choice("quantity", name, StressPart)
+    return names
+
+
+def _axes(field: StressField) -> tuple[Array, Array, Array]:
+    """x (nx,), y (ny,) and z (m,) [m]."""
+    x, y, z = field.points
+    return x[0, 0], y[0, :, 0], z[:, 0, 0]
+
+
+def _nearest(name: str, asked: float | None, places: Array, usual: float) -> int:
+    """Number of the line nearest to a place; ValueError for one beyond the cells."""
+    place = usual if asked is None else number(name, asked, "m")
+    step = float(np.diff(places).mean()) if places.size > 1 else np.inf
+    if not places[0] - step <= place <= places[-1] + step:
+        raise ValueError(f"{name} is {place:g} m: the points lie from {places[0]:g} to {places[-1]:g} m")
+    return int(np.abs(places - place).argmin())
+
+
+def _draw_section(
+    field: StressField,
+    names: tuple[StressPart, ...],
+    x: float | None = None,
+    y: float | None = None,
+    limits: Limits | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    if x is not None and y is not None:
+        raise ValueError("both x and y are given: a section is a plane of one of them")
+    name = names[0]
+    places_x, places_y, z = _axes(field)
+    _, place = field.maximum()
+    values = field._values(name)
+    along_y = x is not None or (y is None and places_x.size == 1)
+    if along_y:
+        k = _nearest("x", x, places_x, place[0])
+        plane, across, at = values[:, :, k], places_y, places_x[k]
+        pressed = np.asarray(field.pressure)[:, k] > 0.0
+    else:
+        k = _nearest("y", y, places_y, place[1])
+        plane, across, at = values[:, k], places_x, places_y[k]
+        pressed = np.asarray(field.pressure)[k] > 0.0
+    if across.size < 2 or z.size < 2:
+        raise ValueError("a section needs at least two depths, and two points beside each other")
+    tall = float(np.clip(np.ptp(z) / np.ptp(across), 0.25, 1.6))
+    # as wide as its height leaves it, beside the key to the colours
+    figure, ax = canvas(ax, (min(7.2, 5.2 / tall + 2.4), min(6.4, 5.2 * tall + 1.1)))
+    scale = colour_scale(plane, Field(name, LABELS[name], "Pa", plane), limits)
+    low, high = (float(end) for end in scale.norm.inverse(np.array([0.0, 1.0])))
+    levels = np.linspace(low, high, 25)
+    drawn = ax.contourf(
+        across / MILLIMETRE,
+        z / MILLIMETRE,
+        plane / scale.factor,
+        levels=levels,
+        cmap=scale.colours,
+        norm=scale.norm,
+        extend=scale.extend,
+    )
+    drawn.set_edgecolor("face")
+    ax.contour(
+        across / MILLIMETRE,
+        z / MILLIMETRE,
+        plane / scale.factor,
+        levels=levels[::4],
+        colors="white",
+        linewidths=0.4,
+    )
+    surface = np.where(pressed, 0.0, np.nan)
+    ax.plot(across / MILLIMETRE, surface, color=INK, linewidth=3.0, solid_capstyle="butt", clip_on=False)
+    spot = np.unravel_index(int(plane.argmax()), plane.shape)
+    ax.plot(
+        across[spot[1]] / MILLIMETRE, z[spot[0]] / MILLIMETRE, "+", color=INK, markersize=9, clip_on=False
+    )
+    ax.set_aspect("equal")
+    other = "x" if along_y else "y"
+    ax.set(xlabel=f"{'y' if along_y else 'x'} [mm]", ylabel="z [mm]")
+    style_axes(ax)
+    colour_bar(figure, drawn, ax, f"{LABELS[name]} [{scale.unit}]", scale.extend)
+    ax.set_title(
+        f"{field.body} body at {other} = {at / MILLIMETRE:.3g} mm, largest {plane.max() / scale.factor:.4g} "
+        f"{scale.unit} (+)",
+        fontsize=9.5,
+        color=INK,
+    )
+    return figure
+
+
+def _draw_depth(
+    field: StressField,
+    names: tuple[StressPart, ...],
+    x: float | None = None,
+    y: float | None = None,
+    dimensionless: bool = False,
+    ax: Axes | None = None,
+) -> Figure:
+    places_x, places_y, _ = _axes(field)
+    _, place = field.maximum()
+    i, j = _nearest("x", x, places_x, place[0]), _nearest("y", y, places_y, place[1])
+    lines = [field._values(name)[:, j, i] for name in names]
+    deep = np.asarray(field.depths)
+    figure, ax = canvas(ax, (5.4, 4.2))
+    if dimensionless:
+        if not field.half_width:
+            raise ValueError("dimensionless is True: nothing presses that could give a scale")
+        factor, unit, step = field.peak_pressure, "share of the peak pressure", field.half_width
+        below = "depth over the half width of the contact"
+    else:
+        factor, unit = unit_of(np.concatenate(lines), "Pa")
+        step, below = MILLIMETRE, "depth [mm]"
+    for name, line, colour in zip(names, lines, _colours(len(names)), strict=True):
+        ax.plot(line / factor, deep / step, color=colour, label=LABELS[name])
+    ax.axvline(0.0, color="#9A9A9A", linewidth=0.8)
+    ax.set_ylim(deep[-1] / step, 0.0)
+    kind = LABELS[names[0]] if len(names) == 1 else "stress"
+    ax.set(xlabel=f"{kind} [{unit}]", ylabel=below)
+    ax.set_title(
+        f"{field.body} body at x = {places_x[i] / MILLIMETRE:.3g} mm, y = {places_y[j] / MILLIMETRE:.3g} mm",
+        fontsize=9.5,
+        color=INK,
+    )
+    if len(names) > 1:
+        ax.legend(frameon=False, fontsize=8.5)
+    style_axes(ax)
+    return figure
+
+
+def _colours(count: int) -> Sequence[str]:
+    return [LINE_COLOURS[k % len(LINE_COLOURS)] for k in range(count)]
+
+
+def stress_grid(field: StressField) -> pyvista.StructuredGrid:
+    """See :meth:`mtb_rs.StressField.to_pyvista`."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError("pyvista is missing: pip install 'mtb-rs[viz]'") from error
+    if field.depths is None:
+        raise ValueError("this stress is of points that were asked for: a grid needs one at depths")
+    grid = pyvista.StructuredGrid(*(np.moveaxis(row, 0, -1) for row in field.points))
+    for name in LABELS:
+        values = np.moveaxis(field._values(name), 0, -1)  # type: ignore[arg-type]
+        grid.point_data[name] = values.ravel(order="F")
+    grid.user_dict["units"] = dict.fromkeys(LABELS, "Pa")
+    return grid
+
+
+def _draw_space(
+    field: StressField,
+    names: tuple[StressPart, ...],
+    limits: Limits | None = None,
+    off_screen: bool | None = None,
+    size: tuple[int, int] = (1400, 950),
+) -> pyvista.Plotter:
+    name = names[0]
+    if min(field.points.shape[1:]) < 2:
+        raise ValueError("a view in space needs at least two depths, and two points along x and along y")
+    plotter = _plotter(off_screen, size)
+    values = field._values(name)
+    scale: Scale = colour_scale(values, Field(name, LABELS[name], "Pa", values), limits)
+    grid = stress_grid(field)
+    grid.point_data["drawn"] = grid.point_data[name] / scale.factor
+    _, place = field.maximum(name)
+    low, high = np.array(grid.bounds[::2]), np.array(grid.bounds[1::2])
+    # the quarter in front of the largest value is taken away, or that of the middle where it is at a border
+    cut = np.where(np.abs(place - low) * np.abs(high - place) > 0.0, place, 0.5 * (low + high))
+    room = high - low
+    box = [cut[0], high[0] + room[0], low[1] - room[1], cut[1], low[2] - room[2], high[2] + room[2]]
+    body = grid.clip_box(box, invert=True)
+    plotter.add_mesh(
+        body,
+        scalars="drawn",
+        cmap=scale.colours,
+        clim=(scale.norm.vmin, scale.norm.vmax),
+        lighting=False,
+        scalar_bar_args=_bar(bar_title(LABELS[name], values, scale)),
+    )
+    plotter.add_mesh(grid.outline(), color=INK, line_width=2)
+    plotter.add_axes(color=INK, line_width=3)
+    up = 1.0 if field.body == "lower" else -1.0
+    middle, span = 0.5 * (low + high), float(room.max())
+    eye = middle + span * np.array([1.2, -1.5, 1.1 * up])
+    plotter.camera_position = [tuple(eye), tuple(middle), (0, 0, 1)]
+    plotter.reset_camera()
+    plotter.camera.SetWindowCenter(0.12, 0.0)
+    return plotter

@@ -1,0 +1,464 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""From the tractions of a result to the stress inside its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base import memory
+from ..base.check import choice, reals, shortened
+from ..base.plain import plain
+from ..base.words import Body
+from ..bodies.material import Material
+from ..bodies.simple import Simple
+from ..geometry.contact_points import Patch
+from .solid import Solid
+from .stress_field import StressField
+
+Array = NDArray[np.float64]
+
+#: Depths that are taken by default: their number, the first below the surface as a share of the half width of
+#: the contact, and the ratio from one step to the next; they end at three half widths.
+_NUMBER, _FIRST, _RATIO = 36, 0.03, 1.055
+#: Width over length of the cells of a line contact, which stand for an endless strip.
+_ENDLESS = 1e-12
+#: Memory [bytes] of each point at a depth: six components, their place, and what makes a field of them.
+_POINT = 200.0
+
+
+@dataclass(frozen=True)
+@plain
+class LoadedGrid:
+    """Tractions on cells of one size around the points of a grid in a plane.
+
+    Attributes
+    ----------
+    name : str
+    x, y : (nx,), (ny,) [m]
+        Cell centres.
+    sides : (dx, dy) [m]
+    pressure : (ny, nx) [Pa]
+    traction : (2, ny, nx) [Pa]
+        On the lower body.
+    share : (ny, nx) or None
+        Share of each cell that is loaded, where the area of a point is not that of its cell.
+    surface, normal : (3, ny, nx) or None
+        Where the points are in space [m], and normals of the lower body there: of elastic bodies.
+    gap : (ny, nx) or None [m]
+        Undeformed gap there.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    sides: tuple[float, float]
+    pressure: Array
+    traction: Array
+    share: Array | None = None
+    surface: Array | None = None
+    normal: Array | None = None
+    gap: Array | None = None
+
+    def on(self, sign: float) -> Array:
+        """Tractions on the body (3, ny, nx) [Pa], into which z goes times `sign`: x, y, pressure."""
+        own = np.concatenate([-sign * self.traction, self.pressure[None]])
+        return np.ascontiguousarray(own if self.share is None else own * self.share)
+
+    def cells(self, side: float) -> Array:
+        """Centres and sides (ny * nx, 4) [m] of the cells, `side` long across."""
+        x, y = np.meshgrid(self.x, self.y)
+        return np.stack([x, y, np.full_like(x, self.sides[0]), np.full_like(x, side)], axis=-1).reshape(-1, 4)
+
+    def half_width(self, *, is_line: bool) -> float:
+        """Half of the narrow side [m] of Hertz' contact with the second moments of this pressure."""
+        p = self.pressure if self.share is None else self.pressure * self.share
+        if not p.any():
+            return 0.0
+        x, y = np.meshgrid(self.x, self.y)
+        weight = p / p.sum()
+        away = np.stack([x - (x * weight).sum(), y - (y * weight).sum()])
+        moments = np.einsum("ijk,ljk,jk->il", away, away, weight) + np.diag(np.square(self.sides)) / 12.0
+        if is_line:
+            return float(2.0 * np.sqrt(moments[0, 0]))
+        return float(np.sqrt(5.0 * np.linalg.eigvalsh(moments)[0]))
+
+
+@dataclass(frozen=True)
+@plain
+class Loads:
+    """What presses on the two bodies of a contact.
+
+    Attributes
+    ----------
+    grids : tuple of LoadedGrid
+        All of them on one lower body, and each on an upper body of its own.
+    lower, upper : HalfSpace, Layered, Rigid or None
+        None where the result does not know the body, or where it has finite elements.
+    is_periodic, is_line : bool
+        Whether the grid repeats itself; whether it is a row of endless strips.
+    solids : callable or None
+        The elastic bodies of finite elements, where the result has such.
+    elastic : tuple of str
+        Which bodies, "lower" or "upper", have finite elements that the result does not hold.
+    """
+
+    grids: tuple[LoadedGrid, ...]
+    lower: Simple | None
+    upper: Simple | None
+    is_periodic: bool = False
+    is_line: bool = False
+    solids: Callable[[], Sequence[Solid]] | None = None
+    elastic: tuple[str, ...] = ()
+
+    def grid(self, name: str | None) -> LoadedGrid:
+        """The grid of a name; None: that with the largest pressure."""
+        if name is None:
+            return max(self.grids, key=lambda grid: float(grid.pressure.max(initial=0.0)))
+        named = {grid.name: grid for grid in self.grids}
+        if name not in named:
+            known = ", ".join(repr(known) for known in named)
+            raise ValueError(f"patch is {shortened(name)}: one of {known} is needed")
+        return named[name]
+
+
+class Stressed:
+    """What knows the tractions on two bodies, and so the stress inside them."""
+
+    def _loads(self) -> Loads:
+        """What presses; ValueError where that is not known, with the reason."""
+        raise NotImplementedError
+
+    def stress(
+        self,
+        body: Body = "lower",
+        *,
+        depths: ArrayLike | None = None,
+        points: ArrayLike | None = None,
+        patch: str | None = None,
+        material: Material | None = None,
+    ) -> StressField:
+        """Stress inside one of the bodies.
+
+        A half-space has the stress of uniform tractions on the cells in closed form [Love1929; Johnson1985,
+        ch. 3; AhmadiKeerMura1983]: at depths below all cells by one convolution for each component and depth,
+        at other points by a sum over the cells. Only Poisson's ratio matters of the material. A body of
+        finite elements has the stress at its nodes, between which the elements interpolate.
+
+        Parameters
+        ----------
+        body : "lower" or "upper"
+        depths : (m,) float or None [m]
+            Rising depths of at least 0 below the contact points. None: 36 depths from 0 to three half widths
+            of the contact, closer to each other near the surface.
+        points : (3, ...) float or None [m]
+            Places x, y and z in place of depths: in the frame of the result's points, unrolled along the
+            surface where that is curved (`origin` of its patches); the inside of the lower body has z <= 0,
+            that of the upper one z >= 0. Of a body of finite elements they are places in space.
+        patch : str or None
+            Of a result with several grids, the one below which: the name of one of its `patches`. None: that
+            with the largest pressure. Below the lower body the loads of all grids count; upper bodies are
+            apart.
+        material : Material or None
+            Of a half-space that the result does not know: of steps from files, and of results of earlier
+            versions.
+
+        Returns
+        -------
+        StressField
+
+        Raises
+        ------
+        ValueError
+            For a rigid or a layered body, for places outside of the body, and for bad numbers; for a point on
+            the surface at the border of a loaded cell, where the stress of uniform tractions may be infinite:
+            a traction along x has an infinite xx and yy at the sides of a cell across x, both tractions an
+            infinite xy at its other sides, and a pressure an infinite xy at its corners. The middles of cells
+            have finite stresses.
+
+        Examples
+        --------
+        >>> import mtb_rs as mtb
+        >>> ball = mtb.hertz(1e3, 0.02, lower=mtb.steel, upper=mtb.steel)
+        >>> inside = ball.stress()
+        >>> value, place = inside.maximum("largest_shear")
+        >>> round(value / ball.peak_pressure, 2), round(-place[2] / ball.semi_axes[0], 1)
+        (0.31, 0.5)
+        """
+        choice("body", body, Body)
+        if depths is not None and points is not None:
+            raise ValueError("both depths and points are given: one of them is needed")
+        loads = self._loads()
+        deep = None if depths is None else _depths(depths)
+        places = None if points is None else _places(points)
+        if patch is not None and not isinstance(patch, str):
+            raise ValueError(f"patch is {shortened(patch)}: the name of a grid is needed")
+        grid = loads.grid(patch)
+        width = grid.half_width(is_line=loads.is_line)
+        if places is None and deep is None:
+            if not width:
+                raise ValueError("depths are not given, and nothing presses that they could follow from")
+            steps = np.cumsum(_RATIO ** np.arange(_NUMBER - 1))
+            deep = np.concatenate([[0.0], _FIRST * width * steps])
+        solids = (
+            [solid for solid in loads.solids() if solid.upper == (body == "upper")] if loads.solids else []
+        )
+        about = (body, width, float(grid.pressure.max(initial=0.0)))
+        if solids:
+            if material is not None:
+                raise ValueError(_KNOWN.format(body=body, material=material))
+            return _in_elements(solids, grid, deep, places, about)
+        elastic = _material(loads, body, material)
+        if places is not None:
+            return _at_points(loads, grid, elastic, places, about)
+        assert deep is not None
+        return _below(loads, grid, elastic, deep, about)
+
+
+_KNOWN = "material is {material!r}: the result knows the {body} body; leave it out"
+
+
+def _depths(given: ArrayLike) -> Array:
+    deep = np.atleast_1d(reals("depths", given, "m"))
+    if deep.ndim != 1 or not deep.size:
+        raise ValueError(f"depths has shape {deep.shape}: (m,) with at least one depth is needed")
+    if deep.min() < 0.0:
+        raise ValueError(
+            f"depths[{int(deep.argmin())}] is {deep.min():g} m: depths are measured into the body, and "
+            "are at least 0"
+        )
+    if np.any(np.diff(deep) <= 0.0):
+        k = int(np.argmax(np.diff(deep) <= 0.0))
+        raise ValueError(
+            f"depths[{k + 1}] is {deep[k + 1]:g} m after {deep[k]:g} m: rising depths are needed"
+        )
+    return deep
+
+
+def _places(given: ArrayLike) -> Array:
+    places = reals("points", given, "m")
+    if places.ndim < 1 or places.shape[0] != 3 or not places.size:
+        raise ValueError(f"points has shape {places.shape}: (3, ...), the places x, y and z, is needed")
+    return places
+
+
+def _material(loads: Loads, body: Body, given: Material | None) -> tuple[float, float]:
+    """Shear modulus [Pa] and Poisson's ratio of a half-space."""
+    own: Simple | None = getattr(loads, body)
+    if body in loads.elastic:
+        raise ValueError(
+            f"the {body} body has finite elements, whose inside this result does not hold: the result of "
+            "Scene.solve has it"
+        )
+    if given is not None and not isinstance(given, Material):
+        raise ValueError(f"material is {shortened(given)}: a Material is needed")
+    if given is not None and own is not None:
+        raise ValueError(_KNOWN.format(body=body, material=given))
+    if own is None and given is None:
+        raise ValueError(
+            f"this result does not know its {body} body: stress(material=...) tells it, and only "
+            "Poisson's ratio matters"
+        )
+    if own is not None and own.without_stress:
+        other = "upper" if body == "lower" else "lower"
+        raise ValueError(f"the {body} body {own.without_stress}; body={other!r} is the other one")
+    material = given if own is None else own.material
+    assert material is not None
+    return material.shear_modulus, material.poisson_ratio
+
+
+def _sign(body: Body) -> float:
+    """What z is into the body."""
+    return -1.0 if body == "lower" else 1.0
+
+
+def _common(stress: Array, sign: float) -> Array:
+    """A stress (6, ...) from the body's own frame in the common one."""
+    flips = np.array([1.0, 1.0, 1.0, sign, sign, 1.0])
+    return np.asarray(stress * flips.reshape(6, *[1] * (stress.ndim - 1)))
+
+
+def _side(loads: Loads, grid: LoadedGrid) -> float:
+    """Length [m] of the cells of a grid along y."""
+    return grid.sides[0] * grid.x.size / _ENDLESS if loads.is_line else grid.sides[1]
+
+
+def _below(
+    loads: Loads,
+    grid: LoadedGrid,
+    elastic: tuple[float, float],
+    deep: Array,
+    about: tuple[Body, float, float],
+) -> StressField:
+    sign, (ny, nx) = _sign(about[0]), grid.pressure.shape
+    points = deep.size * ny * nx
+    memory.refuse(
+        _POINT * points, f"the stress at {deep.size} depths below {nx} x {ny} cells", "give fewer depths"
+    )
+    sides = (grid.sides[0], _side(loads, grid))
+    found, convolutions = _mtb_rs.stress_below(
+        elastic, sides, grid.on(sign), deep.tolist(), loads.is_periodic
+    )
+    stress = np.moveaxis(found, 1, 0)
+    z, y, x = np.meshgrid(sign * deep + 0.0, grid.y, grid.x, indexing="ij")
+    places = np.stack([x, y, z])
+    others = [one for one in loads.grids if one is not grid and about[0] == "lower"]
+    for other in others:
+        stress = stress + _summed(loads, other, elastic, places, sign)
+    return StressField(about[0], places, _common(stress, sign), *about[1:], deep, grid.pressure, convolutions)
+
+
+def _at_points(
+    loads: Loads,
+    grid: LoadedGrid,
+    elastic: tuple[float, float],
+    places: Array,
+    about: tuple[Body, float, float],
+) -> StressField:
+    sign = _sign(about[0])
+    if loads.is_periodic:
+        raise ValueError(
+            "the contact is periodic: its stress is known below its points, by depths=..., and not at other "
+            "places"
+        )
+    deep = sign * places[2]
+    if deep.min() < 0.0:
+        k = int(deep.argmin())
+        raise ValueError(
+            f"point {k} has z = {places[2].ravel()[k]:g} m, outside of the {about[0]} body: its inside has "
+            f"{'z <= 0' if sign < 0.0 else 'z >= 0'}"
+        )
+    grids = loads.grids if about[0] == "lower" else (grid,)
+    stress = sum(
+        (_summed(loads, one, elastic, places, sign) for one in grids), np.zeros((6, *places.shape[1:]))
+    )
+    return StressField(about[0], places, _common(stress, sign), *about[1:])
+
+
+def _summed(
+    loads: Loads, grid: LoadedGrid, elastic: tuple[float, float], places: Array, sign: float
+) -> Array:
+    """Stress (6, ...) [Pa] at places by one grid, in the body's own frame."""
+    rows = places.reshape(3, -1) * np.array([[1.0], [1.0], [sign]])
+    found = _mtb_rs.stress_at(
+        elastic,
+        np.ascontiguousarray(grid.cells(_side(loads, grid))),
+        np.ascontiguousarray(grid.on(sign).reshape(3, -1)),
+        np.ascontiguousarray(rows.T),
+    )
+    return np.asarray(found).T.reshape(6, *places.shape[1:])
+
+
+def _in_elements(
+    solids: Sequence[Solid],
+    grid: LoadedGrid,
+    deep: Array | None,
+    places: Array | None,
+    about: tuple[Body, float, float],
+) -> StressField:
+    """The stress at the nodes of an elastic body, between them."""
+    at_depths = places is None
+    if places is None:
+        assert deep is not None
+        assert grid.surface is not None
+        assert grid.normal is not None
+        base, into = grid.surface, _sign(about[0]) * grid.normal
+        if about[0] == "upper" and grid.gap is not None:
+            base = base + grid.gap * grid.normal
+        places = base[:, None] + into[:, None] * deep[:, None, None]
+    refused: ValueError | None = None
+    for solid in solids:
+        rows = places.reshape(3, -1).copy()
+        # the other half of a symmetric body is its mirror image
+        image = (rows[1] < 0.0) & solid.is_half
+        rows[1] = np.where(image, -rows[1], rows[1])
+        mesh = solid.mesh.checked()
+        try:
+            stress = np.asarray(
+                mesh.at_points(np.ascontiguousarray(solid.stress), np.ascontiguousarray(rows.T))
+            )
+        except ValueError as error:
+            refused = ValueError(f"{error}, of the {about[0]} body {solid.name!r}")
+            continue
+        stress = stress * np.where(image, np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None], 1.0)
+        stress = stress.reshape(6, *places.shape[1:])
+        over = (deep, grid.pressure) if at_depths else (None, None)
+        return StressField(about[0], places, stress, *about[1:], *over)
+    assert refused is not None
+    raise refused
+
+
+def loaded_patches(
+    patches: Sequence[Patch],
+    points: Array,
+    area: Array,
+    pressure: Array,
+    traction: Array,
+    normal: Array | None = None,
+    gap: Array | None = None,
+) -> tuple[LoadedGrid, ...]:
+    """The grids of a result from its flat arrays: points (3, n), tractions (3, n) in space or (2, n) along
+    the grids.
+
+    Raises
+    ------
+    ValueError
+        If the points are scattered.
+    """
+    if not patches:
+        raise ValueError(
+            "the contact points are scattered: the stress below them needs the cells of regular grids"
+        )
+    grids = []
+    for patch in patches:
+        place = patch.view(points)
+        along, across = _tangents(place)
+        up = np.cross(along, across, axis=0)
+        up = up / np.linalg.norm(up, axis=0) if normal is None else patch.view(normal)
+        across = np.cross(up, along, axis=0)
+        own = patch.view(traction)
+        if len(own) == 3:
+            own = np.stack([(own * along).sum(axis=0), (own * across).sum(axis=0)])
+        x, y = patch.axes()
+        share = patch.view(area) / (patch.spacing[0] * patch.spacing[1])
+        is_whole = bool(np.allclose(share, 1.0, rtol=1e-9))
+        grids.append(
+            LoadedGrid(
+                patch.name,
+                x,
+                y,
+                patch.spacing,
+                patch.view(pressure),
+                own,
+                None if is_whole else share,
+                place,
+                up,
+                None if gap is None else patch.view(gap),
+            )
+        )
+    return tuple(grids)
+
+
+def _tangents(points: Array) -> tuple[Array, Array]:
+    """Unit vectors (3, ny, nx) along the rows and across them, of points (3, ny, nx)."""
+
+    def unit(axis: int, usual: Sequence[float]) -> Array:
+        if points.shape[axis] < 2:
+            return np.broadcast_to(np.array(usual)[:, None, None], points.shape)
+        step = np.gradient(points, axis=axis)
+        return np.asarray(step / np.linalg.norm(step, axis=0))
+
+    return unit(2, (1.0, 0.0, 0.0)), unit(1, (0.0, 1.0, 0.0))
+
+
+def loaded_grid(
+    points: Array, sides: tuple[float, float], pressure: Array, traction: Any = None
+) -> LoadedGrid:
+    """The grid of a result whose points (2 or 3, ny, nx) are centres of cells of one size in a plane."""
+    tangential = np.zeros((2, *pressure.shape)) if traction is None else np.asarray(traction)[:2]
+    return LoadedGrid("contact", points[0, 0], points[1, :, 0], sides, pressure, tangential)
