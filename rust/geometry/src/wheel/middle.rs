@@ -109,7 +109,7 @@ fn stretches(counts: &[bool]) -> impl Iterator<Item = usize> {
 }
 
 /// Weight of a station, over that of one that overlaps most.
-fn share(overlap: f64, largest: f64) -> f64 {
+pub(super) fn share(overlap: f64, largest: f64) -> f64 {
     if overlap > 0.0 {
         (overlap / largest).powf(POWER)
     } else {

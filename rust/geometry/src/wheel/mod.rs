@@ -133,8 +133,8 @@ impl WheelOnRail {
     /// First contact, contact plane and estimated size of the contact.
     ///
     /// The contact area is estimated as the overlap of the undeformed bodies at half the approach
-    /// (exact for a circular Hertz contact). The plane goes through its centroid with the rail's
-    /// slope averaged over it. For a given force the approach follows from
+    /// (exact for a circular Hertz contact). The plane goes through the middle of the overlap at the
+    /// whole approach, weighted by the square of the overlap, with the rail's slope averaged alike. For a given force the approach follows from
     /// `F = 4/3 E* sqrt(A / pi) approach`, again Hertz for a circle [Johnson1985, 4.2].
     ///
     /// # Errors
@@ -150,7 +150,7 @@ impl WheelOnRail {
                 contact_modulus,
             } => {
                 let excess = |approach: f64| {
-                    let area = section.area(0.5 * approach);
+                    let area = section.area(approach);
                     let normal = 4.0 / 3.0 * contact_modulus * (area.size / PI).sqrt() * approach;
                     normal * area.angle.cos() - vertical
                 };

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::middle::share;
 use super::{WheelOnRail, WheelRailContact};
 use crate::error::out_of_range;
 use crate::root;
@@ -226,9 +227,10 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// Overlap of the undeformed bodies at the approach `depth` along the normal.
-    pub(super) fn area(&self, depth: f64) -> Area {
-        let vertical = depth / self.first_angle.cos();
+    /// Contact plane at an `approach` along the normal, and area of half the overlap there, which a Hertzian contact
+    /// covers.
+    pub(super) fn area(&self, approach: f64) -> Area {
+        let vertical = approach / self.first_angle.cos();
         let mut area = Area {
             size: 0.0,
             angle: self.first_angle,
@@ -241,20 +243,24 @@ impl<'a> Section<'a> {
             if overlap <= 0.0 {
                 continue;
             }
-            let footprint = 2.0 * (2.0 * self.pair.wheel_radius * overlap).sqrt() * sample.width;
+            let half = (overlap - 0.5 * vertical).max(0.0);
+            let footprint = 2.0 * (2.0 * self.pair.wheel_radius * half).sqrt() * sample.width;
             if (sample.angle - self.first_angle).abs() > MOST_INCLINED {
                 area.neglected += footprint / sample.angle.cos();
                 continue;
             }
             area.size += footprint / sample.angle.cos();
-            weight += footprint;
-            angle += footprint * sample.angle;
-            rail_position += footprint * sample.rail_position;
+            let share = share(overlap, vertical) * sample.width;
+            weight += share;
+            angle += share * sample.angle;
+            rail_position += share * sample.rail_position;
         }
         // an overlap thinner than the samples keeps the first contact
         if weight > 0.0 {
             area.angle = angle / weight;
             area.rail_position = rail_position / weight;
+        }
+        if area.size > 0.0 {
             area.neglected /= area.size + area.neglected;
         }
         area
@@ -262,7 +268,7 @@ impl<'a> Section<'a> {
 
     /// Contact plane and size at an approach along the normal.
     pub(super) fn contact(&self, approach: f64) -> Result<WheelRailContact, Error> {
-        let area = self.area(0.5 * approach);
+        let area = self.area(approach);
         let pair = self.pair;
         let Some((origin, _)) = self.rail.point(&pair.rail, area.rail_position) else {
             return Err(Error::NeverTouch {
