@@ -66,6 +66,7 @@ from .half_space.tangential import creep_curve, solve_tangential
 from .half_space.tangential_result import TangentialResult
 from .half_space.tangential_state import TangentialState
 from .results.chart import Chart, ChartPoint
+from .results.damage import rail_damage
 from .results.derivatives import Gradient, Margin
 from .results.fields import Field
 from .results.report import Report
@@ -250,6 +251,7 @@ __all__ = [
     "load",
     "load_case",
     "polach",
+    "rail_damage",
     "roughness",
     "scenes",
     "solve_normal",

@@ -19,6 +19,7 @@ from ..base.units import taking_quantities
 from ..base.words import Bound, Flexible, StickDirection
 from ..bodies.simple import Simple
 from ..friction.laws import Friction, as_law
+from ..results.damage import Damaged, Rolled
 from ..results.result import TangentialFields
 from ..results.stressed import Loads, Stressed, loaded_grid
 from .foundation import Forces, Foundation, ellipses, local
@@ -58,7 +59,7 @@ def kalker_coefficients(ratio: float, poisson_ratio: float) -> KalkerCoefficient
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class FoundationResult(Stressed, TangentialFields):
+class FoundationResult(Stressed, Damaged, TangentialFields):
     """Fields of the simplified theory; vectors act on the lower body.
 
     Attributes
@@ -94,6 +95,12 @@ class FoundationResult(Stressed, TangentialFields):
     lower: Simple | None = None
     upper: Simple | None = None
     is_line: bool = False
+
+    def _rolled(self) -> Rolled:
+        if self.creepage is None:
+            raise ValueError("this result was saved by an earlier version, which kept no creepage")
+        peak = float(self.pressure.max(initial=0.0))
+        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, peak)
 
     def _loads(self) -> Loads:
         nx, (x, y) = self.pressure.shape[1], self.points

@@ -23,6 +23,7 @@ from ..bodies.material import Material
 from ..bodies.simple import Layered, Simple, are_layered
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
+from ..results.damage import Damaged, Rolled
 from ..results.derivatives import Differentiable, Functional, Margin
 from ..results.fields import Field, fields_of
 from ..results.report import Report
@@ -47,7 +48,7 @@ Pair = tuple[float, float]
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(Judged, Differentiable, Stressed, TangentialFields):
+class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -227,6 +228,12 @@ class TangentialResult(Judged, Differentiable, Stressed, TangentialFields):
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the motion asked for, the report."""
         return {"motion": self.motion, "report": self.report.as_dict()}
+
+    def _rolled(self) -> Rolled:
+        if self.motion.dissipation_unit != "Pa":
+            raise ValueError("a shift passes over nothing: T gamma and what follows from it are of rolling")
+        peak = float(self.pressure.max(initial=0.0))
+        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, peak)
 
     def wear_depth(
         self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None

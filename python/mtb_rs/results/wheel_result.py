@@ -22,6 +22,7 @@ from ..bodies.simple import Simple
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
+from .damage import Damaged, Rolled
 from .derivatives import Differentiable, Functional, Tangent
 from .doors import pictures, png
 from .fields import Field as ResultField
@@ -59,7 +60,7 @@ class WheelState:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelPatch(Stressed, Drawn):
+class WheelPatch(Stressed, Damaged, Drawn):
     """A contact patch of a step; fields (ny, nx) in its own frame: x along the rail, y across, normal.
 
     Attributes
@@ -134,6 +135,13 @@ class WheelPatch(Stressed, Drawn):
         sides = (float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0]))
         grid = loaded_grid(points, sides, self.pressure, self.traction)
         return Loads((grid,), self.lower, self.upper)
+
+    def _rolled(self) -> Rolled:
+        x, y = np.meshgrid(self.x, self.y)
+        moment = float((x * self.traction[1] - y * self.traction[0]).sum()) * self.area
+        force = self.area * self.traction.sum(axis=(1, 2))
+        peak = float(self.pressure.max(initial=0.0))
+        return Rolled(force, moment, self.normal_force, np.asarray(self.creepage), peak)
 
     @property
     def on_flange(self) -> bool:

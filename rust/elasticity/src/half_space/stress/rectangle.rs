@@ -11,7 +11,7 @@ pub(super) type Responses = [Stress; 3];
 
 /// Distance, in larger sides of the rectangle, up to which the closed form is taken. Beyond it loses more digits to
 /// cancellation (about `r^2` epsilons) than three Gauss points per direction leave (about `0.1 / r^6`).
-pub(super) const CLOSED_TO: f64 = 100.0;
+pub(super) const CLOSED_TO: f64 = 40.0;
 
 /// The same for two Gauss points per direction (about `1 / r^4`).
 const TWO_POINTS_FROM: f64 = 600.0;
@@ -30,7 +30,7 @@ const NONE: f64 = 1e-200;
 /// y likewise, both have an infinite `xy` on the other sides, and a pressure has an infinite `xy` at the corners. There
 /// a large finite number stands for each.
 ///
-/// Relative accuracy about 3e-10 of the largest component at the same place, at any distance and depth.
+/// Accuracy about 1e-11 of the largest component under any of the tractions, at any distance and depth.
 ///
 /// [Love1929], [Johnson1985, ch. 3], [AhmadiKeerMura1983]
 pub fn stress_influence(poisson_ratio: f64, offset: [f64; 3], cell: [f64; 2]) -> [Stress; 3] {
@@ -318,26 +318,31 @@ mod tests {
 
     #[test]
     fn closed_form_and_gauss_points_meet() {
-        for (distance, tolerance) in [(CLOSED_TO, 3e-10), (TWO_POINTS_FROM, 1e-11)] {
+        for (distance, tolerance) in [(CLOSED_TO, 3e-11), (TWO_POINTS_FROM, 1e-11)] {
+            let mut worst = 0.0_f64;
             for [x, y, z] in [
                 [1.0, 0.0, 0.0],
                 [0.6, 0.7, 0.1],
                 [0.0, 0.3, 0.9],
                 [0.01, 0.0, 1.0],
+                [0.3, 0.02, 0.01],
+                [0.0, 0.0, 1.0],
+                [0.03, 0.4, 0.7],
+                [0.9, 0.2, 0.0],
             ] {
                 let size = f64::sqrt(x * x + y * y + z * z) / distance;
                 let offset = [x / size, y / size, z / size];
-                for cell in [[1.0, 0.4], [0.7, 1.0]] {
+                for cell in [[1.0, 0.4], [0.7, 1.0], [1.0, 0.1]] {
                     let at = |factor: f64| stress_influence(NU, offset.map(|v| v * factor), cell);
                     let (inside, outside) = (at(1.0 - 1e-13), at(1.0 + 1e-13));
-                    for (inside, outside) in inside.iter().zip(&outside) {
-                        for (a, b) in inside.iter().zip(outside) {
-                            let error = (a - b).abs() / largest(outside);
-                            assert!(error < tolerance, "{distance} {x} {y} {z}: {error:e}");
-                        }
+                    // straight above a tangential traction its stress vanishes
+                    let size = outside.iter().map(largest).fold(0.0, f64::max);
+                    for (a, b) in inside.iter().flatten().zip(outside.iter().flatten()) {
+                        worst = worst.max((a - b).abs() / size);
                     }
                 }
             }
+            assert!(worst < tolerance, "at {distance}: {worst:e}");
         }
     }
 
