@@ -53,7 +53,12 @@ def loaded() -> dict[str, Any]:
 @pytest.mark.parametrize("name", MADE)
 def test_what_was_pickled_under_old_names_can_be_loaded(name: str, loaded: dict[str, Any]) -> None:
     made = MADE[name]()
-    assert loaded[name] == made
+    if name == "wheel":
+        # the first version placed the contact plane elsewhere
+        assert loaded[name].inputs == made.inputs
+        assert loaded[name].geometry != made.geometry
+    else:
+        assert loaded[name] == made
     assert vars(loaded[name]).keys() == vars(made).keys()
 
 

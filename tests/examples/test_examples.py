@@ -195,6 +195,12 @@ def measured_wheelset(names: dict[str, Any]) -> None:
     assert peak["smoothed"] == pytest.approx(peak["exact"], rel=0.05)
 
 
+def stress_below_a_wheel(names: dict[str, Any]) -> None:
+    # with a friction of 0.5 the surface bears most, and more than half of it by friction alone
+    assert names["deep"] < 0.1
+    assert names["share"] == pytest.approx(0.5, abs=0.06)
+
+
 def worn_wheel_over_lateral_shift(names: dict[str, Any]) -> None:
     assert names["cone_error"] < 1e-9
     assert names["angle_error"] < 2e-4
@@ -285,6 +291,7 @@ CHECKS = {
         sole_of_least_peak_pressure,
         start_of_sliding,
         stopping_distance_and_its_deviation,
+        stress_below_a_wheel,
         worn_wheel_over_lateral_shift,
     )
 }
