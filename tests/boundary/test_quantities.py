@@ -394,6 +394,20 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         written,
         dict(y=[0.01, 0.02, 0.03]),
     ),
+    ("rail_damage", lambda **a: mtb.rail_damage(**a), dict(t_gamma=[20.0, 60.0])),
+    *(
+        (
+            f"{name}.{method}",
+            lambda made=made, method=method, **a: getattr(made(), method)(**a),
+            dict(shear_yield=3e8),
+        )
+        for name, made in (
+            ("TangentialResult", lambda: rolled()),
+            ("FoundationResult", lambda: mtb.fastsim(field(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3))),
+            ("WheelPatch", lambda: wheels().step(velocity=20.0).patches[0]),
+        )
+        for method in ("surface_fatigue_index", "shakedown")
+    ),
     (
         "TangentialResult.wear_depth",
         lambda wheel_radius: rolled().wear_depth(1e-13, wheel_radius),

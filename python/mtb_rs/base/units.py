@@ -83,7 +83,9 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "speed": "m/s",
     "frames_per_second": "1/s",
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
+    "shear_yield": "Pa",
     "specific_heat": "J/(kg K)",
+    "t_gamma": "N",
     "value": "1 or Pa",
 }
 #: Arguments in the unit of what another one names, which are converted where that is known.
