@@ -18,6 +18,8 @@ use proptest::prelude::*;
 const FORCE: f64 = 60e3;
 const SPEED: f64 = 20.0;
 const FREE: f64 = f64::NAN;
+/// Looks at the monitor after which a step is broken off.
+const LOOKS: usize = 5000;
 
 fn steel() -> Pair {
     let steel = Some(Material::new(80e9, 0.3).unwrap());
@@ -42,6 +44,20 @@ fn prepared(sides: Sides) -> PreparedWheels {
 
 fn solve(wheels: &mut PreparedWheels, pose: [f64; 6]) -> Result<WheelStep, Error> {
     wheels.step(pose, Velocity::Rolling(SPEED), &unmonitored)
+}
+
+/// The same with an end to its work, for wheels that nobody has thought about.
+fn bounded(wheels: &mut PreparedWheels, pose: [f64; 6]) -> Result<WheelStep, Error> {
+    let looks = Cell::new(0);
+    let monitor = |_: Progress| {
+        looks.set(looks.get() + 1);
+        if looks.get() < LOOKS {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    };
+    wheels.step(pose, Velocity::Rolling(SPEED), &monitor)
 }
 
 /// What the fields of a wheel carry, pressures and tractions.
@@ -420,7 +436,7 @@ proptest! {
         changed[place..place + 8].copy_from_slice(&value.to_le_bytes());
         if let Ok(mut wheels) =
             Wheelset::from_bytes(&with_checksum(changed)).and_then(PreparedWheels::new)
-            && let Ok(step) = solve(&mut wheels, [0.0, 0.0, FREE, 0.0, 0.0, 0.0])
+            && let Ok(step) = bounded(&mut wheels, [0.0, 0.0, FREE, 0.0, 0.0, 0.0])
         {
             prop_assert!(is_finite(&step));
         }
