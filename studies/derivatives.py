@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from atlas import panels, write
 from numpy.typing import NDArray
-from trials import Input, Numbers, Trial
+from trials import Input, Numbers, Trial, material, of_bodies
 from wheel_trials import wheels
 
 import mtb_rs as mtb
@@ -64,31 +64,6 @@ def ball(random: np.random.Generator) -> Array:
     x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * CELL
     a, b = random.uniform(0.4, 0.8, 2)
     return np.asarray(x[None, :] ** 2 / a + x[:, None] ** 2 / b + 3e-7 * random.random((CELLS, CELLS)))
-
-
-def material(random: np.random.Generator) -> mtb.Material:
-    return mtb.Material(random.uniform(60e9, 250e9), random.uniform(0.0, 0.45))
-
-
-def of_bodies(owner: Any, solved: Callable[[Any], Any]) -> Iterator[tuple[str, Input]]:
-    """Moduli of the bodies of something that holds them."""
-    for side in ("upper", "lower"):
-        body = owner[side] if isinstance(owner, dict) else getattr(owner, side)
-        own = body if isinstance(body, mtb.Material) else getattr(body, "material", None)
-        if own is None:
-            continue
-        for name in ("young_modulus", "poisson_ratio"):
-            value = getattr(own, name)
-
-            def at(e: Array, side: str = side, body: Any = body, own: Any = own, name: str = name) -> Any:
-                other = replace(own, **{name: getattr(own, name) + float(e)})
-                changed = other if isinstance(body, mtb.Material) else replace(body, material=other)
-                if isinstance(owner, dict):
-                    return solved(owner | {side: changed})
-                return solved(replace(owner, **{side: changed}))
-
-            # a condensation has fewer digits than a solve
-            yield f"{side}.{name}", Input((), 3.0 if name == "poisson_ratio" else value, at)
 
 
 def of_scene(scene: mtb.Scene, model: Any) -> Trial:

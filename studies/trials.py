@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+import mtb_rs as mtb
 
 Array = NDArray[np.float64]
 #: What is derived, by name: how it is asked for, its value in a result, its size.
@@ -47,3 +49,28 @@ class Trial:
     state: Callable[[Any], bytes] = flowing
     numbers: Numbers | None = None
     has_kinks: bool = False
+
+
+def material(random: np.random.Generator) -> mtb.Material:
+    return mtb.Material(random.uniform(60e9, 250e9), random.uniform(0.0, 0.45))
+
+
+def of_bodies(owner: Any, solved: Callable[[Any], Any]) -> Iterator[tuple[str, Input]]:
+    """Moduli of the bodies of something that holds them."""
+    for side in ("upper", "lower"):
+        body = owner[side] if isinstance(owner, dict) else getattr(owner, side)
+        own = body if isinstance(body, mtb.Material) else getattr(body, "material", None)
+        if own is None:
+            continue
+        for name in ("young_modulus", "poisson_ratio"):
+            value = getattr(own, name)
+
+            def at(e: Array, side: str = side, body: Any = body, own: Any = own, name: str = name) -> Any:
+                other = replace(own, **{name: getattr(own, name) + float(e)})
+                changed = other if isinstance(body, mtb.Material) else replace(body, material=other)
+                if isinstance(owner, dict):
+                    return solved(owner | {side: changed})
+                return solved(replace(owner, **{side: changed}))
+
+            # a condensation has fewer digits than a solve
+            yield f"{side}.{name}", Input((), 3.0 if name == "poisson_ratio" else value, at)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Steps of prepared wheels as trials of derivatives: random poses, velocities, laws of friction."""
+"""Steps of prepared wheels as trials of derivatives: random poses, velocities, bodies, laws of friction."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from trials import Array, Input, Numbers, Trial
+from trials import Array, Input, Numbers, Trial, material, of_bodies
 
 import mtb_rs as mtb
 from mtb_rs.simulation.wheel_stepping import PreparedWheels
@@ -79,9 +79,12 @@ def one(random: np.random.Generator) -> Trial:
     law, laws = law_of(random)
     thickness, flexibility = 2e-5, random.uniform(1e-15, 1e-14)
     cos = float(np.cos(scene.geometry.placement.contact_angle))
+    bodies = {"upper": material(random), "lower": material(random)}
 
-    def prepared(friction: Any = law, force: float = 0.0, layer: float = 0.0) -> PreparedWheels:
-        contact = replace(scene, force=scene.force + force / cos).prepare(
+    def prepared(
+        friction: Any = law, force: float = 0.0, layer: float = 0.0, bodies: dict[str, Any] = bodies
+    ) -> PreparedWheels:
+        contact = replace(scene, force=scene.force + force / cos, **bodies).prepare(
             side=sides, friction=friction,
             layer=mtb.InterfaceLayer(thickness, thickness / (flexibility + layer)),
         )  # fmt: skip
@@ -112,6 +115,7 @@ def one(random: np.random.Generator) -> Trial:
         "vertical_force": Input((), 3e3, lambda e: solved(prepared(force=float(e)), pose, velocity)),
         "layer": Input((), flexibility, lambda e: solved(prepared(layer=float(e)), pose, velocity)),
     }
+    inputs |= of_bodies(bodies, lambda changed: solved(prepared(bodies=changed), pose, velocity))
     for name, (value, made) in laws.items():
         inputs[name] = Input(
             value.shape, 0.1 * value,

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Derivatives of the steps of prepared wheels, by pose, velocity, friction, force and layer."""
+"""Derivatives of the steps of prepared wheels, by pose, velocity, friction, force, layer and moduli."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..bodies.simple import Simple
 from ..results.derivatives import Gradient, Margin
 
 Array = NDArray[np.float64]
@@ -29,16 +30,25 @@ class WheelTangent:
         points of all patches, ``pressure`` (n,), ``traction`` and ``slip_velocity`` (2, n) in the frame of
         each patch.
     inputs : dict of str to shape
-        What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
-        of the law, ``vertical_force`` () of each wheel, ``layer`` (), its thickness over its shear modulus.
+        What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the
+        parameters of the law, ``vertical_force`` () of each wheel, ``layer`` (), its thickness over its shear
+        modulus, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of the wheel
+        (``upper``).
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     """
 
     def __init__(
-        self, core: _mtb_rs.WheelTangent, friction: list[tuple[str, list[int]]], is_speed: bool, size: Shape
+        self,
+        core: _mtb_rs.WheelTangent,
+        friction: list[tuple[str, list[int]]],
+        bodies: Sequence[Simple],
+        is_speed: bool,
+        size: Shape,
     ) -> None:
         self._core = core
+        sides = dict(zip(("lower", "upper"), bodies, strict=True))
+        self._materials = {side: body.material for side, body in sides.items() if body.material is not None}
         self._known: dict[str, list[dict[str, Array]]] = {}
         wheels, patches, points = size
         self.fields: dict[str, Shape] = {
@@ -64,9 +74,9 @@ class WheelTangent:
             "force": "wheels carry a vertical force: derive by 'vertical_force'",
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **{
-                f"{body}.{modulus}": "steps of wheels are not derived by elastic moduli"
-                for body in ("lower", "upper")
-                for modulus in ("young_modulus", "poisson_ratio")
+                f"{side}.{name}": why
+                for side, body in sides.items()
+                for name, why in body.without_derivatives.items()
             },
         }
         self._friction = {name: tuple(shape) for name, shape in friction}
@@ -76,6 +86,7 @@ class WheelTangent:
             **self._friction,
             "vertical_force": (),
             "layer": (),
+            **{f"{side}.{name}": () for side in self._materials for name in sides[side].moduli},
         }
 
     @property
@@ -115,12 +126,31 @@ class WheelTangent:
         return np.array(columns).reshape(len(columns), math.prod(self.fields[of]))
 
     def _columns(self, by: str) -> list[dict[str, Array]]:
+        side, _, constant = by.partition(".")
+        if side in self._materials:
+            return [self._by_constant(side, constant)]
         group = "friction" if by in self._friction else {"vertical_force": "force"}.get(by, by)
-        if group not in self._known:
-            self._known[group] = self._core.derivatives(group)
-        columns = self._known[group]
+        columns = self._group(group)
         if group != "friction":
             return columns
         before = list(self._friction)[: list(self._friction).index(by)]
         first = sum(math.prod(self._friction[name]) for name in before)
         return columns[first : first + math.prod(self._friction[by])]
+
+    def _group(self, name: str) -> list[dict[str, Array]]:
+        if name not in self._known:
+            self._known[name] = self._core.derivatives(name)
+        return self._known[name]
+
+    def _by_constant(self, side: str, constant: str) -> dict[str, Array]:
+        """Changes by Young's modulus or Poisson's ratio, from those by the shear modulus and the ratio."""
+        columns = self._group("moduli")
+        first = 2 * list(self._materials).index(side)
+        by_shear, by_ratio = columns[first : first + 2]
+        material = self._materials[side]
+        more = 1.0 + material.poisson_ratio
+        if constant == "young_modulus":
+            return {of: change / (2.0 * more) for of, change in by_shear.items()}
+        # at a given Young's modulus the shear modulus falls with the ratio
+        fall = material.shear_modulus / more
+        return {of: change - fall * by_shear[of] for of, change in by_ratio.items()}

@@ -146,7 +146,7 @@ class PreparedWheels:
         )
         points = sum(patch.pressure.size for patch in patches)
         size = (len(self.sides), len(patches), points)
-        tangent = WheelTangent(out.tangent, self._core.friction_inputs, motion.size == 1, size)
+        tangent = WheelTangent(out.tangent, self._core.friction_inputs, self._bodies, motion.size == 1, size)
         object.__setattr__(step, "_derived", tangent)
         return step
 

@@ -320,7 +320,7 @@ pub(crate) struct PyWheelTangent {
 #[pymethods]
 impl PyWheelTangent {
     /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
-    /// "velocity", "friction", "force" or "layer". Those of patches are stacked, their fields side by side.
+    /// "velocity", "friction", "force", "layer" or "moduli". Those of patches are stacked, their fields side by side.
     fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let by = match by {
             "pose" => WheelInput::Pose,
@@ -328,9 +328,10 @@ impl PyWheelTangent {
             "friction" => WheelInput::Friction,
             "force" => WheelInput::Force,
             "layer" => WheelInput::Layer,
+            "moduli" => WheelInput::Moduli,
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "by is {by:?}: pose, velocity, friction, force or layer is needed"
+                    "by is {by:?}: pose, velocity, friction, force, layer or moduli is needed"
                 )));
             }
         };

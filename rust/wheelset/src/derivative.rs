@@ -10,12 +10,14 @@ use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
 
 use mtb_contact::friction::{Friction, SlipLaw};
+use mtb_elasticity::half_space::Pair;
 use mtb_operator::Monitor;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::error::Error;
 use crate::friction::WheelFriction;
 use crate::linear::{Given, PatchLinear, WheelMotion};
+use crate::moduli::ByModulus;
 use crate::prepared::{Ready, Velocity, turned};
 use crate::wheelset::Side;
 
@@ -33,6 +35,9 @@ pub enum WheelInput {
     Force,
     /// Thickness over shear modulus of the layer [m/Pa].
     Layer,
+    /// Shear modulus [Pa], and Poisson's ratio at that shear modulus, of the rail, then of the wheel; a rigid body has
+    /// none.
+    Moduli,
 }
 
 /// Change of a step by a unit of one of the numbers that were given.
@@ -155,12 +160,13 @@ impl WheelTangent {
             WheelInput::Friction => self.by_friction(monitor)?,
             WheelInput::Force => vec![self.nothing()],
             WheelInput::Layer => {
-                let given = |_: &PatchLinear| Given {
+                let given = |_| Given {
                     layer: 1.0,
                     ..Given::default()
                 };
                 vec![self.changed(&given, monitor)?]
             }
+            WheelInput::Moduli => self.by_moduli(monitor)?,
         };
         if self.found.is_empty() {
             return finite(changes);
@@ -273,8 +279,9 @@ impl WheelTangent {
             centre[k] = 1.0;
         }
         let motion = WheelMotion { centre, rigid };
-        let given = |patch: &PatchLinear| {
-            let by = self.ready.axle_change(patch.side, k, &turned);
+        let given = |patch: usize| {
+            let side = self.patches[patch].side;
+            let by = self.ready.axle_change(side, k, &turned);
             Given {
                 motion,
                 axle: Some(by),
@@ -303,7 +310,7 @@ impl WheelTangent {
                 .collect(),
         };
         let column = |rigid: [f64; 6]| {
-            let given = |_: &PatchLinear| Given {
+            let given = |_| Given {
                 motion: WheelMotion {
                     centre: Vector3::zeros(),
                     rigid,
@@ -318,7 +325,7 @@ impl WheelTangent {
     fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         (0..friction_parameters(&self.ready.wheelset.friction))
             .map(|k| {
-                let given = |_: &PatchLinear| Given {
+                let given = |_| Given {
                     friction: Some(k),
                     ..Given::default()
                 };
@@ -327,15 +334,30 @@ impl WheelTangent {
             .collect()
     }
 
-    /// By one change of what is given, with the height held.
-    fn changed(
+    fn by_moduli(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
+        let Pair { lower, upper } = self.ready.wheelset.bodies;
+        let of_patches = self.patches.iter().map(|patch| patch.by_moduli(self));
+        let of_patches: Vec<Vec<ByModulus>> = of_patches.collect::<Result<_, _>>()?;
+        (0..2 * lower.iter().chain(&upper).count())
+            .map(|k| {
+                let given = |patch: usize| Given {
+                    modulus: Some(&of_patches[patch][k]),
+                    ..Given::default()
+                };
+                self.changed(&given, monitor)
+            })
+            .collect()
+    }
+
+    /// By one change of what each patch is given, with the height held.
+    fn changed<'a>(
         &self,
-        given: &dyn Fn(&PatchLinear) -> Given,
+        given: &dyn Fn(usize) -> Given<'a>,
         monitor: Monitor<'_>,
     ) -> Result<WheelChange, Error> {
         let mut whole = self.nothing();
         for (k, patch) in self.patches.iter().enumerate() {
-            let found = patch.changed(self, &given(patch), monitor)?;
+            let found = patch.changed(self, &given(k), monitor)?;
             let side = usize::from(patch.side == Side::Right);
             for c in 0..3 {
                 whole.force[c] += found.change.force[c];

@@ -21,6 +21,7 @@ mod derivative;
 mod error;
 mod friction;
 mod linear;
+mod moduli;
 mod operators;
 mod patch;
 mod prepared;

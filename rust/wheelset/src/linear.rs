@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
 use crate::error::Error;
 use crate::friction::WheelFriction;
+use crate::moduli::ByModulus;
 use crate::rolling::{Cut, Kinematics, out_of_mirror};
 use crate::wheelset::Side;
 
@@ -56,16 +57,18 @@ pub(crate) struct WheelMotion {
 }
 
 /// A change of what a patch is given.
-pub(crate) struct Given {
+pub(crate) struct Given<'a> {
     pub(crate) motion: WheelMotion,
     /// Of centre and direction of the axle, as of a left wheel; `None` where the wheel stays.
     pub(crate) axle: Option<[[f64; 3]; 2]>,
     /// The parameter of friction that changes by one.
     pub(crate) friction: Option<usize>,
     pub(crate) layer: f64,
+    /// The modulus that changes by one; `None` where the bodies stay as they are.
+    pub(crate) modulus: Option<&'a ByModulus>,
 }
 
-impl Default for Given {
+impl Default for Given<'_> {
     fn default() -> Self {
         Self {
             motion: WheelMotion {
@@ -75,6 +78,7 @@ impl Default for Given {
             axle: None,
             friction: None,
             layer: 0.0,
+            modulus: None,
         }
     }
 }
@@ -99,7 +103,7 @@ impl PatchLinear {
     pub(crate) fn changed(
         &self,
         linear: &WheelTangent,
-        given: &Given,
+        given: &Given<'_>,
         monitor: Monitor<'_>,
     ) -> Result<Found, Error> {
         let wheelset = &linear.ready.wheelset;
@@ -138,7 +142,17 @@ impl PatchLinear {
             change.wheel_position = moved.wheel_position;
             let deepest = (0..n).min_by(|a, b| plane.gap[*a].total_cmp(&plane.gap[*b]));
             change.approach = deepest.map_or(0.0, |k| -moved.gap[k]);
-            change.pressure = self.by_gap(linear, grid, &moved.gap, monitor)?;
+        }
+        // the approach goes into the gap that is given, so that it drops out of what is left
+        let pressed = NormalChange {
+            gap: moved
+                .as_ref()
+                .map_or_else(|| vec![0.0; n], |moved| moved.gap.clone()),
+            compliance: given.modulus.map_or(0.0, |by| by.compliance),
+            ..NormalChange::nothing(n)
+        };
+        if moved.is_some() || given.modulus.is_some() {
+            change.pressure = self.pressed(linear, grid, pressed, monitor)?;
         }
 
         // creepages
@@ -216,12 +230,12 @@ impl PatchLinear {
         })
     }
 
-    /// Change of the pressure by that of the gap.
-    fn by_gap(
+    /// Change of the pressure by that of gap and compliance.
+    fn pressed(
         &self,
         linear: &WheelTangent,
         grid: Grid,
-        gap: &[f64],
+        change: NormalChange,
         monitor: Monitor<'_>,
     ) -> Result<Vec<f64>, Error> {
         let joined = linear.ready.joined()?;
@@ -245,11 +259,6 @@ impl PatchLinear {
             gap: &self.gap,
             approach,
             tilts: [0.0; 2],
-        };
-        // the approach goes into the gap that is given, so that it drops out of what is left
-        let change = NormalChange {
-            gap: gap.to_vec(),
-            ..NormalChange::nothing(gap.len())
         };
         let mut found = forward(&contact, &state, &[change], monitor)?;
         Ok(found.values.remove(0).pressure)
@@ -301,31 +310,23 @@ impl PatchLinear {
 }
 
 impl RollingLinear {
-    /// What follows for the tractions.
-    fn changed(
+    /// The problem, and its solution.
+    pub(crate) fn solved(
         &self,
         patch: &PatchLinear,
         linear: &WheelTangent,
-        change: &PatchChange,
-        moved: Option<&PlaneChange>,
-        given: &Given,
-        monitor: Monitor<'_>,
-    ) -> Result<TractionChange, Error> {
+    ) -> (TangentialProblem<'_>, TangentialState<'_>) {
         let Kinematics {
             creepage,
             speed,
             sense,
             ..
         } = patch.kinematics;
-        let cells = self.pressure.len();
-        let grid = self.operators.grid();
+        let drive = [sense * creepage[0], sense * creepage[1]];
         let problem = TangentialProblem {
             pressure: &self.pressure,
             origin: self.origin,
-            drive: [
-                Drive::Slip(sense * creepage[0]),
-                Drive::Slip(sense * creepage[1]),
-            ],
+            drive: drive.map(Drive::Slip),
             spin: creepage[2],
             speed,
             friction: &self.friction,
@@ -338,8 +339,30 @@ impl RollingLinear {
             traction: &self.traction,
             slip: &self.slip,
             coefficient: &self.coefficient,
-            drive: [sense * creepage[0], sense * creepage[1]],
+            drive,
         };
+        (problem, state)
+    }
+
+    /// What follows for the tractions.
+    fn changed(
+        &self,
+        patch: &PatchLinear,
+        linear: &WheelTangent,
+        change: &PatchChange,
+        moved: Option<&PlaneChange>,
+        given: &Given<'_>,
+        monitor: Monitor<'_>,
+    ) -> Result<TractionChange, Error> {
+        let Kinematics {
+            creepage,
+            speed,
+            sense,
+            ..
+        } = patch.kinematics;
+        let cells = self.pressure.len();
+        let grid = self.operators.grid();
+        let (problem, state) = self.solved(patch, linear);
         let mut tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
         let mut by = tangent.no_change();
         for (here, there) in self.cut.points(grid.nx) {
@@ -348,6 +371,16 @@ impl RollingLinear {
         by.drive = [sense * change.creepage[0], sense * change.creepage[1]];
         by.spin = change.creepage[2];
         by.layer = given.layer;
+        let mut changed_by_pressure = self.operators.slip_by_pressure(&by.pressure);
+        if let Some(modulus) = given.modulus {
+            by.rigid_slip.clone_from(&modulus.slip.whole);
+            for (slip, own) in changed_by_pressure
+                .iter_mut()
+                .zip(&modulus.slip.by_pressure)
+            {
+                *slip += own;
+            }
+        }
         if let Some(of_speed) = by.law.last_mut() {
             *of_speed = change.rolling_speed / speed;
         }
@@ -363,7 +396,6 @@ impl RollingLinear {
 
         // what the tractions work on the rigid slip and on that of the pressure
         let by_pressure = self.operators.slip_by_pressure(&self.pressure);
-        let changed_by_pressure = self.operators.slip_by_pressure(&by.pressure);
         let (mut power, mut by_power) = (0.0, 0.0);
         for (here, _) in self.cut.points(grid.nx) {
             let x = self.origin[0] + (here % grid.nx) as f64 * grid.dx;
@@ -393,7 +425,7 @@ impl RollingLinear {
         patch: &PatchLinear,
         linear: &WheelTangent,
         moved: Option<&PlaneChange>,
-        given: &Given,
+        given: &Given<'_>,
         coefficient: &mut [f64],
         law: &mut [f64],
     ) {

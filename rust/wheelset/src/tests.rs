@@ -382,6 +382,99 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
 }
 
 #[test]
+fn derivatives_by_moduli_are_differences() {
+    let free = f64::NAN;
+    let slow = 17.0 / 0.46;
+    let steel = |shear_modulus, nu| Some(Material::new(shear_modulus, nu).unwrap());
+    // unlike and like bodies, a rigid wheel and a rigid rail; given and found heights, two wheels, backwards
+    let unlike = [steel(80e9, 0.3), steel(60e9, 0.1)];
+    let like = [steel(80e9, 0.3); 2];
+    let law = Friction::SpeedDependent {
+        law: SlipLaw::Exponential {
+            at_rest: 0.35,
+            kinetic: 0.2,
+            half_slip: 0.3,
+        },
+        memory: None,
+    };
+    let coulomb = Friction::Coulomb(vec![0.3]);
+    let rolling = Velocity::Rolling(20.0);
+    let six = Velocity::Rigid([17.0, 0.02, 1e-3, 0.01, 1.002 * slow, 0.03]);
+    for (bodies, law, pose, velocity) in [
+        (
+            unlike,
+            &coulomb,
+            [0.0, 2.3e-3, free, free, 0.0, 3e-3],
+            rolling,
+        ),
+        (unlike, &law, [0.0, 1.1e-3, free, 1e-4, 0.0, 2e-3], six),
+        (
+            unlike,
+            &coulomb,
+            [0.0, 1.1e-3, -6e-5, 1e-4, 0.0, 1e-3],
+            Velocity::Rolling(-20.0),
+        ),
+        (like, &coulomb, [0.0, 1.7e-3, free, 0.0, 0.0, 3e-3], six),
+        (
+            [None, unlike[1]],
+            &coulomb,
+            [0.0, 1.1e-3, free, 0.0, 0.0, 2e-3],
+            rolling,
+        ),
+        (
+            [unlike[0], None],
+            &law,
+            [0.0, -6.43e-3, free, free, 0.0, -4e-3],
+            Velocity::Rolling(-20.0),
+        ),
+    ] {
+        let made = |k: usize, by: f64| {
+            let mut own = wheelset(Sides::Both, law.clone());
+            let mut count = 0;
+            let [lower, upper] = bodies.map(|body| {
+                body.map(|mut body| {
+                    if count == k / 2 && k.is_multiple_of(2) {
+                        body.shear_modulus += by;
+                    } else if count == k / 2 {
+                        body.poisson_ratio += by;
+                    }
+                    count += 1;
+                    body
+                })
+            });
+            own.bodies = Pair { lower, upper };
+            prepared(own)
+        };
+        let wheels = made(0, 0.0);
+        let step = solved(&wheels, pose, velocity);
+        let derived = |by| step.tangent.derivatives(by, &unmonitored).unwrap();
+        let by_moduli = derived(WheelInput::Moduli);
+        let elastic: Vec<Material> = bodies.into_iter().flatten().collect();
+        assert_eq!(by_moduli.len(), 2 * elastic.len());
+        for (k, found) in by_moduli.iter().enumerate() {
+            let small = if k.is_multiple_of(2) { 1e5 } else { 1e-6 };
+            let what = format!("modulus {k} of {bodies:?} at {pose:?}");
+            let at = |by: f64| self::found(&made(k, by), pose, velocity);
+            assert!(check(&what, found, small, &at), "{what}");
+        }
+        if pose[2].is_nan() {
+            continue;
+        }
+        // at a given height all forces go with the moduli, and with the inverse of the layer
+        let [by_layer] = &derived(WheelInput::Layer)[..] else {
+            panic!("one layer");
+        };
+        for c in 0..3 {
+            let by_all = (elastic.iter().zip(by_moduli.chunks_exact(2)))
+                .map(|(body, by)| body.shear_modulus * by[0].force[c])
+                .sum::<f64>()
+                - wheels.wheelset().layer * by_layer.force[c];
+            assert!((by_all / step.force[c] - 1.0).abs() < 1e-8, "{c}: {by_all}");
+        }
+    }
+}
+
+#[test]
 fn the_margin_says_how_near_a_point_is_to_another_state() {
     let wheels = prepared(wheelset(Sides::Left, Friction::Coulomb(vec![0.3])));
     let pose = [0.0, 1e-3, f64::NAN, 0.0, 0.0, 2e-3];
