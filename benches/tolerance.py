@@ -10,7 +10,6 @@ finest grid. The default's own point is in the table with an empty tolerance.
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ import records
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
-from mtb_rs.base.files import output_folder
 from mtb_rs.pictures.quantities import LINE_COLOURS
 
 Array = NDArray[np.float64]
@@ -107,16 +105,5 @@ def chart(rows: list[dict[str, str]], path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=output_folder, default="docs/charts", help="where CSV and chart go")
-    parser.add_argument("--draw", action="store_true", help="only draw the table again that is there")
-    arguments = parser.parse_args()
-    table = arguments.out / "tolerance.csv"
-    if not arguments.draw:
-        records.write(table, run())
-    chart(records.read(table), table.with_suffix(".png"))
-
-
 if __name__ == "__main__":
-    main()
+    records.main(__doc__, "tolerance", run, chart)

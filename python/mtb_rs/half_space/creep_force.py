@@ -99,8 +99,7 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
     def _rolled(self) -> Rolled:
         if self.creepage is None:
             raise ValueError("this result was saved by an earlier version, which kept no creepage")
-        peak = float(self.pressure.max(initial=0.0))
-        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, peak)
+        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, self.pressure)
 
     def _loads(self) -> Loads:
         nx, (x, y) = self.pressure.shape[1], self.points

@@ -232,8 +232,7 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
     def _rolled(self) -> Rolled:
         if self.motion.dissipation_unit != "Pa":
             raise ValueError("a shift passes over nothing: T gamma and what follows from it are of rolling")
-        peak = float(self.pressure.max(initial=0.0))
-        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, peak)
+        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, self.pressure)
 
     def wear_depth(
         self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None

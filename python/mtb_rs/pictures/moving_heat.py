@@ -62,8 +62,7 @@ def animate_sliding(
     Between steps the fields are linear in time. All frames have the same scales.
     """
     target = check_moving(path, frames_per_second)
-    if whole("frames", frames) < 1:
-        raise ValueError(f"frames is {frames}: at least one is needed")
+    whole("frames", frames)
     times = np.linspace(heat.time[0], heat.time[-1], frames) if frames > 1 else heat.time[-1:]
     states = [_at(heat, float(time)) for time in times]
     scales = {word: _scale(states, word) for word in MAPS}

@@ -44,6 +44,9 @@ class Vibrating(Protocol):
     @property
     def growths(self) -> Array: ...
     @property
+    def kind(self) -> str: ...
+    def growing(self) -> NDArray[np.bool_]: ...
+    @property
     def outline(self) -> Array: ...
     @property
     def reference_point(self) -> Array: ...
@@ -59,13 +62,12 @@ def draw_stability(of: Vibrating, ax: tuple[Axes, Axes] | None) -> Figure:
         owner = upper.get_figure(root=True)
         assert owner is not None
         figure = owner
-    above = of.frequencies >= 0.0
+    above, grows = of.frequencies >= 0.0, of.growing()
     for place, values, label in (
         (upper, of.frequencies, "frequency [Hz]"),
         (lower, of.growths, "growth [1/s]"),
     ):
         over = np.broadcast_to(of.frictions[:, None], values.shape)
-        grows = of.growths > 1e-6 * np.nanmax(np.hypot(of.growths, 2.0 * np.pi * of.frequencies))
         for these, colour, name in (
             (above & ~grows, LINE_COLOURS[0], "decays or stays"),
             (above & grows, LINE_COLOURS[1], "grows"),

@@ -140,8 +140,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
         x, y = np.meshgrid(self.x, self.y)
         moment = float((x * self.traction[1] - y * self.traction[0]).sum()) * self.area
         force = self.area * self.traction.sum(axis=(1, 2))
-        peak = float(self.pressure.max(initial=0.0))
-        return Rolled(force, moment, self.normal_force, np.asarray(self.creepage), peak)
+        return Rolled(force, moment, self.normal_force, np.asarray(self.creepage), self.pressure)
 
     @property
     def on_flange(self) -> bool:

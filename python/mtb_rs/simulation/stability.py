@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,8 +35,23 @@ MEETS = 1e-6
 #: Rounds in which the pose is found from balance.
 ROUNDS = 30
 
-#: Derivatives (m, m) of a load by pose and by velocity, at a factor of the friction.
-Loads = Callable[[float], tuple[Array, Array]]
+#: A step in a pose, with coefficients of friction (n,) or those of the contact.
+Step = Callable[[Array, Array | None], Any]
+
+
+class Sliding(Protocol):
+    """A contact that takes steps, as :class:`mtb_rs.PreparedContact`."""
+
+    @property
+    def points(self) -> Array: ...
+    @property
+    def area(self) -> Array: ...
+    @property
+    def motions(self) -> list[str]: ...
+    @property
+    def reference_point(self) -> Array: ...
+    @property
+    def step(self) -> Callable[..., Any]: ...
 
 
 @stored
@@ -119,6 +134,12 @@ class Stability(Study):
         """Of each vibration (k,) [-]; below zero where it grows, 1 where it does not swing and decays."""
         size = np.abs(self.eigenvalues)
         return np.asarray(-self.growth / np.where(size > 0.0, size, 1.0))
+
+    def growing(self) -> NDArray[np.bool_]:
+        """Which eigenvalues grow (n, 2m) at the coefficients of `frictions`."""
+        is_damped = bool(self.damping.any())
+        values = self.growths + 2j * np.pi * self.frequencies
+        return np.array([_grows(np.nan_to_num(row), is_damped) for row in values])
 
     def plot(self, ax: Any = None) -> Any:
         """Frequencies and growth over the coefficient of friction; returns the figure.
@@ -223,8 +244,8 @@ def matrix_of(name: str, given: ArrayLike, free: Sequence[str], *, least: bool =
     return values
 
 
-def balanced(step: Callable[[Array], Any], pose: Array, motions: Sequence[str], wanted: Array) -> Array:
-    """The pose (6,) at which `step` gives the load `wanted` (6,) [N], [N m] of a step from balance.
+def _balanced(stepped: Step, pose: Array, motions: Sequence[str]) -> Array:
+    """The pose (6,) that carries the load of a step from balance.
 
     Components that are NaN are found, as far as the scene has motions of this name, and 0 otherwise.
     """
@@ -234,17 +255,57 @@ def balanced(step: Callable[[Array], Any], pose: Array, motions: Sequence[str], 
     rows = [k for k in range(6) if found[k] and POSE[k] in own]
     if not rows:
         return placed
-    miss = np.full(len(rows), np.inf)
+    wanted, miss = _load(stepped(pose, None)), np.full(len(rows), np.inf)
     for _ in range(ROUNDS):
-        at = step(placed)
+        at = stepped(placed, None)
         slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]
-        before, miss = miss, (wanted - np.concatenate([at.force, at.moment]))[rows]
+        before, miss = miss, (wanted - _load(at))[rows]
         change = np.linalg.solve(slope, miss)
         # rounding ends it
         if np.abs(miss).max() >= 0.5 * np.abs(before).max():
             return placed
         placed[rows] += change
     raise ConvergenceError("the pose was not found from balance: give all of its components", None)
+
+
+def _load(step: Any) -> Array:
+    return np.concatenate([step.force, step.moment])
+
+
+def _parts(step: Any) -> tuple[Array, Array]:
+    """Derivatives of force and moment by pose (6, 6) and by velocity (6, 2)."""
+    return step.derivative(["force", "moment"], "pose"), step.derivative(["force", "moment"], "velocity")
+
+
+class _Contact:
+    """A contact in a state of sliding, whose friction is scaled by a factor."""
+
+    def __init__(self, contact: Sliding, velocity: tuple[float, float], pose: Array, rows: list[int]) -> None:
+        def stepped(at: Array, friction: Array | None) -> Any:
+            return contact.step(at, velocity, friction=friction)
+
+        self.pose = _balanced(stepped, pose, contact.motions)
+        start = stepped(self.pose, None)
+        carried = start.pressure * contact.area
+        total = float(carried.sum())
+        if total <= 0.0:
+            raise ValueError("the bodies do not touch at this pose")
+        own = start._source().friction
+        self.friction = float(carried @ own) / total
+        #: Coefficients (n,) at a factor of 1; of a contact without friction, the factor itself.
+        self._scaled = own if self.friction > 0.0 else np.ones(own.size)
+        x, y, z = contact.points @ carried / total - contact.reference_point
+        # velocity (vx, vy) of the centre of pressure by the rates of the pose
+        self._rates = np.array([[1.0, 0.0, 0.0, 0.0, z, -y], [0.0, 1.0, 0.0, -z, 0.0, x]])
+        self._rows, self._stepped = np.ix_(rows, rows), stepped
+        # what friction loses or gains with the velocity grows with its coefficient
+        self._falling = _parts(start)[1] - _parts(stepped(self.pose, own))[1]
+
+    def at(self, factor: float) -> tuple[Array, Array]:
+        """Derivatives (m, m) of the load on the lower body over the free components, by velocity and pose."""
+        by_pose, by_velocity = _parts(self._stepped(self.pose, factor * self._scaled))
+        moved = (by_velocity + factor * self._falling) @ self._rates
+        return moved[self._rows], by_pose[self._rows]
 
 
 @dataclass(frozen=True)
@@ -287,28 +348,31 @@ def _swings(value: complex) -> float:
 
 
 def stability_of(
-    loads: Loads,
-    friction: float,
+    contact: Sliding,
+    velocity: tuple[float, float],
+    pose: Array,
     free: Sequence[str],
     mass: ArrayLike,
     stiffness: ArrayLike,
     damping: ArrayLike,
     largest_friction: float,
-    **given: Any,
 ) -> Stability:
-    """See :meth:`mtb_rs.PreparedContact.stability`.
-
-    `loads(factor)` gives derivatives (m, m) of the load on the lower body along the free components by pose
-    and by velocity, with the friction times a factor.
-    """
-    m = len(free)
-    inertia = matrix_of("mass", mass, free, least=True)
+    """See :meth:`mtb_rs.PreparedContact.stability`; `pose` (6,): NaN where it is found from balance."""
+    names = list(free)
+    if not names or len(set(names)) < len(names) or not set(names) <= set(POSE):
+        raise ValueError(f"free is {free!r}: different components of {', '.join(POSE)} are needed")
+    if not any(velocity):
+        raise ValueError("velocity is 0: the stability is that of a body that slides")
+    m = len(names)
+    sliding = _Contact(contact, velocity, pose, [POSE.index(name) for name in names])
+    friction = sliding.friction
+    inertia = matrix_of("mass", mass, names, least=True)
     own = _Equations(
         np.asarray(np.linalg.cholesky(inertia), dtype=np.float64),
-        matrix_of("damping", damping, free),
-        matrix_of("stiffness", stiffness, free),
+        matrix_of("damping", damping, names),
+        matrix_of("stiffness", stiffness, names),
     )
-    by_pose, by_velocity = loads(1.0 if friction > 0.0 else 0.0)
+    by_velocity, by_pose = sliding.at(1.0 if friction > 0.0 else 0.0)
     values, shapes = own.eigen(by_velocity, by_pose)
     largest = max(positive("largest_friction", largest_friction), friction)
     unit = friction if friction > 0.0 else 1.0
@@ -317,41 +381,39 @@ def stability_of(
 
     def at(coefficient: float) -> Modes | None:
         try:
-            return own.eigen(*reversed(loads(coefficient / unit)))[0]
+            return own.eigen(*sliding.at(coefficient / unit))[0]
         except (ConvergenceError, ResultantError):
             # it wedges: nothing slides
             return None
 
-    def grows(found: Modes) -> NDArray[np.bool_]:
-        return _grows(found, bool(own.damping.any() or by_velocity.any()))
+    is_damped = bool(own.damping.any() or by_velocity.any())
 
     first: tuple[float, float] | None = None
     for k, coefficient in enumerate(frictions):
         found = at(coefficient)
         if found is not None:
             everything[k] = found[np.lexsort((found.real, found.imag))]
-        if first is None and (found is None or grows(found).any()):
+        if first is None and (found is None or _grows(found, is_damped).any()):
             first = (frictions[max(k - 1, 0)], coefficient)
     critical = swing = None
     if first is not None:
         low, high = first
         while low < (middle := 0.5 * (low + high)) < high:
             found = at(middle)
-            low, high = (low, middle) if found is None or grows(found).any() else (middle, high)
+            low, high = (low, middle) if found is None or _grows(found, is_damped).any() else (middle, high)
         critical, found = float(high), at(high)
         swing = 0.0 if found is None else _swings(complex(found[found.real.argmax()]))
     shown = np.flatnonzero(values.imag >= 0.0)
     shown = shown[np.lexsort((-values.real[shown], values.imag[shown]))]
-    if m:
-        peaks = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
-        shapes = shapes / peaks
-    growing = values[grows(values)]
+    shapes = shapes / np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+    growing = values[_grows(values, is_damped)]
+    corners = np.vstack([contact.points.T, contact.reference_point])
     kind: Kind = "stable"
     if growing.size:
         worst = growing[growing.real.argmax()]
         kind = "flutter" if abs(worst.imag) > LEAST * abs(worst) else "divergence"
     return Stability(
-        free=tuple(free),
+        free=tuple(names),
         frequency=values.imag[shown] / (2.0 * np.pi),
         growth=values.real[shown] + 0.0,
         shapes=np.array([shapes[shown].real, shapes[shown].imag]),
@@ -365,5 +427,8 @@ def stability_of(
         frictions=frictions,
         frequencies=everything.imag / (2.0 * np.pi),
         growths=everything.real,
-        **given,
+        pose=sliding.pose,
+        velocity=np.array(velocity),
+        reference_point=contact.reference_point,
+        outline=np.array([corners.min(axis=0), corners.max(axis=0)]),
     )

@@ -207,19 +207,31 @@ impl Transform {
         };
         let mut buffer = self.buffers.field();
         let spectra = room(&mut buffer, layout.len());
+        self.forward_of(inputs, first, layout, spectra, monitor);
+        self.multiply_columns(kernels, layout, spectra, first, monitor);
+        self.inverse_rows(layout, spectra, (scale, adds), outputs, monitor);
+    }
+
+    /// Transforms the rows of `inputs` from row `first` on.
+    fn forward_of(
+        &self,
+        inputs: &[&[f64]],
+        first: usize,
+        layout: Layout,
+        spectra: &mut [Complex<f64>],
+        monitor: Monitor<'_>,
+    ) {
+        let nx = self.source[0];
         let fill = |row: &mut [f64], field: usize, j: usize| {
             let from = (first + j) * nx;
             row[..nx].copy_from_slice(&inputs[field][from..from + nx]);
             row[nx..].fill(0.0);
         };
         self.forward_rows(layout, spectra, fill, |_| {}, 0.0, monitor);
-        self.multiply_columns(kernels, layout, spectra, first, monitor);
-        self.inverse_rows(layout, spectra, (scale, adds), outputs, monitor);
     }
 
     /// The spectra of `inputs`, for [`Transform::products`].
     pub fn spectra(&self, inputs: &[&[f64]]) -> Spectra {
-        let [nx, _] = self.source;
         let (first, end) = self.loaded_rows(inputs);
         if first == end {
             let values = vec![Complex::default(); inputs.len() * self.waves_x() * self.padded[1]];
@@ -237,12 +249,7 @@ impl Transform {
         };
         let mut buffer = self.buffers.field();
         let spectra = room(&mut buffer, layout.len());
-        let fill = |row: &mut [f64], field: usize, j: usize| {
-            let from = (first + j) * nx;
-            row[..nx].copy_from_slice(&inputs[field][from..from + nx]);
-            row[nx..].fill(0.0);
-        };
-        self.forward_rows(layout, spectra, fill, |_| {}, 0.0, &unmonitored);
+        self.forward_of(inputs, first, layout, spectra, &unmonitored);
         Spectra {
             inputs: inputs.len(),
             values: self.transformed_columns(layout, spectra, first),
