@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,6 +16,9 @@ from .check import refuse_masked
 from .errors import ConvergenceError
 
 C = TypeVar("C")
+
+#: Kinds of values that hold no array; asked first, because a step asks many times.
+_PLAIN = frozenset({type(None), bool, int, float, complex, str})
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -84,9 +88,10 @@ def solved(made: type[C]) -> type[C]:
 
     def keep(self: Any) -> None:
         own(self)
-        for entry in fields(self):
-            if entry.name not in getattr(made, "_unbounded", ()):
-                check_finite(f"{entry.name} of the {made.__name__}", getattr(self, entry.name))
+        for name in _kept(self.__class__):
+            value = getattr(self, name)
+            if _lost(value) is not None and name not in getattr(made, "_unbounded", ()):
+                check_finite(f"{name} of the {made.__name__}", value)
 
     setattr(made, "_is_solved", True)  # noqa: B010
     return _built(made, keep)
@@ -118,11 +123,22 @@ def _built(made: type[C], keep: Callable[[Any], None]) -> type[C]:
 
 def own(self: Any) -> None:
     """Freezes what an instance of a frozen dataclass keeps."""
-    for entry in fields(self):
-        # what it was given: what it notes down for itself later it may change
-        value = getattr(self, entry.name, None) if entry.init else None
-        if isinstance(value, (np.ndarray, list, tuple, Mapping)):
-            object.__setattr__(self, entry.name, owned(value, entry.name))
+    for name in _given(self.__class__):
+        value = getattr(self, name, None)
+        if type(value) not in _PLAIN and isinstance(value, (np.ndarray, list, tuple, Mapping)):
+            object.__setattr__(self, name, owned(value, name))
+
+
+@cache
+def _kept(made: type) -> tuple[str, ...]:
+    """Names of the fields of a dataclass."""
+    return tuple(entry.name for entry in fields(made))
+
+
+@cache
+def _given(made: type) -> tuple[str, ...]:
+    """Those that it is given: what it notes down for itself later it may change."""
+    return tuple(entry.name for entry in fields(made) if entry.init)
 
 
 def check_finite(name: str, value: Any) -> Any:
@@ -145,7 +161,9 @@ def check_finite(name: str, value: Any) -> Any:
 def _lost(value: Any) -> str | None:
     """Place of the first number that is NaN or infinite; None if there is none."""
     if isinstance(value, float):
-        return None if np.isfinite(value) else ""
+        return None if math.isfinite(value) else ""
+    if type(value) in _PLAIN:
+        return None
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in "fc":
             return None

@@ -86,8 +86,8 @@ def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) 
     width : float [m]
         Of the contact, which is the size of a half-space.
     """
-    heights = [float(np.ptp(part.body.mesh.nodes[:, 2])) for part in parts]
-    size, what = (min(heights), "height") if heights else (width, "contact's size")
+    height = height_of(parts)
+    size, what = (width, "contact's size") if height is None else (height, "height")
     most = float(np.sqrt((moved**2).sum(axis=0)).max(initial=0.0))
     if most <= SMALL * size:
         return []
@@ -96,6 +96,11 @@ def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) 
         f"{size:.3g} m: the calculation is one of small deformations (below about 5 %), and "
         "moduli and pressures are in pascals, lengths in metres"
     ]
+
+
+def height_of(parts: Sequence[Any]) -> float | None:
+    """Least extent [m] along z of the parts of an elastic body; None of a half-space."""
+    return min((float(np.ptp(part.body.mesh.nodes[:, 2])) for part in parts), default=None)
 
 
 def width_of(points: Array, area: float, touching: NDArray[np.bool_], patches: Sequence[Patch]) -> float:

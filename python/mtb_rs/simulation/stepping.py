@@ -32,13 +32,13 @@ from ..geometry.contact_points import Patch
 from ..results.derivatives import NO_MAGNET, Differentiable, Functional, Tangent
 from ..results.fields import Field as ResultField
 from ..results.fields import fields_of
-from ..results.plausible import of_deformation, width_of
+from ..results.plausible import SMALL, height_of, of_deformation, width_of
 from ..results.result import Pictured
 from ..results.stressed import Loads, Stressed, loaded_patches
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
-from .stability import POSE, Stability, balanced, stability_of
+from .stability import POSE, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
 
 Array = NDArray[np.float64]
@@ -513,65 +513,12 @@ class PreparedContact:
         ResultantError, ConvergenceError
             As :meth:`step`, at the coefficient of the contact.
         """
-        names = list(free)
-        if not names or len(set(names)) < len(names) or not set(names) <= set(POSE):
-            raise ValueError(f"free is {free!r}: different components of {', '.join(POSE)} are needed")
         known = None if self._source is None else self._source.velocity
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
-        sliding = self._velocity(velocity)
-        if not any(sliding):
-            raise ValueError("velocity is 0: the stability is that of a body that slides")
-        contact = self.copy()
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
-
-        def loads_of(step: StepResult) -> Array:
-            return np.concatenate([step.force, step.moment])
-
-        def stepped(at: Array, **given: Any) -> StepResult:
-            return contact.step(at, sliding, **given)
-
-        if np.isnan(place).any():
-            place = balanced(stepped, place, self.motions, loads_of(stepped(place)))
-        start = stepped(place)
-        coefficients, carried = start._source().friction, start.pressure * self.area
-        total = float(carried.sum())
-        if total <= 0.0:
-            raise ValueError("the bodies do not touch at this pose")
-        friction = float(carried @ coefficients) / total
-        arm = self.points @ carried / total - self.reference_point
-        # velocity (vx, vy) of the centre of pressure by the rates of the pose
-        rates = np.zeros((2, 6))
-        rates[:, :2] = np.eye(2)
-        rates[:, 3:] = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]]])
-        rows = [POSE.index(name) for name in names]
-
-        def parts(step: StepResult) -> tuple[Array, Array]:
-            by_pose = step.derivative(["force", "moment"], "pose")
-            return by_pose, step.derivative(["force", "moment"], "velocity")
-
-        constant = parts(stepped(place, friction=coefficients))[1]
-        falling = parts(start)[1] - constant
-        scaled = coefficients if friction > 0.0 else np.ones(self.area.size)
-
-        def loads(factor: float) -> tuple[Array, Array]:
-            by_pose, by_velocity = parts(stepped(place, friction=factor * scaled))
-            moved = (by_velocity + factor * falling) @ rates
-            return by_pose[np.ix_(rows, rows)], moved[np.ix_(rows, rows)]
-
-        corners = np.vstack([self.points.T, self.reference_point])
         return stability_of(
-            loads,
-            friction,
-            names,
-            mass,
-            stiffness,
-            damping,
-            largest_friction,
-            pose=place,
-            velocity=np.array(sliding),
-            reference_point=self.reference_point,
-            outline=np.array([corners.min(axis=0), corners.max(axis=0)]),
+            self.copy(), self._velocity(velocity), place, free, mass, stiffness, damping, largest_friction
         )
 
     def _derived(
@@ -862,8 +809,22 @@ class Source:
         """Whether a body is so soft that a closer look at its displacement is worth a product."""
         side = self.problem.upper if name == "upper" else self.problem.lower
         mean = float(pressure @ self.problem.area) / float(self.problem.area.sum())
+        if mean <= self._harmless[name]:
+            return False
         uniform = np.array([[4.0 * mean * self.softness.get(name, 0.0)], [0.0], [0.0]])
         return bool(of_deformation(name, uniform, side.state, self._width(pressure)))
+
+    @cached_property
+    def _harmless(self) -> dict[str, float]:
+        """Mean pressure [Pa] up to which a body deforms by little, be the contact a single cell."""
+        found: dict[str, float] = {}
+        for name in BODIES:
+            side = self.problem.upper if name == "upper" else self.problem.lower
+            height = height_of(side.state)
+            size = float(np.sqrt(self.problem.area.max())) if height is None else height
+            softness = self.softness.get(name, 0.0)
+            found[name] = SMALL * size / (4.0 * softness) if softness > 0.0 else np.inf
+        return found
 
     def ask_once(
         self, asked: set[str], pressure: Array, traction: Array, magnetic_pressure: Any, speed: float
