@@ -1042,6 +1042,7 @@ def stress_below(
     depths: list[float],
     periodic: bool,
 ) -> tuple[_Array, int]: ...
+def dang_van(paths: _Array, coefficient: float) -> _Array: ...
 def stress_at(
     material: tuple[float, float],
     cells: _Array,

@@ -73,6 +73,11 @@ MADE_HERE = {
 }
 
 
+def last_point(found: Any) -> Any:
+    """Of a picture, what was drawn last; otherwise what was found."""
+    return found.axes[0].lines[-1].get_xydata() if hasattr(found, "axes") else found
+
+
 def public() -> Iterator[tuple[str, Any]]:
     """Public functions, ready scenes, methods of public classes, and the making of those that users make."""
     for name in mtb.__all__:
@@ -398,7 +403,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     *(
         (
             f"{name}.{method}",
-            lambda made=made, method=method, **a: getattr(made(), method)(**a),
+            lambda made=made, method=method, **a: last_point(getattr(made(), method)(**a)),
             dict(shear_yield=3e8),
         )
         for name, made in (
@@ -406,7 +411,12 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
             ("FoundationResult", lambda: mtb.fastsim(field(), (1e-3, 0.0, 0.0), mtb.Coulomb(0.3))),
             ("WheelPatch", lambda: wheels().step(velocity=20.0).patches[0]),
         )
-        for method in ("surface_fatigue_index", "shakedown")
+        for method in ("surface_fatigue_index", "shakedown", "plot_shakedown")
+    ),
+    (
+        "StressField.dang_van",
+        lambda **a: rolled().stress(depths=[1e-3]).dang_van(**a),
+        dict(coefficient=0.3, residual_stress=[1e7, 2e7, 0.0, 0.0, 0.0, 0.0]),
     ),
     (
         "TangentialResult.wear_depth",

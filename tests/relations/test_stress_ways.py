@@ -188,6 +188,39 @@ def test_hostile_input_is_refused(given: dict[str, Any], words: str) -> None:
         normal().stress(**given)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"coefficient": "a"}, "coefficient is 'a'"),
+        ({"coefficient": np.nan}, "coefficient is nan"),
+        ({"along": "z"}, "along is 'z'"),
+        ({"residual_stress": [1.0, 2.0]}, r"residual_stress has shape \(2,\): \(6,\) or \(6, 2\) is needed"),
+        ({"residual_stress": [np.nan] * 6}, "residual_stress"),
+    ],
+)
+def test_bad_passages_are_refused(given: dict[str, Any], words: str) -> None:
+    inside = steady().stress(depths=[1e-4, 2e-4])
+    with pytest.raises(ValueError, match=words):
+        inside.dang_van(**{"coefficient": 0.3, **given})
+    with pytest.raises(ValueError, match=words):
+        inside.plot("dang_van", **{"coefficient": 0.3, **given})
+
+
+def test_passages_need_lines() -> None:
+    some = steady().stress(points=[[0.0, 1e-4], [0.0, 0.0], [-1e-4, -2e-4]])
+    with pytest.raises(ValueError, match="a passage needs one at depths"):
+        some.dang_van(0.3)
+    inside = steady().stress(depths=[1e-4, 2e-4])
+    with pytest.raises(ValueError, match="coefficient is missing"):
+        inside.plot("dang_van")
+    with pytest.raises(ValueError, match="of 'dang_van' there is a section"):
+        inside.plot("dang_van", "depth", coefficient=0.3)
+    with pytest.raises(ValueError, match="takes coefficient, residual_stress, along, limits, ax"):
+        inside.plot("dang_van", coefficient=0.3, x=0.0)
+    shown = inside.plot("dang_van", coefficient=0.3, along="y")
+    assert shown.axes[0].get_xlabel() == "x [mm]"
+
+
 def test_bodies_without_a_known_stress_are_refused() -> None:
     x = (np.arange(16) - 7.5) * 0.1e-3
     gap = (x[None] ** 2 + x[:, None] ** 2) / 0.2

@@ -5,8 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 import mtb_rs as mtb
+from mtb_rs.results.damage import elastic_limit, shakedown_limit
+
+Array = NDArray[np.float64]
 
 A, B, LOAD, MU = 6e-3, 4e-3, 80e3, 0.3
 
@@ -67,6 +72,97 @@ def test_patches_of_wheels() -> None:
     power = patch.friction_power / abs(patch.rolling_speed)
     assert patch.t_gamma(with_spin=True) == pytest.approx(power, rel=0.1)
     assert patch.shakedown(300e6)[1] == pytest.approx(patch.pressure.max() / 300e6, rel=1e-12)
+
+
+def passage(stress: Array) -> mtb.StressField:
+    """Of stresses (6, m, ny, nx)."""
+    m, ny, nx = stress.shape[1:]
+    depths = 1e-3 * np.arange(1.0, m + 1.0)
+    z, y, x = np.meshgrid(-depths, 1e-3 * np.arange(ny), 1e-3 * np.arange(nx), indexing="ij")
+    return mtb.StressField("lower", np.stack([x, y, z]), stress, 1e-3, 1e9, depths, np.ones((ny, nx)))
+
+
+def tensors(stress: Array) -> Array:
+    return stress[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]].transpose(2, 0, 1)
+
+
+def least_largest_shear(path: Array, coefficient: float) -> float:
+    """Of a path (6, n), its unloaded state included, by a general minimiser."""
+    matrices = tensors(np.concatenate([path, np.zeros((6, 1))], axis=1))
+    means = np.trace(matrices, axis1=1, axis2=2) / 3.0
+    deviators = matrices - means[:, None, None] * np.eye(3)
+    scale = np.abs(deviators).max()
+    vectors = deviators.reshape(-1, 9) / scale
+    start = np.append(vectors.mean(axis=0), 4.0)
+    found = minimize(
+        lambda at: at[-1],
+        start,
+        constraints={"type": "ineq", "fun": lambda at: at[-1] - ((vectors - at[:-1]) ** 2).sum(axis=1)},
+        method="SLSQP",
+        options={"ftol": 1e-15, "maxiter": 1000},
+    )
+    middle = scale * found.x[:-1].reshape(3, 3)
+    principal = np.linalg.eigvalsh(deviators - middle)
+    return float((0.5 * (principal[:, 2] - principal[:, 0]) + coefficient * means).max())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_dang_van_of_random_passages(seed: int) -> None:
+    """Smallest balls against a general minimiser, along both ways."""
+    rng = np.random.default_rng(seed)
+    stress = 1e8 * rng.normal(size=(6, 2, 3, 4)).cumsum(axis=3)
+    field = passage(stress)
+    along_x, along_y = field.dang_van(0.35), field.dang_van(0.2, along="y")
+    assert along_x.shape == (2, 3)
+    assert along_y.shape == (2, 4)
+    for deep in range(2):
+        for j in range(3):
+            expected = least_largest_shear(stress[:, deep, j], 0.35)
+            assert along_x[deep, j] == pytest.approx(expected, rel=1e-6)
+        for i in range(4):
+            expected = least_largest_shear(stress[:, deep, :, i], 0.2)
+            assert along_y[deep, i] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_passage_below_a_rolling_wheel() -> None:
+    """Turned contacts pass alike, and a residual stress counts by its mean."""
+    wheel = mtb.hertz(LOAD, semi_axes=(A, B), lower=mtb.steel, upper=mtb.steel)
+    other = mtb.hertz(LOAD, semi_axes=(B, A), lower=mtb.steel, upper=mtb.steel)
+    depths = 1e-3 * np.array([0.5, 1.5, 2.5, 4.0])
+    inside = wheel.on_grid((24, 20), (0.6e-3, 0.4e-3)).stress(depths=depths)
+    turned = other.on_grid((20, 24), (0.4e-3, 0.6e-3)).stress(depths=depths)
+    plain = inside.dang_van(0.35)
+    assert turned.dang_van(0.35, along="y") == pytest.approx(plain, rel=1e-9)
+    # half of the shear stress xz goes to and fro at least
+    to_and_fro = np.abs(inside.xz).max(axis=(1, 2))
+    assert (inside.dang_van(0.0).max(axis=1) >= to_and_fro - 1.0).all()
+    assert (inside.dang_van(0.0) <= inside.largest_shear.max(axis=2) + 1.0).all()
+    residual = np.array([9e7, 3e7, 0.0, 5e7, -2e7, 1e7])
+    assert inside.dang_van(0.35, residual) == pytest.approx(plain + 0.35 * 4e7, rel=1e-12)
+    each = residual[:, None] * np.array([1.0, 0.5, 0.0, 2.0])
+    lifted = plain + 0.35 * 4e7 * np.array([[1.0], [0.5], [0.0], [2.0]])
+    assert inside.dang_van(0.35, each) == pytest.approx(lifted, rel=1e-12)
+    assert np.unravel_index(plain.argmax(), plain.shape)[0] in (1, 2)
+
+
+def test_the_limits_of_a_line_contact() -> None:
+    """Johnson and Jefferis: 4 k without friction, and the surface first above a friction of 0.367."""
+    assert shakedown_limit(np.array([0.0])) == pytest.approx(4.0, rel=1e-4)
+    slight, strong = np.array([0.1, 0.25, 0.36]), np.array([0.375, 0.5, 1.0])
+    assert (shakedown_limit(slight) < 1.0 / slight - 1e-3).all()
+    assert shakedown_limit(strong) == pytest.approx(1.0 / strong, rel=1e-6)
+    # Hertz: 0.300 of the peak pressure
+    assert elastic_limit(np.array([0.0])) == pytest.approx(1.0 / 0.3003, rel=1e-3)
+    assert (elastic_limit(slight) < shakedown_limit(slight)).all()
+    line = rolled((0.1, 0.0, 0.0))[0]
+    figure = line.plot_shakedown(300e6)
+    upper, _, point = figure.axes[0].lines
+    assert point.get_xydata()[0] == pytest.approx(line.shakedown(300e6))
+    assert upper.get_ydata()[-1] == pytest.approx(1.0 / upper.get_xdata()[-1])
+    # a second one joins it
+    line.plot_shakedown(50e6, figure.axes[0])
+    assert len(figure.axes[0].lines) == 4
+    assert figure.axes[0].get_ylim()[1] > line.shakedown(50e6)[1]
 
 
 def test_the_damage_of_a_rail() -> None:

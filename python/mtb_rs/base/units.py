@@ -31,7 +31,7 @@ _LENGTHS = (
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )
 _RATIOS = (
-    "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
+    "coefficient coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
     "reduction relief_slope slope_reduction "
     "conicity rms_slope static stop_tolerance tangential_ratio tilts tolerance"
 )
@@ -83,7 +83,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "speed": "m/s",
     "frames_per_second": "1/s",
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
-    "shear_yield": "Pa",
+    **dict.fromkeys(("residual_stress", "shear_yield"), "Pa"),
     "specific_heat": "J/(kg K)",
     "t_gamma": "N",
     "value": "1 or Pa",

@@ -105,6 +105,8 @@ StickDirection = Literal["strip theory", "CONTACT"]
 Unit = Literal["m", "mm", "um", "in"]
 #: Ways between the points of a profile, and ways that z of its file may point.
 Interpolation = Literal["smooth", "linear"]
+#: Way of a passage through a contact.
+Along = Literal["x", "y"]
 ZAxis = Literal["up", "down", "guess"]
 #: How the axle of a rigid wheelset stands on the rails.
 Axle = Literal["level", "free"]

@@ -10,6 +10,7 @@ from .moving import animate
 from .moving_heat import Line, animate_sliding
 from .plane import plot, plot_beside, plot_side_by_side
 from .section import draw_section
+from .shakedown_plot import draw_shakedown
 from .space import datasets, view, view_von_mises, write_html
 from .stability_plot import animate_stability, draw_stability
 from .stress_plot import draw_stress, stress_grid
@@ -28,6 +29,7 @@ __all__ = [
     "draw_heat",
     "draw_profile",
     "draw_section",
+    "draw_shakedown",
     "draw_stability",
     "draw_start",
     "draw_stress",

@@ -39,6 +39,8 @@ def draw_stress(
         raise ValueError(
             "this stress is of points that were asked for: pictures need one at depths, of stress(depths=...)"
         )
+    if quantity == "dang_van":
+        return _draw_passage(field, kind, options)
     names = _names(quantity, several=kind == "depth")
     drawn: dict[str, Any] = {"depth": _draw_depth, "3d": _draw_space}
     taken = {
@@ -46,13 +48,16 @@ def draw_stress(
         "depth": ("x", "y", "dimensionless", "ax"),
         "3d": ("limits", "off_screen", "size"),
     }[kind or "section"]
+    given = _given(f"a picture of the kind {kind or 'section'!r}", options, taken)
+    return drawn.get(kind or "section", _draw_section)(field, names, **given)
+
+
+def _given(picture: str, options: dict[str, Any], taken: Sequence[str]) -> dict[str, Any]:
+    """The options that a picture takes; ValueError for others."""
     for name, value in options.items():
         if name not in taken and value is not None and value is not False:
-            raise ValueError(
-                f"{name} is {value!r}: a picture of the kind {kind or 'section'!r} takes {', '.join(taken)}"
-            )
-    given = {name: value for name, value in options.items() if name in taken}
-    return drawn.get(kind or "section", _draw_section)(field, names, **given)
+            raise ValueError(f"{name} is {value!r}: {picture} takes {', '.join(taken)}")
+    return {name: value for name, value in options.items() if name in taken}
 
 
 def _names(quantity: Any, *, several: bool) -> tuple[StressPart, ...]:
@@ -100,12 +105,52 @@ def _draw_section(
         k = _nearest("y", y, places_y, place[1])
         plane, across, at = values[:, k], places_x, places_y[k]
         pressed = np.asarray(field.pressure)[k] > 0.0
+    other = "x" if along_y else "y"
+    title = f"{field.body} body at {other} = {at / MILLIMETRE:.3g} mm"
+    return _draw_plane(
+        plane, (across, "y" if along_y else "x"), z, pressed, name, LABELS[name], limits, ax, title
+    )
+
+
+def _draw_passage(field: StressField, kind: str | None, options: dict[str, Any]) -> Figure:
+    """Dang Van's stress over the section across the way of a passage."""
+    if kind not in (None, "section"):
+        raise ValueError(f"kind is {kind!r}: of 'dang_van' there is a section")
+    taken = ("coefficient", "residual_stress", "along", "limits", "ax")
+    given = _given("a picture of 'dang_van'", options, taken)
+    if "coefficient" not in given:
+        raise ValueError("coefficient is missing: the weight of the hydrostatic stress, such as 0.35")
+    limits, ax = given.pop("limits", None), given.pop("ax", None)
+    plane = field.dang_van(**given)
+    along = given.get("along", "x")
+    x, y, z = _axes(field)
+    pressed = np.asarray((np.asarray(field.pressure) > 0.0).any(axis=1 if along == "x" else 0))
+    across = (y, "y") if along == "x" else (x, "x")
+    title = f"{field.body} body, passage along {along}"
+    return _draw_plane(
+        plane, across, z, pressed, "dang_van", "shear stress after Dang Van", limits, ax, title
+    )
+
+
+def _draw_plane(
+    plane: Array,
+    axis: tuple[Array, str],
+    z: Array,
+    pressed: NDArray[np.bool_],
+    name: str,
+    label: str,
+    limits: Limits | None,
+    ax: Axes | None,
+    title: str,
+) -> Figure:
+    """Values (m, n) [Pa] over a line of the surface with its name, and the depth; `pressed` (n,): marked."""
+    across, letter = axis
     if across.size < 2 or z.size < 2:
         raise ValueError("a section needs at least two depths, and two points beside each other")
     tall = float(np.clip(np.ptp(z) / np.ptp(across), 0.25, 1.6))
     # as wide as its height leaves it, beside the key to the colours
     figure, ax = canvas(ax, (min(7.2, 5.2 / tall + 2.4), min(6.4, 5.2 * tall + 1.1)))
-    scale = colour_scale(plane, Field(name, LABELS[name], "Pa", plane), limits)
+    scale = colour_scale(plane, Field(name, label, "Pa", plane), limits)
     low, high = (float(end) for end in scale.norm.inverse(np.array([0.0, 1.0])))
     levels = np.linspace(low, high, 25)
     drawn = ax.contourf(
@@ -133,13 +178,11 @@ def _draw_section(
         across[spot[1]] / MILLIMETRE, z[spot[0]] / MILLIMETRE, "+", color=INK, markersize=9, clip_on=False
     )
     ax.set_aspect("equal")
-    other = "x" if along_y else "y"
-    ax.set(xlabel=f"{'y' if along_y else 'x'} [mm]", ylabel="z [mm]")
+    ax.set(xlabel=f"{letter} [mm]", ylabel="z [mm]")
     style_axes(ax)
-    colour_bar(figure, drawn, ax, f"{LABELS[name]} [{scale.unit}]", scale.extend)
+    colour_bar(figure, drawn, ax, f"{label} [{scale.unit}]", scale.extend)
     ax.set_title(
-        f"{field.body} body at {other} = {at / MILLIMETRE:.3g} mm, largest {plane.max() / scale.factor:.4g} "
-        f"{scale.unit} (+)",
+        f"{title}, largest {plane.max() / scale.factor:.4g} {scale.unit} (+)",
         fontsize=9.5,
         color=INK,
     )

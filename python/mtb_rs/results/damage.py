@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import positive, reals
 from ..base.plain import plain
 from ..base.units import taking_quantities
+from .doors import pictures
 
 Array = NDArray[np.float64]
 
@@ -31,15 +35,14 @@ class Rolled:
     spin_moment : float [N m]
     normal_force : float [N]
     creepage : (3,) [-], [-], [1/m]
-    peak : float [Pa]
-        Largest pressure.
+    pressure : (ny, nx) [Pa]
     """
 
     force: Array
     spin_moment: float
     normal_force: float
     creepage: Array
-    peak: float
+    pressure: Array
 
 
 class Damaged:
@@ -91,9 +94,9 @@ class Damaged:
     def shakedown(self, shear_yield: float) -> tuple[float, float]:
         """The patch as a point of the shakedown map: (creep force over normal force, peak pressure over k).
 
-        A line contact that slips in full shakes down to elastic strains below a load of 4 for a friction of
-        up to 1/4, and of 1 over the friction above [JohnsonJefferis1963]. A point contact bears more below
-        0.3, and the same above.
+        A line contact that slips in full shakes down to elastic strains below a load of 4 without friction,
+        2.9 at 0.3, and 1 over the friction above 0.367 [JohnsonJefferis1963]; :meth:`plot_shakedown` draws
+        it. A point contact bears more where its inside yields first, and the same where its surface does.
 
         Parameters
         ----------
@@ -109,7 +112,85 @@ class Damaged:
         rolled = self._rolled()
         if not rolled.normal_force > 0.0:
             raise ValueError("the patch carries no pressure")
-        return float(np.hypot(*rolled.force)) / rolled.normal_force, rolled.peak / yielding
+        return float(np.hypot(*rolled.force)) / rolled.normal_force, float(rolled.pressure.max()) / yielding
+
+    def plot_shakedown(self, shear_yield: float, ax: Any = None) -> Any:
+        """The patch on the shakedown map, with the limits of a line contact; returns the figure.
+
+        Parameters
+        ----------
+        shear_yield : float [Pa]
+            Yield stress k in shear.
+        ax : matplotlib.axes.Axes or None
+            Of another such picture, to which the point is added, or for a new one.
+
+        Raises
+        ------
+        ValueError
+            As :meth:`surface_fatigue_index`.
+        """
+        return pictures().draw_shakedown(*self.shakedown(shear_yield), ax)
+
+
+#: Cells of a half width from which the largest stresses below a line contact are taken.
+_CELLS = 200
+
+
+@cache
+def _line_contact() -> tuple[Array, Array]:
+    """Stresses xx, zz and xz (3, nz, nx) below a line contact, over the peak pressure, by the pressure and by
+    a traction equal to it along x [McEwen1949; Johnson1985, eq. 4.49 and 7.5]."""
+    x = np.arange(-2 * _CELLS, 2 * _CELLS + 1) / _CELLS
+    z = np.arange(0, 2 * _CELLS + 1)[:, None] / _CELLS
+    inner = 1.0 - x**2 + z**2
+    root = np.sqrt(inner**2 + 4.0 * x**2 * z**2)
+    m, n = np.sqrt(0.5 * (root + inner)), np.copysign(np.sqrt(np.clip(0.5 * (root - inner), 0.0, None)), x)
+    square = m**2 + n**2
+    # the edge of the contact, where all of them vanish
+    ratio = np.divide(z**2 + n**2, square, out=np.ones_like(square), where=square > 0.0)
+    other = np.divide(m**2 - z**2, square, out=np.ones_like(square), where=square > 0.0)
+    shear = -n * other
+    pressed = np.array([-(m * (1.0 + ratio) - 2.0 * z), -m * (1.0 - ratio), shear])
+    return pressed, np.array([n * (2.0 + other) - 2.0 * x, shear, pressed[0]])
+
+
+def _limit(friction: Array, shear: Callable[[Array, Array, Array], Array]) -> Array:
+    """Where the largest of a shear stress, of the stresses xx, zz and xz, is k."""
+    pressed, dragged = _line_contact()
+    return np.array([1.0 / shear(*(pressed + mu * dragged)).max() for mu in friction])
+
+
+def elastic_limit(friction: Array) -> Array:
+    """Peak pressure over yield stress in shear up to which a line contact is elastic, by Tresca's criterion
+    [Johnson1985, ch. 4.2 and 7.1]; Poisson's ratio is 0.3.
+
+    Parameters
+    ----------
+    friction : (n,) [-]
+        Traction over pressure, in full slip.
+    """
+
+    def shear(xx: Array, zz: Array, xz: Array) -> Array:
+        mean, radius = 0.5 * (xx + zz), np.hypot(0.5 * (xx - zz), xz)
+        out = 0.4 * mean
+        return np.asarray(np.maximum(radius, 0.5 * (np.abs(out) + radius)))
+
+    return _limit(friction, shear)
+
+
+def shakedown_limit(friction: Array) -> Array:
+    """Peak pressure over yield stress in shear up to which a line contact that rolls and slips in full shakes
+    down to elastic strains, by Melan's theorem [JohnsonJefferis1963].
+
+    Residual stresses along the surface relieve all but the shear stress xz: its largest value is k. The
+    limit is 4 without friction, and 1 over the friction above 0.367, where the surface yields first.
+
+    Parameters
+    ----------
+    friction : (n,) [-]
+        Traction over pressure, in full slip.
+    """
+    return _limit(friction, lambda xx, zz, xz: np.abs(xz))
 
 
 @taking_quantities

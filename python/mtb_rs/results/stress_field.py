@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice
+from .. import _mtb_rs
+from ..base.check import choice, number, reals
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, length
-from ..base.words import Body, StressPart
+from ..base.words import Along, Body, StressPart
 from .doors import pictures, png
 from .study import Study
 
@@ -146,6 +147,71 @@ class StressField(Study):
         """Mean of the normal stresses (...) [Pa]."""
         return np.asarray(self.stress[:3].mean(axis=0))
 
+    def dang_van(
+        self, coefficient: float, residual_stress: ArrayLike | None = None, along: Along = "x"
+    ) -> Array:
+        """Equivalent shear stress (m, n) [Pa] of a passage, by Dang Van's criterion of fatigue.
+
+        Of a material that passes through the contact and shakes down: the largest sum, over the passage, of
+        the shear stress that is left about the middle of the smallest ball that holds the deviators, and of
+        `coefficient` times the hydrostatic stress [DangVanGriveauMessage1989]. Above the fatigue limit in
+        alternating torsion cracks begin inside. The state without a load, far from the contact, is part of
+        the passage.
+
+        Parameters
+        ----------
+        coefficient : float [-]
+            Weight of the hydrostatic stress, ``3 (t / s - 1/2)`` of the fatigue limits in alternating
+            torsion t and bending s; about 0.3 to 0.4 for steels of wheels and rails.
+        residual_stress : (6,) or (6, m) or None [Pa]
+            Residual stress xx, yy, zz, yz, xz, xy, the same at all depths or of each. Only its hydrostatic
+            part counts: a constant deviator moves the ball as a whole.
+        along : "x" or "y"
+            Way of the passage.
+
+        Returns
+        -------
+        (m, ny) or (m, nx) [Pa]
+            At the depths, and over the lines along the way.
+
+        Raises
+        ------
+        ValueError
+            For a stress of points that were asked for, and where points do not lie on lines along the way.
+
+        Examples
+        --------
+        >>> import mtb_rs as mtb
+        >>> ball = mtb.hertz(1e3, 0.02, lower=mtb.steel, upper=mtb.steel).on_grid((31, 31), 2e-5)
+        >>> equivalent = ball.stress().dang_van(coefficient=0.3)
+        >>> bool(equivalent.max() < 0.31 * ball.peak_pressure)
+        True
+        """
+        weight = number("coefficient", coefficient)
+        if self.depths is None:
+            raise ValueError(
+                "this stress is of points that were asked for: a passage needs one at depths, of "
+                "stress(depths=...)"
+            )
+        way = {"x": 0, "y": 1}[choice("along", along, Along)]
+        points = np.moveaxis(self.points, 3 - way, -1)
+        across = np.delete(points, way, axis=0)
+        # rounding of turned planes
+        if np.ptp(across, axis=-1).max(initial=0.0) > 1e-9 * np.ptp(self.points):
+            raise ValueError(f"the points do not lie on straight lines along {along}, which a passage needs")
+        paths = np.moveaxis(self.stress, (0, 3 - way), (-1, -2))
+        shape = paths.shape[:2]
+        paths = np.concatenate([paths, np.zeros((*shape, 1, 6))], axis=2).reshape(shape[0] * shape[1], -1, 6)
+        found = np.asarray(_mtb_rs.dang_van(np.ascontiguousarray(paths), weight)).reshape(shape)
+        if residual_stress is None:
+            return found
+        own = reals("residual_stress", residual_stress, "Pa")
+        if own.shape not in ((6,), (6, self.depths.size)):
+            raise ValueError(
+                f"residual_stress has shape {own.shape}: (6,) or (6, {self.depths.size}) is needed"
+            )
+        return found + np.reshape(weight * own[:3].mean(axis=0), (-1, 1))
+
     def maximum(self, quantity: StressPart = "von_mises") -> tuple[float, Array]:
         """Largest value [Pa] of a component or of a number that follows from them, and its place (3,) [m]."""
         values = self._values(quantity)
@@ -168,14 +234,20 @@ class StressField(Study):
             )
         return rows
 
-    def plot(self, quantity: StressPart = "von_mises", kind: str | None = None, **options: Any) -> Any:
+    def plot(
+        self,
+        quantity: StressPart | Literal["dang_van"] = "von_mises",
+        kind: str | None = None,
+        **options: Any,
+    ) -> Any:
         """Picture of one quantity.
 
         Parameters
         ----------
         quantity : str
             "xx", "yy", "zz", "yz", "xz", "xy", "von_mises", "tresca", "largest_shear", "largest_principal" or
-            "hydrostatic"; for "depth" also a sequence of these.
+            "hydrostatic"; for "depth" also a sequence of these. "dang_van" is a section across the way of a
+            passage.
         kind : "section", "depth", "3d" or None
             A plane through the body, a line into its depth, or a view in space with a quarter cut away. None
             is a section. All of them need a stress at depths.
@@ -186,6 +258,8 @@ class StressField(Study):
             Whether stresses are shares of the peak pressure and depths shares of the half width (depth only).
         limits : (low, high) or None [Pa]
             Ends of the colours (section and 3d).
+        coefficient, residual_stress, along
+            Of :meth:`dang_van`.
         ax : matplotlib.axes.Axes or None
         off_screen, size
             Of the view in space, as :func:`mtb_rs.pictures.view`.

@@ -2,8 +2,8 @@
 //! Elastic bodies seen from their contact surface.
 //!
 //! **What.** [`half_space`]: the influence coefficients of rectangles, and half-spaces on regular grids of
-//! rectangles or of bilinear hats and on scattered points, and the stress inside; [`tetra`]: finite-element bodies condensed
-//! onto their contact points. All end as a [`mtb_operator::Compliance`].
+//! rectangles or of bilinear hats and on scattered points, and the stress inside; [`dang_van`]: fatigue of what passes
+//! through such a stress; [`tetra`]: finite-element bodies condensed onto their contact points. All end as a [`mtb_operator::Compliance`].
 //!
 //! **Not here.** No contact conditions, no friction, no geometry of profiles.
 //!
@@ -11,9 +11,11 @@
 //! normal traction is a pressure, a positive normal displacement an indentation. SI units.
 //!
 //! **References.** [Johnson1985], [Love1929], [AhmadiKeerMura1983], [Burmister1945], [Kalker1990], [Hughes2000], [GeorgeLiu1981],
-//! [Steininger2025] for the Gaussians.
+//! [DangVanGriveauMessage1989],
+//! [Gaertner1999], [Steininger2025] for the Gaussians.
 
 mod error;
+mod fatigue;
 pub mod half_space;
 mod lines;
 mod material;
@@ -21,6 +23,7 @@ pub mod refined;
 pub mod tetra;
 
 pub use error::Error;
+pub use fatigue::dang_van;
 pub use half_space::HalfSpace;
 pub use lines::Lines;
 pub use material::Material;

@@ -71,7 +71,7 @@ mod _mtb_rs {
         rail_lines, rail_mesh, tetrahedra,
     };
     #[pymodule_export]
-    use super::stress::{stress_at, stress_below};
+    use super::stress::{dang_van, stress_at, stress_below};
     #[pymodule_export]
     use super::tangent::PyTangent;
     #[pymodule_export]

@@ -5,7 +5,7 @@ use mtb_elasticity::half_space::{LoadedCell, StressBelow};
 use mtb_elasticity::{Error, Material};
 use mtb_operator::Grid;
 use numpy::{
-    IntoPyArray, PyArray2, PyArray4, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArray4, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -52,6 +52,26 @@ pub(crate) fn stress_below<'py>(
     })?;
     let shape = [stress.len() / (6 * n), 6, ny, nx];
     Ok((stress.into_pyarray(py).reshape(shape)?, convolutions))
+}
+
+/// Dang Van's equivalent shear stress (n) [Pa] of paths (n, states, 6) of the stress [Pa].
+#[pyfunction]
+pub(crate) fn dang_van<'py>(
+    py: Python<'py>,
+    paths: PyReadonlyArray3<'_, f64>,
+    coefficient: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let &[_, states, components] = paths.shape() else {
+        unreachable!("three dimensions")
+    };
+    if components != 6 || states == 0 {
+        return Err(PyValueError::new_err("paths must be (n, states, 6)"));
+    }
+    let paths = paths.to_vec()?;
+    let found = enter(py, |monitor| {
+        mtb_elasticity::dang_van(&paths, states, coefficient, monitor)
+    })?;
+    Ok(found.into_pyarray(py))
 }
 
 /// Stress (n, 6) [Pa] at points (n, 3) [m], x, y and the depth, in the body's own frame, components xx, yy, zz, yz, xz,
