@@ -243,6 +243,16 @@ def rough_contact_area(names: dict[str, Any]) -> None:
     assert (names["share"][2] < names["share"][1]).all()
 
 
+def shakedown_of_roughness(names: dict[str, Any]) -> None:
+    # what has borne the load bears it again
+    assert names["again"] < 1e-6 * names["volumes"][-1]
+    assert np.mean(names["volumes"][-20:]) < 0.5 * np.mean(names["volumes"][:5])
+    assert np.mean(names["shares"][-20:]) < np.mean(names["shares"][:5])
+    # nothing piles up, and no valley is deeper than what has flowed
+    assert (names["dented"] <= names["rail"]).all()
+    assert names["dented"].std() < 0.9 * names["rail"].std()
+
+
 def friction_and_pull_from_forces(names: dict[str, Any]) -> None:
     assert names["clean_error"] < 1e-6
     assert names["evaluations"] < 15
@@ -288,6 +298,7 @@ CHECKS = {
         pictures_of_a_result,
         pole_shoe_design,
         rough_contact_area,
+        shakedown_of_roughness,
         sole_of_least_peak_pressure,
         start_of_sliding,
         stopping_distance_and_its_deviation,
