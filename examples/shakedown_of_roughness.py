@@ -8,8 +8,8 @@ passage brings another part of its rough surface over the same place.
 The number to compare with: the same part of the wheel once more dents nothing, as what has borne the load
 bears it again elastically.
 
-What to see: the first passages dent most. Later ones meet fewer tips, so that less flows and a larger share of
-the load is carried elastically: the roughness shakes down, though not to nothing, because each part of the
+What to see: the first passages dent most. Later ones meet fewer tips, so that less flows and a larger share
+of the load is carried elastically: the roughness shakes down, though not to nothing, because each part of the
 wheel has other tips. The rail is smoother and lower in the end; what flows does not pile up in this model.
 """
 
