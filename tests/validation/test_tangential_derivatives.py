@@ -425,6 +425,29 @@ def test_a_step_of_one_cell_with_a_layer_has_the_derivative_of_a_longer_one() ->
     assert abs(behind[0] / found[0] - 1.0) > 1e-2
 
 
+@pytest.mark.parametrize("beside", [3e-4, -3e-4, 5e-3])
+def test_derivatives_of_steps_that_end_beside_a_border_of_a_cell(beside: float) -> None:
+    """The slope of the influence is that of a logarithm there."""
+    dx, dy = CONTACT.spacing
+    angle = float(np.arctan2(0.8 * dy, (0.5 + beside) * dx))
+    length = float(np.hypot(0.8 * dy, (0.5 + beside) * dx))
+
+    def rolled(step: float, angle: float) -> TangentialResult:
+        motion = mtb.Rolling((1e-3, -8e-4, 0.3), step=step, angle=angle)
+        return solved({"field": CONTACT, "motion": motion, "friction": mtb.Coulomb(0.3)})
+
+    here = rolled(length, angle)
+    h = 1e-2 * abs(beside)
+    for by, size, at in (
+        ("step", length, lambda e: rolled(length + e, angle)),
+        ("angle", 1.0, lambda e: rolled(length, angle + e)),
+    ):
+        near, far = ((at(k * h * size).force - at(-k * h * size).force) / (2 * k * h * size) for k in (1, 2))
+        expected = (4.0 * near - far)[:2] / 3.0
+        # of solves with twelve digits, over such a width
+        assert here.derivative("force", by)[:2] == pytest.approx(expected, rel=1e-5), by
+
+
 def test_heat_by_step_and_angle_at_each_cell() -> None:
     weights = np.random.default_rng(2).random(SHAPE)
     given = {"field": CONTACT, "friction": mtb.Coulomb(0.3)}

@@ -22,8 +22,12 @@ from .tangential_tangent import Moving
 Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
-#: Small changes of a step, over it, and of a direction [rad], by which operators are derived.
+#: Small changes of a step, over it, and of a direction [rad], by which operators are derived ...
 _COURSE = 1e-3
+#: ... and the most of the way to where a step ends on a border of a cell, or on the middle of one: there the
+#: slope of the influence is that of a logarithm, or what is carried along has a kink. Nearer than so many
+#: cells it ends on it.
+_OF_WAY, _ON_IT = 1e-2, 1e-6
 
 #: Shortest step, over a cell, by which the slip of steady rolling is measured.
 _SHORTEST_STEP = 0.1
@@ -211,10 +215,25 @@ class Rolling(Motion):
 
     def courses(self, field: PressureField) -> dict[str, tuple[float, Callable[[float], Pair]]]:
         """Step and direction; a line contact has no other direction."""
-        length = math.hypot(*self.step_on(field))
+        along, across = self.step_on(field)
+        length = math.hypot(along, across)
+
+        def small(x: float, y: float) -> float:
+            """Change of a number by which the step changes by so many times (x, y) [m]."""
+            small = _COURSE
+            for place, rate, cell in zip((along, across), (x, y), field.spacing, strict=True):
+                half_cells = 2.0 * place / cell
+                away = 0.5 * abs(half_cells - round(half_cells))
+                if away > _ON_IT and rate != 0.0:
+                    small = min(small, _OF_WAY * away * cell / abs(rate))
+            return small
+
         courses = {
-            "step": (_COURSE * length, lambda by: replace(self, step=length + by).step_on(field)),
-            "angle": (_COURSE, lambda by: replace(self, angle=self.angle + by).step_on(field)),
+            "step": (
+                length * small(along, across),
+                lambda by: replace(self, step=length + by).step_on(field),
+            ),
+            "angle": (small(-across, along), lambda by: replace(self, angle=self.angle + by).step_on(field)),
         }
         return courses if field.reference is None else {"step": courses["step"]}
 
