@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -290,3 +291,54 @@ def test_text_files_of_windows_are_read_or_their_encoding_is_named(tmp_path: Pat
             with pytest.raises(mtb.CaseError, match=r"UTF-16.*save it again in UTF-8.*-o case.toml"):
                 mtb.load_case(tmp_path / "case.toml")
         (tmp_path / name).write_text(text, encoding="utf-8")
+
+
+STRESSED = """
+scene = "paraboloid_on_plane"
+points = 32
+friction = 0.3
+[stress]
+"""
+
+
+@pytest.mark.parametrize("motion", ["", "[shift]\ndisplacement = [1e-6, 0.0]\n"])
+def test_stress_of_a_case(tmp_path: Path, motion: str) -> None:
+    words = STRESSED + 'body = "upper"\ndepths = [0.0, 1e-3]\n' + motion
+    case = mtb.load_case(write(tmp_path / "case.toml", words))
+    found = case.stressed(case.solve())
+    assert found == case.solve().stress("upper", depths=[0.0, 1e-3])
+    assert main(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out")]) == 0
+    assert mtb.load(tmp_path / "out" / "stress.json") == found
+    assert (tmp_path / "out" / "stress.png").is_file()
+    again = case_from_words(tomllib.loads(case.to_toml()))
+    assert again.stress is not None
+    assert again.stress["body"] == "upper"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("depth = 1", "depth: unknown key; did you mean 'depths'?"),
+        ("depths = [2e-3, 1e-3]", "rising depths are needed"),
+        ("depths = []", "at least one depth is needed"),
+        ("depths = 'a'", "depths"),
+        ('body = "middle"', "body is 'middle'"),
+        ("patch = 1", "patch is 1: the name of a grid is needed"),
+        ("[wear]\ndistance = 1.0\nlaw = 1e-13", "stress and wear are given"),
+    ],
+)
+def test_bad_stress_of_a_case(words: str, message: str) -> None:
+    with pytest.raises(mtb.CaseError, match=re.escape(message)):
+        case_from_words(tomllib.loads(STRESSED + words))
+
+
+def test_stress_that_a_body_has_not_is_refused_before_the_solve(tmp_path: Path) -> None:
+    path = write(tmp_path / "case.toml", STRESSED.replace("[stress]", 'lower = "rigid"\n[stress]'))
+    case = mtb.load_case(path)
+    for asked in (case.solve, case.expected_cost):
+        with pytest.raises(mtb.CaseError, match="stress: the lower body is Rigid"):
+            asked()
+    other = case_from_words(tomllib.loads(STRESSED + 'patch = "left"'))
+    solved = other.solve()
+    with pytest.raises(mtb.CaseError, match="stress: patch is 'left'"):
+        other.stressed(solved)

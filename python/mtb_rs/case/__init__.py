@@ -31,6 +31,7 @@ from ..friction.fields import check_friction
 from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
+from ..results.stress_field import StressField
 from ..results.wear_result import WearResult
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
@@ -41,6 +42,8 @@ from ..studies.brake import brake, posed_shoe
 from ..studies.braking import Braking
 from ..studies.wear import wear
 from .brake_words import BrakeWords, brake_of
+from .stress_words import LOOK as STRESS_LOOK
+from .stress_words import stress_of
 from .values import MOTIONS, LayeredWords, MaterialWords, motion_words, read_by, words_of
 from .wear_words import LOOK, wear_of
 
@@ -52,9 +55,12 @@ _BESIDES = (
     "solve_options",
     "wear_words",
     "brake_words",
+    "stress_words",
     *(f"{name}_words" for name in MOTIONS),
 )
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
+#: Tables beside the arguments of the scene.
+_TABLES = {"solve", "wear", "brake", "stress", *MOTIONS}
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
 #: Most lines of a message: what else is wrong is counted.
@@ -199,6 +205,35 @@ class Case(BaseModel):
         """
         return self._studied(brake, "brake", self.brake, options)
 
+    @property
+    def stress(self) -> dict[str, Any] | None:
+        """The arguments of ``stress()`` of the result in ``[stress]``; None without this table."""
+        found: dict[str, Any] | None = getattr(self, "stress_words")  # noqa: B009 (a field made below)
+        return found
+
+    def stressed(self, result: Result | TangentialResult) -> StressField:
+        """The stress inside the bodies of what :meth:`solve` found, as ``[stress]`` asks for it.
+
+        Raises
+        ------
+        CaseError
+            For a body or a patch that has none.
+        """
+        if self.stress is None:
+            raise CaseError(f"{self._source}: has no table [stress]")
+        try:
+            return result.stress(**self.stress)
+        except ValueError as error:
+            raise CaseError(f"{self._source}: stress: {error}") from error
+
+    def _without_stress(self, scene: Scene) -> str | None:
+        """Why the body that ``[stress]`` names has none, before anything is solved."""
+        if self.stress is None:
+            return None
+        side = self.stress.get("body", "lower")
+        reason = getattr(getattr(scene, side), "without_stress", None)
+        return reason and f"stress: the {side} body {reason}"
+
     def _studied(
         self,
         study: Callable[..., T],
@@ -232,6 +267,8 @@ class Case(BaseModel):
         if self.brake is not None:
             return self.braked()
         scene, motion = self.scene(), self.motion
+        if why := self._without_stress(scene):
+            raise CaseError(f"{self._source}: {why}")
         try:
             if motion is None:
                 return scene.solve(**self.solving)
@@ -255,6 +292,8 @@ class Case(BaseModel):
             If the case cannot be solved as it is stated; the message names all that is wrong.
         """
         scene, motion, options = self.scene(), self.motion, self.solving
+        if why := self._without_stress(scene):
+            raise CaseError(f"{self._source}: {why}")
         if self.wear is not None:
             raise CaseError(
                 f"{self._source}: [wear] is given, whose steps depend on what is found: take the table out "
@@ -352,6 +391,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         wrong[f"brake and {others[0]} are given: give one of the two"] = None
     if "wear" in words and set(MOTIONS) & set(words):
         wrong["wear and a rolling or shift are given: give one of the two"] = None
+    if "stress" in words and (others := [name for name in ("wear", "brake") if name in words]):
+        wrong[f"stress and {others[0]} are given: it is that of one solve, so give one of the two"] = None
     if set(MOTIONS) <= set(words):
         wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
     if wrong:
@@ -369,7 +410,7 @@ def _wrong_besides(
     words: Mapping[str, Any], wrong: Collection[str], source: str, directory: Path | None
 ) -> list[str]:
     """Values that no scene takes, beside keys and values of which that is known."""
-    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | {"solve", "wear", "brake", *MOTIONS}
+    keys = {re.split(r"[.:= ]", line, maxsplit=1)[0] for line in wrong} | _TABLES
     rest = {key: value for key, value in words.items() if key not in keys}
     if len(rest) == len(words):  # keys that hold signs of their own
         return []
@@ -426,6 +467,7 @@ def case_model(scene: str) -> type[Case]:
     fields = words_of(getattr(scenes, scene))
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
     fields["wear_words"] = (read_by(wear_of, LOOK), Field(default=None, alias="wear"))
+    fields["stress_words"] = (read_by(stress_of, STRESS_LOOK), Field(default=None, alias="stress"))
     fields["brake_words"] = (BrakeWords | None, Field(default=None, alias="brake"))
     for name, motion in MOTIONS.items():
         fields[f"{name}_words"] = (motion_words(motion), Field(default=None, alias=name))

@@ -194,7 +194,7 @@ class Stressed:
         if depths is not None and points is not None:
             raise ValueError("both depths and points are given: one of them is needed")
         loads = self._loads()
-        deep = None if depths is None else _depths(depths)
+        deep = None if depths is None else rising_depths(depths)
         places = None if points is None else _places(points)
         if patch is not None and not isinstance(patch, str):
             raise ValueError(f"patch is {shortened(patch)}: the name of a grid is needed")
@@ -223,7 +223,8 @@ class Stressed:
 _KNOWN = "material is {material!r}: the result knows the {body} body; leave it out"
 
 
-def _depths(given: ArrayLike) -> Array:
+def rising_depths(given: ArrayLike) -> Array:
+    """Depths (m,) [m]; ValueError where they do not rise from 0 or more."""
     deep = np.atleast_1d(reals("depths", given, "m"))
     if deep.ndim != 1 or not deep.size:
         raise ValueError(f"depths has shape {deep.shape}: (m,) with at least one depth is needed")
