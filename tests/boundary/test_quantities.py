@@ -168,13 +168,13 @@ def of_step(made: Any, **given: Any) -> Any:
     return step.force, step.friction_power, step.friction_work
 
 
-def saved(**given: Any) -> Any:
+def saved(made: Any, **given: Any) -> Any:
     library = Path("libmtb_fmu.so")
     library.write_bytes(f"mtb-fmu-{mtb.__version__}-".encode())
-    prepared().save_fmu("shoe.fmu", library, **given)
-    with zipfile.ZipFile("shoe.fmu") as unit:
-        starts = unit.read("resources/starts.txt").decode().split()
-    return [float(word) for word in starts]
+    made.save_fmu("unit.fmu", library, **given)
+    with zipfile.ZipFile("unit.fmu") as unit:
+        lines = unit.read("resources/variables.txt").decode().splitlines()
+    return [float(word) for line in lines for word in line.split()[1:]]
 
 
 def body(**given: Any) -> Any:
@@ -346,7 +346,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("PoleShoe.sole", mtb.PoleShoe().sole, dict(y=[0.01, 0.02])),
     (
         "PreparedContact.save_fmu",
-        saved,
+        lambda **a: saved(prepared(), **a),
         dict(pose={"x": 1e-6, "yaw": 1e-6}, velocity=(3.0, 1.0), magnetic_pressure=1e6),
     ),
     (
@@ -364,6 +364,11 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "PreparedContact.stability",
         lambda **a: prepared().stability(stiffness=[1e7], free=["x"], **a).eigenvalues,
         dict(mass=[2.0], pose=(0.0, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0),
+    ),
+    (
+        "PreparedWheels.save_fmu",
+        lambda **a: saved(wheels(), **a),
+        dict(pose={"y": 1e-4, "yaw": 1e-4}, velocity=(20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0)),
     ),
     (
         "PreparedWheels.step",

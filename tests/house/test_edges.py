@@ -18,7 +18,7 @@ ALLOWED = {
     "contact": {"words", "operator", "complementarity"},
     "wheelset": {"words", "geometry", "operator", "complementarity", "elasticity", "contact"},
     "capi": {"operator", "complementarity", "contact", "wheelset"},
-    "fmu": {"words", "operator", "contact"},
+    "fmu": {"words", "operator", "contact", "wheelset"},
     "mtb": {"words", "geometry", "operator", "complementarity", "elasticity", "heat", "contact", "wheelset"},
     "python": {"geometry", "operator", "complementarity", "elasticity", "heat", "contact", "wheelset"},
 }

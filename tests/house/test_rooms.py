@@ -25,6 +25,7 @@ GONE: dict[str, set[str]] = {
         *("can_be_elastic", "upper_side", "lower_side", "overlap"),
         *("half_space_on_nodes", "moved_by", "restricted_sampling"),
     },
+    "fmu": {"INPUTS", "OUTPUTS"},
     "friction": {"coulomb_field", "native_law"},
     "grids": {"row_borders"},
     "mesh": {"GROWTH", "MOST_UNKNOWNS", "graded"},

@@ -103,7 +103,10 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
         )
     },
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
-    "PreparedWheels.step": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")},
+    **{
+        f"PreparedWheels.{method}": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")}
+        for method in ("step", "save_fmu")
+    },
 }
 #: Units of the quantities a sweep measures by itself.
 MEASURED_UNITS = {

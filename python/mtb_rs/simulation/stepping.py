@@ -584,13 +584,15 @@ class PreparedContact:
         pose: Mapping[str, float] | None = None,
         velocity: float | Sequence[float] | None = None,
         magnetic_pressure: float | None = None,
+        fmi: int = 2,
     ) -> None:
-        """Writes the contact as a functional mock-up unit: FMI 2.0, co-simulation, without Python.
+        """Writes the contact as a functional mock-up unit for co-simulation, which needs no Python.
 
         Inputs are `velocity.x` and `velocity.y`, those of `pose.x` to `pose.yaw` that `pose` names, and
         `magnetic_pressure` if given. All other components are found from balance, or stay as in the scene.
         Outputs are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
-        `peak_pressure` (of the mean over a point).
+        `peak_pressure` (of the mean over a point). By FMI 3 `velocity` (2), `force` (3) and `moment` (3) are
+        arrays, and so are `pose.translation` and `pose.rotation` (3) where `pose` names all three.
 
         Parameters
         ----------
@@ -605,6 +607,8 @@ class PreparedContact:
             First values of the components of the pose that are inputs.
         velocity, magnetic_pressure
             First values, as in :meth:`step`.
+        fmi : int
+            Version of the standard: 2 (FMI 2.0) or 3 (FMI 3.0).
 
         Raises
         ------
@@ -615,20 +619,20 @@ class PreparedContact:
         OSError
             If nothing can be written there.
         """
+        fmi = fmu.check_version(fmi)
         sliding = self._velocity(velocity)
         starts = {"velocity.x": sliding[0], "velocity.y": sliding[1]}
         place = np.full(6, np.nan)
-        for component, value in ({} if pose is None else pose).items():
-            if component not in POSE:
-                raise ValueError(f"pose has {component!r}: components are {', '.join(POSE)}")
-            starts[f"pose.{component}"] = number(f"pose[{component!r}]", value)
-            place[POSE.index(component)] = value
+        for component, value in fmu.first_pose(pose).items():
+            starts[f"pose.{component}"] = place[POSE.index(component)] = value
         if magnetic_pressure is not None:
             starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
         self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure)
-        write_bytes(target, fmu.packed(self._bytes(), library, target.stem, starts))
+        contact, about = self._bytes(), self.reference_point
+        unit = fmu.packed(fmu.SLIDING, contact, library, target.stem, about, starts, fmi=fmi)
+        write_bytes(target, unit)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedContact:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _mtb_rs
 from ..base.check import choice, number, numbers, positive, warn
 from ..base.errors import ConvergenceError
-from ..base.files import made_of, write_bytes
+from ..base.files import check_target, made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
 from ..bodies.material import Material
@@ -28,6 +28,8 @@ from ..results.plausible import of_hardness
 from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
+from . import fmu
+from .stability import POSE
 from .stepping import pose_of
 from .wheel_derivatives import WheelTangent
 
@@ -165,6 +167,68 @@ class PreparedWheels:
             If nothing can be written there.
         """
         write_bytes(path, self._core.to_bytes())
+
+    def save_fmu(
+        self,
+        path: str | os.PathLike[str],
+        library: str | os.PathLike[str] | None = None,
+        pose: Mapping[str, float] | None = None,
+        velocity: float | Sequence[float] | Array | None = None,
+        fmi: int = 2,
+    ) -> None:
+        """Writes the wheels as a functional mock-up unit for co-simulation, which needs no Python.
+
+        Inputs are those of `pose.x` to `pose.yaw` that `pose` names, and `velocity`, or `velocity.x` to
+        `velocity.z` and `angular_velocity.x` to `angular_velocity.z`. If z is left out, it is found from the
+        vertical force; if z and roll are left out for both wheels, they are found such that each wheel
+        carries it. What is found is an output, `pose.z` and `pose.roll`. All other components that are left
+        out are zero. Further outputs are `force.x` to `moment.z` (on the rails, about the reference point),
+        `vertical_force.left` and `vertical_force.right`, `friction_power` and `peak_pressure`. By FMI 3
+        `velocity`, `angular_velocity`, `force`, `moment` (3) and the `vertical_force` of both wheels (2) are
+        arrays, and so are `pose.translation` and `pose.rotation` (3) where `pose` names all three.
+
+        Parameters
+        ----------
+        path : str or path object
+            For example "wheelset.fmu".
+        library : str or path object, optional
+            As of :meth:`PreparedContact.save_fmu`.
+        pose : {"x", "y", "z", "roll", "pitch", "yaw": float} [m], [rad]
+            First values of the components of the pose that are inputs.
+        velocity : float or (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
+            First values, as in :meth:`step`.
+        fmi : int
+            Version of the standard: 2 (FMI 2.0) or 3 (FMI 3.0).
+
+        Raises
+        ------
+        ValueError
+            If an argument is wrong, a contact reaches the end of a profile at the first values, or the
+            library is of another version.
+        ConvergenceError
+            If the problem at the first values was not solved.
+        OSError
+            If nothing can be written there.
+        """
+        fmi = fmu.check_version(fmi)
+        given = fmu.first_pose(pose)
+        is_found = "z" not in given
+        finds_roll = is_found and "roll" not in given and len(self.sides) == 2
+        place = np.array([0.0, 0.0, np.nan, np.nan if finds_roll else 0.0, 0.0, 0.0])
+        starts = {}
+        for component, value in given.items():
+            starts[f"pose.{component}"] = place[POSE.index(component)] = value
+        motion = _velocity(velocity).tolist()
+        names = ["velocity"] if len(motion) == 1 else [*fmu.RIGID]
+        starts |= dict(zip(names, motion, strict=True))
+        outputs = {*fmu.LOAD, *(f"vertical_force.{side}" for side in self.sides)}
+        outputs |= {name for name, found in (("pose.z", is_found), ("pose.roll", finds_roll)) if found}
+        target = check_target(path)
+        # what cannot be solved shows here, not in the importing program
+        self.copy().step(place, motion[0] if len(motion) == 1 else motion)
+        wheels, about = self._core.to_bytes(), self.reference_point
+        unit = fmu.packed(fmu.WHEELS, wheels, library, target.stem, about, starts, outputs, fmi)
+        write_bytes(target, unit)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PreparedWheels:

@@ -1,79 +1,253 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Value references: pose x, y, z, roll, pitch, yaw; velocity x, y; magnetic pressure ...
-pub(crate) const INPUTS: Range<usize> = 0..9;
-/// ... force x, y, z; moment x, y, z; friction power; peak pressure.
-pub(crate) const OUTPUTS: Range<usize> = 9..17;
+use crate::contact::Contact;
 
-/// Inputs and outputs by value reference.
-#[derive(Clone)]
-pub(crate) struct Values {
-    numbers: [f64; OUTPUTS.end],
-    /// Which inputs the description of the unit has.
-    declared: [bool; INPUTS.end],
+/// The variables that the description of a unit has, each with its numbers.
+///
+/// Numbers are counted through inputs, then outputs. The value reference of a variable is its first number.
+#[derive(Debug)]
+pub(crate) struct Variables {
+    known: BTreeMap<u32, Variable>,
+    /// How many inputs the contact has.
+    inputs: usize,
 }
 
-impl Default for Values {
-    fn default() -> Self {
-        let mut numbers = [f64::NAN; OUTPUTS.end];
-        numbers[6..8].fill(0.0);
-        Self {
-            numbers,
-            declared: [false; INPUTS.end],
-        }
-    }
+/// A variable: its count of numbers, and what it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Variable {
+    kind: Kind,
+    size: usize,
 }
 
-impl Values {
-    /// Inputs by lines of value reference and number; `None` where one is none.
-    pub(crate) fn starting(lines: &str) -> Option<Self> {
-        let mut values = Self::default();
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Input,
+    Output,
+    Time,
+}
+
+/// Where a number is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Place {
+    Input(usize),
+    Output(usize),
+    Time,
+}
+
+impl Variables {
+    /// The variables, and the first inputs, by lines: `input`, value reference and first values; `output`, value
+    /// reference and count; `time` and value reference.
+    ///
+    /// # Errors
+    /// The line that is none.
+    pub(crate) fn read(lines: &str, contact: &dyn Contact) -> Result<(Self, Vec<f64>), String> {
+        let inputs = contact.inputs();
+        let all = inputs + contact.outputs();
+        let mut starts: Vec<f64> = (0..inputs).map(|k| contact.default(k)).collect();
+        let mut known = BTreeMap::new();
         for line in lines.lines() {
-            let (reference, value) = line.split_once(' ')?;
-            let reference = reference.parse().ok().filter(|r| INPUTS.contains(r))?;
-            values.declared[reference] = true;
-            values.set(
-                reference,
-                value.parse().ok().filter(|v: &f64| v.is_finite())?,
+            let taken = take(line, inputs, all, &mut starts, &mut known);
+            taken.ok_or_else(|| format!("{line:?} is no variable of such a contact"))?;
+        }
+        Ok((Self { known, inputs }, starts))
+    }
+
+    /// Whether each variable is one number.
+    pub(crate) fn are_scalar(&self) -> bool {
+        self.known.values().all(|variable| variable.size == 1)
+    }
+
+    /// The places of all numbers of some variables.
+    ///
+    /// # Errors
+    /// A value reference that no variable has.
+    pub(crate) fn places(&self, references: &[u32]) -> Result<Vec<Place>, String> {
+        let mut places = Vec::new();
+        for &reference in references {
+            let variable = self.at(reference)?;
+            let first = reference as usize;
+            places.extend(
+                (first..first + variable.size).map(|number| match variable.kind {
+                    Kind::Input => Place::Input(number),
+                    Kind::Output => Place::Output(number - self.inputs),
+                    Kind::Time => Place::Time,
+                }),
             );
         }
-        Some(values)
+        Ok(places)
     }
 
-    /// Whether the description of the unit has such an input.
-    pub(crate) fn is_input(&self, reference: usize) -> bool {
-        self.declared.get(reference).copied().unwrap_or(false)
+    /// The numbers of some inputs, with the value reference of each.
+    ///
+    /// # Errors
+    /// A value reference that no input has.
+    pub(crate) fn inputs(&self, references: &[u32]) -> Result<Vec<(u32, usize)>, String> {
+        self.of(references, Kind::Input, "input")
     }
 
-    /// An input or output that the description has.
-    pub(crate) fn get(&self, reference: usize) -> Option<f64> {
-        let is_known = self.is_input(reference) || OUTPUTS.contains(&reference);
-        is_known.then(|| self.numbers[reference])
+    /// The numbers of some outputs, counted from the first one, with the value reference of each.
+    ///
+    /// # Errors
+    /// A value reference that no output has.
+    pub(crate) fn outputs(&self, references: &[u32]) -> Result<Vec<(u32, usize)>, String> {
+        let mut found = self.of(references, Kind::Output, "output")?;
+        for (_, number) in &mut found {
+            *number -= self.inputs;
+        }
+        Ok(found)
     }
 
-    /// Sets an input.
-    pub(crate) fn set(&mut self, reference: usize, value: f64) {
-        self.numbers[reference] = value;
+    fn of(&self, references: &[u32], kind: Kind, word: &str) -> Result<Vec<(u32, usize)>, String> {
+        let mut found = Vec::new();
+        for &reference in references {
+            let variable = self.at(reference)?;
+            if variable.kind != kind {
+                return Err(format!("value reference {reference} is no {word}"));
+            }
+            let first = reference as usize;
+            found.extend((first..first + variable.size).map(|number| (reference, number)));
+        }
+        Ok(found)
     }
 
-    pub(crate) fn pose(&self) -> [f64; 6] {
-        std::array::from_fn(|k| self.numbers[k])
+    fn at(&self, reference: u32) -> Result<Variable, String> {
+        self.known.get(&reference).copied().ok_or_else(|| {
+            let all: Vec<String> = self.known.keys().map(u32::to_string).collect();
+            format!(
+                "value reference {reference} is no variable of this unit: its description has {}",
+                all.join(", ")
+            )
+        })
+    }
+}
+
+/// Takes a line; `None` where it is none.
+fn take(
+    line: &str,
+    inputs: usize,
+    all: usize,
+    starts: &mut [f64],
+    known: &mut BTreeMap<u32, Variable>,
+) -> Option<()> {
+    let mut words = line.split(' ');
+    let kind = words.next()?;
+    let reference: u32 = words.next()?.parse().ok()?;
+    let first = reference as usize;
+    let within = |size: usize, range: Range<usize>| {
+        let end = first.checked_add(size)?;
+        (size > 0 && range.contains(&first) && end <= range.end).then_some(())
+    };
+    let (kind, size) = match kind {
+        "input" => {
+            let values: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+            let values = values.filter(|values| values.iter().all(|v| v.is_finite()))?;
+            within(values.len(), 0..inputs)?;
+            starts[first..first + values.len()].copy_from_slice(&values);
+            (Kind::Input, values.len())
+        }
+        "output" => {
+            let size = words.next()?.parse().ok()?;
+            within(size, inputs..all)?;
+            (Kind::Output, size)
+        }
+        "time" => {
+            within(1, all..all + 1)?;
+            (Kind::Time, 1)
+        }
+        _ => return None,
+    };
+    known.insert(reference, Variable { kind, size });
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three inputs and two outputs.
+    struct Few;
+
+    impl Contact for Few {
+        fn inputs(&self) -> usize {
+            3
+        }
+        fn outputs(&self) -> usize {
+            2
+        }
+        fn default(&self, _: usize) -> f64 {
+            -1.0
+        }
+        fn solve(&mut self, _: &[f64]) -> Result<Vec<f64>, String> {
+            Err(String::new())
+        }
+        fn has_step(&self) -> bool {
+            false
+        }
+        fn derivatives(&mut self) -> Result<Vec<Vec<f64>>, String> {
+            Err(String::new())
+        }
+        fn memory(&self) -> Vec<f64> {
+            Vec::new()
+        }
+        fn resume(&mut self, _: &[f64]) -> Result<(), String> {
+            Ok(())
+        }
+        fn forget(&mut self) {}
     }
 
-    pub(crate) fn velocity(&self) -> [f64; 2] {
-        [self.numbers[6], self.numbers[7]]
+    #[test]
+    fn arrays_are_many_numbers_of_one_reference() {
+        let lines = "input 1 2.5 0.5\noutput 3 2\ntime 5\n";
+        let (variables, starts) = Variables::read(lines, &Few).unwrap();
+        assert_eq!(starts, [-1.0, 2.5, 0.5]);
+        assert!(!variables.are_scalar());
+        let places = [
+            Place::Output(0),
+            Place::Output(1),
+            Place::Input(1),
+            Place::Input(2),
+            Place::Time,
+        ];
+        assert_eq!(variables.places(&[3, 1, 5]).unwrap(), places);
+        assert_eq!(variables.inputs(&[1]).unwrap(), [(1, 1), (1, 2)]);
+        assert_eq!(variables.outputs(&[3]).unwrap(), [(3, 0), (3, 1)]);
+        assert_eq!(
+            variables.places(&[2]).unwrap_err(),
+            "value reference 2 is no variable of this unit: its description has 1, 3, 5"
+        );
+        assert_eq!(
+            variables.inputs(&[5]).unwrap_err(),
+            "value reference 5 is no input"
+        );
     }
 
-    pub(crate) fn magnetic_pressure(&self) -> f64 {
-        self.numbers[8]
-    }
-
-    /// Sets all outputs.
-    pub(crate) fn keep(&mut self, force: [f64; 3], moment: [f64; 3], power: f64, peak: f64) {
-        self.numbers[9..12].copy_from_slice(&force);
-        self.numbers[12..15].copy_from_slice(&moment);
-        self.numbers[15] = power;
-        self.numbers[16] = peak;
+    #[test]
+    fn lines_that_are_no_variables_are_refused() {
+        for line in [
+            "",
+            "input",
+            "input 1",
+            "input 2 1.0 2.0",
+            "input 3 1.0",
+            "input 0 nan",
+            "input 0 x",
+            "input -1 1.0",
+            "input 99999999999 1.0",
+            "output 2 1",
+            "output 3 0",
+            "output 3 3",
+            "output 4 18446744073709551615",
+            "time 4",
+            "else 0 1.0",
+        ] {
+            let lines = format!("output 3 1\n{line}\n");
+            let refused = Variables::read(&lines, &Few).unwrap_err();
+            assert_eq!(
+                refused,
+                format!("{line:?} is no variable of such a contact")
+            );
+        }
     }
 }

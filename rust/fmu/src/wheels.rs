@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use std::ops::Range;
+
+use mtb_operator::unmonitored;
+use mtb_wheelset::{
+    PreparedWheels, Sides, Velocity, WheelChange, WheelInput, WheelState, WheelTangent, Wheelset,
+};
+
+use crate::contact::Contact;
+use crate::words;
+
+/// Inputs: pose x, y, z, roll, pitch, yaw; the speed of a rolling wheelset; velocity x, y, z and rotation about
+/// x, y, z of one that moves as it likes.
+const SPEED: usize = 6;
+const RIGID: Range<usize> = 7..13;
+/// Outputs: force x, y, z; moment x, y, z; vertical force left, right; friction power; peak pressure; pose z, roll.
+const OUTPUTS: usize = 12;
+
+/// One or both wheels of a wheelset on their rails.
+pub(crate) struct Wheels {
+    prepared: PreparedWheels,
+    last: Option<Last>,
+    /// Whether a step was solved or resumed.
+    has_memory: bool,
+}
+
+/// What the derivatives of a step need.
+struct Last {
+    tangent: WheelTangent,
+    /// Patch and point of the largest pressure; nothing where the wheels are lifted.
+    peak: Option<(usize, usize)>,
+    rows: Option<Vec<Vec<f64>>>,
+}
+
+impl Wheels {
+    pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let wheelset = Wheelset::from_bytes(bytes).map_err(words)?;
+        Ok(Self {
+            prepared: PreparedWheels::new(wheelset).map_err(words)?,
+            last: None,
+            has_memory: false,
+        })
+    }
+}
+
+impl Contact for Wheels {
+    fn inputs(&self) -> usize {
+        RIGID.end
+    }
+
+    fn outputs(&self) -> usize {
+        OUTPUTS
+    }
+
+    fn default(&self, input: usize) -> f64 {
+        match input {
+            0 | 1 | 4 | 5 => 0.0,
+            _ => f64::NAN,
+        }
+    }
+
+    fn solve(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String> {
+        let mut pose: [f64; 6] = std::array::from_fn(|k| inputs[k]);
+        let has_both = self.prepared.wheelset().sides == Sides::Both;
+        // the roll is found together with the height, where there are forces for both
+        if pose[3].is_nan() && !(pose[2].is_nan() && has_both) {
+            pose[3] = 0.0;
+        }
+        let velocity = match inputs[SPEED] {
+            speed if speed.is_nan() => {
+                Velocity::Rigid(std::array::from_fn(|k| inputs[RIGID.start + k]))
+            }
+            speed => Velocity::Rolling(speed),
+        };
+        let out = (self.prepared.step(pose, velocity, &unmonitored)).map_err(words)?;
+        let mut peak = None;
+        let mut highest = 0.0;
+        for (patch, of) in out.patches.iter().enumerate() {
+            for (point, &pressure) in of.pressure.iter().enumerate() {
+                if pressure > highest {
+                    (highest, peak) = (pressure, Some((patch, point)));
+                }
+            }
+        }
+        self.last = Some(Last {
+            tangent: out.tangent,
+            peak,
+            rows: None,
+        });
+        self.has_memory = true;
+        let outputs = [
+            out.force.as_slice(),
+            &out.moment,
+            &out.vertical_force,
+            &[out.friction_power, highest, out.pose[2], out.pose[3]],
+        ];
+        Ok(outputs.concat())
+    }
+
+    fn has_step(&self) -> bool {
+        self.last.is_some()
+    }
+
+    fn derivatives(&mut self) -> Result<Vec<Vec<f64>>, String> {
+        let last = self.last.as_mut().ok_or("no step was solved")?;
+        if last.rows.is_none() {
+            let by = |input| {
+                let found = last.tangent.derivatives(input, &unmonitored);
+                found.map_err(words)
+            };
+            let (pose, velocity) = (by(WheelInput::Pose)?, by(WheelInput::Velocity)?);
+            let first = if velocity.len() == 1 {
+                SPEED
+            } else {
+                RIGID.start
+            };
+            let mut rows = vec![vec![0.0; RIGID.end]; OUTPUTS];
+            let columns = pose.iter().enumerate();
+            let velocities = velocity.iter().enumerate();
+            for (column, change) in columns.chain(velocities.map(|(k, c)| (first + k, c))) {
+                for (row, value) in rows.iter_mut().zip(outputs_of(change, last.peak)) {
+                    row[column] = value;
+                }
+            }
+            last.rows = Some(rows);
+        }
+        Ok(last.rows.clone().unwrap_or_default())
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        if self.has_memory {
+            self.prepared.state().to_numbers()
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn resume(&mut self, memory: &[f64]) -> Result<(), String> {
+        let mut wheels = self.prepared.without_memory();
+        if !memory.is_empty() {
+            let state = WheelState::from_numbers(memory).map_err(words)?;
+            wheels.resume(state).map_err(words)?;
+        }
+        self.prepared = wheels;
+        self.last = None;
+        self.has_memory = !memory.is_empty();
+        Ok(())
+    }
+
+    fn forget(&mut self) {
+        self.prepared = self.prepared.without_memory();
+        self.last = None;
+        self.has_memory = false;
+    }
+}
+
+/// The changes of the outputs.
+fn outputs_of(change: &WheelChange, peak: Option<(usize, usize)>) -> [f64; OUTPUTS] {
+    let [fx, fy, fz] = change.force;
+    let [mx, my, mz] = change.moment;
+    let [left, right] = change.vertical_force;
+    let highest = peak.map_or(0.0, |(patch, point)| change.patches[patch].pressure[point]);
+    let [_, _, z, roll, ..] = change.pose;
+    let power = change.friction_power;
+    [fx, fy, fz, mx, my, mz, left, right, power, highest, z, roll]
+}
