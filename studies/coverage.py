@@ -542,7 +542,7 @@ def numbers(name: str) -> list[dict[str, Any]]:
 
 
 def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A row an example: the verdict, and the largest difference with its quantity."""
+    """A row an example: the verdict, with the largest difference and its quantity."""
     found = []
     for example in EXAMPLES:
         mine = [row for row in rows if row["example"] == example.name]
@@ -550,10 +550,12 @@ def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         worst = outside[0] if outside else None
         if example.verdict == REPRODUCED and worst and worst["difference"] > ALLOWED:
             raise SystemExit(f"{example.name} is not reproduced: {worst}")
-        largest = "all digits printed" if mine else "–"
+        answer = example.verdict
+        if mine:
+            answer += f": {len(mine) - len(outside)} of {len(mine)} numbers to all digits"
         if worst:
             what = worst["quantity"].partition(" [")[0]
-            largest = f"{100.0 * worst['difference']:.2g} %: {what}, case {worst['case']}"
+            answer += f", others within {100.0 * worst['difference']:.2g} % ({what}, case {worst['case']})"
         found.append(
             {
                 "example": example.name,
@@ -561,9 +563,8 @@ def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
                 "computes": example.computes,
                 "call": example.call,
                 "verdict": example.verdict,
-                "compared": len(mine),
-                "within_digits": len(mine) - len(outside),
-                "largest": largest,
+                "answer": answer,
+                "remarked": "yes" if example.remark else "no",
                 "remark": example.remark,
             }
         )
