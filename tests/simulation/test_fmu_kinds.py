@@ -578,6 +578,53 @@ def test_a_unit_of_arrays_is_none_of_fmi_2(unit, made, tmp_path):
     assert heard == ["variables of this unit are arrays: its description is of FMI 3"]
 
 
+def test_other_ways_to_simulate_are_refused_in_words(runtime, tmp_path):
+    made = wheel()
+    heard: list[str] = []
+    for version in (2, 3):
+        path = tmp_path / f"{version}.fmu"
+        made.save(path, runtime, version)
+        folder = fmpy.extract(str(path), str(tmp_path / f"unit {version}"))
+        description = fmpy.read_model_description(str(path))
+        guid = description.instantiationToken or description.guid
+        given = {"guid": guid, "unzipDirectory": folder, "modelIdentifier": "mtb_contact"}
+        log = {"logMessage": lambda *said: heard.append(said[-1].decode())}
+
+        def refused(unit, words, **how):
+            with pytest.raises(Exception, match="Failed to instantiate"):
+                unit.instantiate(**how)
+            assert words in heard.pop()
+
+        if version == 3:
+            named = {"instanceName": "unit"} | given
+            refused(fmi3.FMU3Model(**named), "asked for model exchange", **log)
+            refused(fmi3.FMU3ScheduledExecution(**named), "asked for scheduled execution", **log)
+            refused(FMU3Slave(**named), "asked for an event mode", eventModeUsed=True, **log)
+            within = {"requiredIntermediateVariables": [0], "intermediateUpdate": lambda *_: None}
+            refused(FMU3Slave(**named), "asked for variables within a step", **within, **log)
+            continue
+        calls = fmpy.fmi2.fmi2CallbackFunctions()
+        calls.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(lambda *said: heard.append(said[-1].decode()))
+        resources = (Path(folder) / "resources").as_uri().encode()
+        asked = (b"unit", fmpy.fmi2.fmi2ModelExchange, guid.encode(), resources, ctypes.byref(calls), 0, 0)
+        assert not FMU2Slave(**given).fmi2Instantiate(*asked)
+        assert "asked for model exchange" in heard.pop()
+
+
+def test_a_lifted_wheel_carries_nothing(runtime, tmp_path):
+    made = wheel()
+    for version in (2, 3):
+        path = tmp_path / f"{version}.fmu"
+        made.save(path, runtime, version)
+        slave = Slave(path, tmp_path / f"unit {version}")
+        slave.begin()
+        slave.set({"pose.z": 0.01})
+        slave.fmu.exitInitializationMode()
+        assert set(slave.get(made.outputs).values()) == {0.0}
+        assert set(slave.derivatives(made.outputs, made.starts).values()) == {0.0}
+        slave.end()
+
+
 def test_every_function_of_the_standard_answers(slave):
     """Those that make no sense for a contact refuse in words, and no null pointer does harm."""
     source = Path((fmi3 if slave.is_3 else fmpy.fmi2).__file__).read_text(encoding="utf-8")
