@@ -466,3 +466,12 @@ def test_target_that_is_a_file_is_refused(pole_shoe_result: Result, tmp_path: Pa
     target.write_text("")
     with pytest.raises(ValueError, match="not a directory"):
         save(pole_shoe_result, target)
+
+
+def test_two_rows_of_nodes_are_drawn_as_half_cells() -> None:
+    """Poles of two rows end where their nodes do, and do not overlap."""
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.12, velocity=20.0, spacing=12e-3)
+    result = scene.solve(model="elastic-upper")
+    low, high = result.plot("pressure").axes[0].get_ylim()
+    reached = 1e3 * float(np.abs(result.points[1]).max())
+    assert (-low, high) == pytest.approx((reached, reached), rel=1e-9)

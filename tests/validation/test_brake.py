@@ -186,3 +186,41 @@ def test_nothing_that_brakes_is_said() -> None:
         mtb.brake(shoe(friction=0.0), 10.0, 1e3)
     with pytest.raises(ValueError, match="magnetic_pressure is None"):
         mtb.brake(mtb.scenes.paraboloid_on_plane(points=8), 10.0, 1e3)
+
+
+def test_tables_that_end_above_standstill_are_refused_before_the_first_step() -> None:
+    steps: list[float] = []
+    scene = shoe(friction=mtb.VelocityTable([1.0, 40.0], [0.3, 0.1]))
+    with pytest.raises(ValueError, match="velocity is 0 m/s: the table covers 1 to 40 m/s"):
+        mtb.brake(scene, 20.0, 2000.0, progress=steps.append)
+    assert not steps
+
+
+def test_mean_speeds_that_do_not_settle_shorten_the_step() -> None:
+    """Heat, wear and way are those of one speed then, and the work is that of friction."""
+    scene = mtb.scenes.block_on_plane(
+        friction=mtb.VelocityTable([0.0, 30.0], [0.3, 0.1]),
+        spacing=2e-2,
+        sliding_direction=(0.6, 0.8),
+        layer=mtb.PlasticLayer(20e-6, 1e9, 2e5),
+    )
+    stop = mtb.brake(scene, 15.0, 5e3, 5e3, wear=1e-12, expansion=True, tolerance=0.3, shares=(1.0, 0.5))
+    way = 0.5 * (stop.speed[1:] + stop.speed[:-1]) * np.diff(stop.time)
+    for one in stop.shoes:
+        load = one.pressures @ one.area
+        assert one.volumes_upper[-1] == pytest.approx(1e-12 * float(load @ way), rel=1e-12)
+    work = sum(float(one.friction_powers @ np.diff(stop.time)) for one in stop.shoes)
+    assert work + stop.other_force @ way == pytest.approx(0.5 * 5e3 * 15.0**2, rel=1e-10)
+
+
+def test_layered_and_rigid_shoes_do_not_heat() -> None:
+    coated = mtb.Layered(mtb.Material(2e9, 0.3), 1e-3, mtb.steel)
+    for upper in (coated, mtb.Rigid()):
+        with pytest.raises(ValueError, match=f"upper is {type(upper).__name__}"):
+            mtb.brake(shoe(upper=upper), 20.0, 2000.0)
+
+
+def test_friction_that_fades_says_that_its_steps_are_too_long() -> None:
+    scene = shoe(friction=0.3, velocity=40.0, magnetic_pressure=3e6)
+    with pytest.warns(UserWarning, match="The steps are too long"):
+        scene.sliding_heat(20.0, 60, fading=([50.0, 100.0], [1.0, 0.3]))

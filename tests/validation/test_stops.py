@@ -139,3 +139,8 @@ def test_they_go_on_where_they_were_stopped(tmp_path: Path) -> None:
 def test_bad_input_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         mtb.wear_of_stops(**{"scene": shoe(), "speed": 10.0, "mass": 1e3, "count": 3, **given})
+
+
+def test_a_shoe_that_is_worn_through_is_refused() -> None:
+    with pytest.raises(ValueError, match="more than the height of the upper body"):
+        mtb.wear_of_stops(shoe(), SPEED, MASS, 10_000_000, wear=1e-13, stop_tolerance=STEPS)

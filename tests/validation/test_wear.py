@@ -420,3 +420,43 @@ def test_a_gap_is_what_was_worn_before() -> None:
         mtb.wear(scene, 1.0, WEAR, gap=np.zeros(3))
     with pytest.raises(ValueError, match="a prepared contact has the gap of its scene"):
         mtb.wear(scene.prepare("half-space"), 1.0, WEAR, gap=np.zeros(first.area.size))
+
+
+@pytest.mark.parametrize("lower", [None, 1e-14])
+@pytest.mark.parametrize("limit", [2e-5, 1e-4, 1e-3])
+def test_wear_ends_at_its_limit(limit: float, lower: float | None) -> None:
+    """However long the steps are by then, and where the way ends by what the rate is."""
+    scene = shoe(spacing=12e-3)
+    worn = mtb.wear(scene, 1e6, WEAR, lower, limit=limit)
+    assert worn.depths[0, -1].max() == pytest.approx(limit, rel=1.1e-3)
+    assert worn.distance[-1] == pytest.approx(worn.life(limit), rel=2e-3)
+    through = mtb.wear(scene, 1.2 * float(worn.distance[-1]), WEAR, lower, tolerance=0.01)
+    reached = np.interp(worn.distance[-1], through.distance, through.depths[0].max(axis=1))
+    assert reached == pytest.approx(limit, rel=0.02)
+
+
+def test_passages_end_at_a_limit_too() -> None:
+    parts = [mtb.Passages(300.0, 0.1), mtb.Passages(100.0, 200, {"magnetic_pressure": 2e6})]
+    worn = mtb.wear(shoe(spacing=12e-3), parts, WEAR, 1e-14, limit=2e-5)
+    assert worn.depths[0, -1].max() == pytest.approx(2e-5, rel=1.1e-3)
+    assert worn.distance[-1] > 30.0
+
+
+def test_what_cannot_wear_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"changes of Passages: with_\(speed=...\)"):
+        mtb.wear(shoe(), [mtb.Passages(300.0, 50, {"speed": 3.0})], WEAR)
+    with pytest.raises(ValueError, match="sliding_direction is None: nothing slides, so nothing wears"):
+        mtb.wear(shoe().with_(sliding_direction=None), 10.0, WEAR)
+
+
+@pytest.mark.parametrize("yield_stress", [80e6, 8e6])
+def test_rolling_wears_through_a_yielding_layer_as_sliding_does(yield_stress: float) -> None:
+    """Depth is pressure times slip, in full slip the load times the creepage, whatever the layer bears."""
+    places = np.linspace(-6e-3, 6e-3, 40)
+    x, y = np.meshgrid(places, places)
+    step = float(places[1] - places[0])
+    pressed = mtb.solve_normal((x**2 + y**2) / 0.8, step, lower=mtb.steel, upper=mtb.steel, force=20e3)
+    layer = mtb.PlasticLayer(20e-6, 1e9, yield_stress)
+    rolled = mtb.solve_tangential(pressed, mtb.Rolling((0.1, 0.0, 0.0)), mtb.Coulomb(0.3), layer)
+    # the layer's own shear is a part of the creepage
+    assert rolled.wear_depth(WEAR).sum() * step == pytest.approx(WEAR * 20e3 * 0.1, rel=0.01)

@@ -240,7 +240,9 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
         """Depth (ny,) [m] that one pass of steady or transient rolling wears off each line along x.
 
         With Archard's law it is the wear coefficient over the friction coefficient times the `dissipation`
-        along the line, so that it sums up to the work of friction exactly.
+        along the line, so that it sums up to the work of friction exactly. Where a :class:`PlasticLayer`
+        yields, traction over pressure takes the place of the coefficient, as all of its shear is slip to the
+        law: depth is then pressure times slip, as :func:`mtb_rs.wear` has it in sliding.
 
         Parameters
         ----------
@@ -259,12 +261,16 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
         if abs(np.sin(self.motion.direction)) > 1e-9:
             raise ValueError("rolling is at an angle to the rows of cells: wear_depth needs it along x")
         slip = np.hypot(*self.slip)
+        # where a layer yields, less than friction times pressure works on the slip
+        yields = (self.status == 3) & (self.pressure > 0.0)
+        own = np.hypot(*self.traction[:2]) / np.where(yields, self.pressure, 1.0)
+        friction = np.where(yields, own, self.friction_coefficient)
         step = float(self.points[0, 0, 1] - self.points[0, 0, 0])
         depth = depth_of_pass(
             law,
             self.dissipation,
             self.pressure,
-            self.friction_coefficient,
+            friction,
             slip,
             self.motion.slip_speed,
             self.points,

@@ -53,8 +53,9 @@ def corners(result: Pictured, patch: Patch, points: Array) -> Array:
     area = patch.view(flat(result, result.area))
     columns, rows = area.mean(axis=0), area.mean(axis=1)
     along, across = _single_steps(result, patch)
-    inside = _spread(patch.view(points), _halved(columns), along)
-    return np.swapaxes(_spread(np.swapaxes(inside, -1, -2), _halved(rows), across), -1, -2)
+    cell = float(np.prod(patch.spacing))
+    inside = _spread(patch.view(points), _halved(columns, cell), along)
+    return np.swapaxes(_spread(np.swapaxes(inside, -1, -2), _halved(rows, cell), across), -1, -2)
 
 
 def line_borders(result: Pictured, patch: Patch, cut: Literal["x", "y"]) -> Array:
@@ -62,9 +63,10 @@ def line_borders(result: Pictured, patch: Patch, cut: Literal["x", "y"]) -> Arra
     of columns along y (nx, ny + 1)."""
     points, area = patch.view(flat(result, result.points)), patch.view(flat(result, result.area))
     along, across = _single_steps(result, patch)
+    cell = float(np.prod(patch.spacing))
     if cut == "y":
-        return np.asarray(_spread(points, _halved(area.mean(axis=0)), along)[0])
-    return np.asarray(_spread(np.swapaxes(points, -1, -2), _halved(area.mean(axis=1)), across)[1])
+        return np.asarray(_spread(points, _halved(area.mean(axis=0), cell), along)[0])
+    return np.asarray(_spread(np.swapaxes(points, -1, -2), _halved(area.mean(axis=1), cell), across)[1])
 
 
 def _spread(points: Array, halved: tuple[bool, bool], step: Array) -> Array:
@@ -94,9 +96,13 @@ def _single_steps(result: Pictured, patch: Patch) -> tuple[Array, Array]:
     return dx * along / np.linalg.norm(along), dy * across / np.linalg.norm(across)
 
 
-def _halved(area: Array) -> tuple[bool, bool]:
+def _halved(area: Array, cell: float) -> tuple[bool, bool]:
+    """Whether the first and the last of a row of cells are halved, by their areas and that of a whole one."""
     if area.size == 1:
         return False, False
+    if area.size == 2:
+        both = bool(area.mean() < 0.75 * cell)
+        return both, both
     return bool(area[0] < 0.75 * area[1]), bool(area[-1] < 0.75 * area[-2])
 
 

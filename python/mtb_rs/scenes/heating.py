@@ -71,7 +71,8 @@ def heat(
     found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
     margin, errors = found["thermal_margin"], found["errors"][1:]
     grows = margin is not None and margin > 1.0
-    if tolerance is None and sliding.heated.expands and errors.size:
+    feeds_back = sliding.heated.expands or sliding.heated.fading is not None
+    if tolerance is None and feeds_back and errors.size:
         # below the limit a single step does not spoil those after it
         error, which = (errors.max(), "one of them") if grows else (errors.mean(), "in the mean each of them")
         why = f", and the heat is {margin:.3g} times the thermal limit" if grows else ""
@@ -228,9 +229,9 @@ def heated_of(
 ) -> tuple[Model, Heated, dict[str, Any]]:
     """The model, the heat and wear, and these in words, checked: nothing is solved."""
     choice("model", model, Model)
-    scene.check_model(model)
     if model == "auto":
         model = "elastic-upper"
+    scene.check_model(model)
     if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
         raise ValueError(
             f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"

@@ -157,7 +157,8 @@ def pulls_of(shares: Sequence[float]) -> Array:
 @dataclass
 class Step:
     """A step of a stop: its length [s], the shoes, the force of all [N], the speed [m/s] at its end, the
-    force of the other brakes [N], and its error, NaN for one without a state."""
+    force of the other brakes [N], and its error, NaN for one without a state; whether its mean speed is that
+    of its forces."""
 
     length: float
     trials: list[Trial]
@@ -165,6 +166,7 @@ class Step:
     after: float
     other: float
     error: float = float("nan")
+    is_settled: bool = True
 
 
 class Ride:
@@ -185,6 +187,8 @@ class Ride:
         self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
         self.shoes = [shoe] * self.shares.size if worn is None else [shoe.worn(depth) for depth in worn]
         self.sliding = [one.sliding(float(share)) for one, share in zip(self.shoes, self.shares, strict=True)]
+        # tables that end above standstill are told before the first step
+        self.sliding[0].posed(0.0, shoe.first.pressure)
         for other_one in self.sliding[1:]:
             # the rail answers all shoes alike
             other_one.passing.share_table(self.sliding[0].passing)
@@ -262,7 +266,7 @@ class Ride:
     def _tried(self, units: int) -> tuple[Step, float, float]:
         """A step of at most so many shortest ones, its length and its error."""
         step = self._settled(self.plan.seconds(units))
-        if all(trial.is_state for trial in step.trials):
+        if step.is_settled and all(trial.is_state for trial in step.trials):
             step.error = self._error(step)
         return step, step.length, step.error
 
@@ -278,6 +282,9 @@ class Ride:
                 after = 0.0
             mean = 0.5 * (before + after)
             trials = [one.tried(length, promised, mean) for one in self.sliding]
+            if not all(trial.is_state for trial in trials):
+                # a shorter step is tried at once
+                return Step(length, trials, float("nan"), before, other)
             force = float(self._along(trials) @ self.counts) + other
             if not force > 0.0:
                 raise ConvergenceError(f"nothing brakes at {self.time[-1]:.4g} s: the force is {force:.4g} N")
@@ -292,6 +299,9 @@ class Ride:
             if abs(now - after) <= SETTLED * self.first:
                 break
             after = now
+        else:
+            # so is one whose heat and speed do not agree
+            return Step(length, trials, force, max(now, 0.0), other, is_settled=False)
         return Step(length, trials, force, max(now, 0.0), other)
 
     def _error(self, step: Step) -> float:

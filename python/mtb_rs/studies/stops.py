@@ -20,6 +20,8 @@ from ..base.stored import input_data, without_functions
 from ..base.units import taking_quantities
 from ..base.words import Model
 from ..contact.problem import mean_tractions, sliding_tractions
+from ..friction.wear_laws import check_worn
+from ..results.plausible import height_of
 from ..results.wear_result import WearResult
 from ..scenes.heating import HeatedScene, check_tolerance
 from ..scenes.scene import Scene
@@ -85,7 +87,7 @@ def wear_of_stops(
     Raises
     ------
     ValueError
-        For bad input.
+        For bad input, and where a shoe is worn through.
     ConvergenceError
         As :func:`mtb_rs.brake`.
     """
@@ -310,7 +312,16 @@ class _Duty:
             lambda *_: (rate, none), None, INSIDE * self.tolerance, (0.0, self.worn[k], none, None),
             float(ahead), told,
         )  # fmt: skip
+        self._check(last[0].upper, self.distance + ahead * stop.way)
         return np.array([last[0].upper - self.worn[k], rate * last[0].outcome.pressure, total])
+
+    def _check(self, worn: Array, distance: float) -> None:
+        """ValueError where a shoe is worn through."""
+        height = height_of(self.shoe.problem.upper.state)
+        law = self.shoe.heated.wear
+        assert height is not None
+        assert law is not None
+        check_worn(law, worn, height, "the height of the upper body", distance)
 
     def _error(self, after: _Stopped, k: int, ahead: int, carried: Array) -> float:
         """Half of the stops left out times what the rate of wear is off at their end, relative."""
@@ -334,6 +345,7 @@ class _Duty:
         for k, rows in enumerate(self.rows):
             depth, _, pressures = row.carried[k]
             self.worn[k] = self.worn[k] + depth + after.depths[k]
+            self._check(self.worn[k], self.distance)
             pressure, friction, _ = self._mean(after, k)
             sums = after.way * pressure + (0.0 if last is None else last.way * pressures)
             rows.append(

@@ -37,6 +37,8 @@ from .sweep_checkpoint import Record, StepCheckpoint
 
 Array = NDArray[np.float64]
 
+#: Relative departure from a limit of depth that is accepted.
+AT_LIMIT = 1e-3
 #: Distances along y that count as the same line of the lower body [m].
 SAME_LINE = 1e-9
 
@@ -119,7 +121,7 @@ def wear(
     uniformity : float or None [-]
         Stops once the pressure is so uniform (:attr:`WearResult.uniformity`).
     limit : float or None [m]
-        Stops once the upper body is worn so deep.
+        Stops once the upper body is worn so deep, to a thousandth.
     checkpoint : path
         File that keeps the steps. The same wear that is called again with it goes on where it was stopped.
     progress : callable or True
@@ -147,6 +149,8 @@ def wear(
         )
     if not isinstance(contact, (Scene, PreparedContact)):
         raise ValueError(f"contact is {contact!r}: a Scene or a PreparedContact is needed")
+    if isinstance(contact, PosedScene) and contact.sliding_direction is None:
+        raise ValueError("sliding_direction is None: nothing slides, so nothing wears")
     choice("model", model, Model)
     if positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
@@ -215,7 +219,11 @@ class _Stage:
         self.scene: Scene | None = None
         self.prepared: PreparedContact | None = None
         if isinstance(contact, Scene):
-            self.scene = at_some_speed(contact.with_(**changes) if changes else contact)  # type: ignore[assignment]
+            try:
+                changed = contact.with_(**changes) if changes else contact
+            except TypeError as error:
+                raise ValueError(f"changes of Passages: {error}") from error
+            self.scene = at_some_speed(changed)  # type: ignore[assignment]
             assert self.scene is not None
             self.scene.ask_of_places()
             self.problem = _opened(self.scene.problem(model), gap)
@@ -352,6 +360,8 @@ class _Worn:
     kept: StepCheckpoint
     told: Callable[[float], Any]
     records: list[Record] = field(default_factory=list)
+    #: Where a step beyond the limit is to end in place of its own end [m].
+    cut: float | None = None
 
     def run(self) -> WearResult:
         model = self.model
@@ -377,7 +387,7 @@ class _Worn:
                         "belongs to the points"
                     )
             if not is_over:
-                self._wear(stage, part, begun + length, total)
+                self._wear_as_far_as(begun + length, stage, part, total)
             begun += length
         assert stage is not None
         return self._result(stage)
@@ -387,9 +397,29 @@ class _Worn:
 
     def _ends(self, record: Record) -> bool:
         upper, even = record["numbers"][5], record["numbers"][4]
-        return (self.stops.limit is not None and upper >= self.stops.limit) or (
+        limit = self.stops.limit
+        return (limit is not None and upper >= (1.0 - AT_LIMIT) * limit) or (
             self.stops.uniformity is not None and even >= self.stops.uniformity
         )
+
+    def _beyond(self, distance: float, depth: float) -> bool:
+        """Whether a step has gone beyond the limit: then it notes down where that is, on a straight line."""
+        limit = self.stops.limit
+        if limit is None or depth <= (1.0 + AT_LIMIT) * limit or not self.records:
+            return False
+        numbers = self.records[-1]["numbers"]
+        self.cut = numbers[0] + (distance - numbers[0]) * (limit - numbers[5]) / (depth - numbers[5])
+        return True
+
+    def _wear_as_far_as(self, end: float, stage: _Stage, part: float | Passages, total: float) -> None:
+        """Wears a part to its end [m] or to the limit: a step beyond that is taken again, a shorter one."""
+        until = end
+        while True:
+            self.cut = None
+            self._wear(stage, part, until, total)
+            if self._is_at_stop() or self.records[-1]["numbers"][0] >= end * (1.0 - 1e-12):
+                return
+            until = end if self.cut is None else self.cut
 
     def _wear(self, stage: _Stage, part: float | Passages, until: float, total: float) -> None:
         problem = stage.problem
@@ -436,6 +466,8 @@ class _Worn:
                 assert stage.prepared is not None
                 mean, force = stage.prepared._core.mean_pressure(out.pressure), out.force
             upper, lower = step.upper[source], step.lower[source]
+            if self._beyond(step.distance, float(upper.max())):
+                return True
             check_worn(self.laws[0], upper, *stage.height(), step.distance)
             check_worn(self.laws[1], lower, *stage.extent(), step.distance)
             load = float(mean @ area)
