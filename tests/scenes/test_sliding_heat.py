@@ -40,7 +40,8 @@ def test_pressures_are_those_of_cold_bodies_and_heat_is_conserved() -> None:
     touching = found.status > 0
     assert found.temperature_upper[touching] == pytest.approx(found.temperature_lower[touching], rel=1e-9)
     assert np.all(np.diff(found.means) > 0.0)
-    assert found.peaks[-1] == found.temperature_upper.max()
+    # of either body, which differ by rounding
+    assert found.peaks[-1] == pytest.approx(found.temperature_upper.max(), rel=1e-12)
 
 
 def test_all_heat_into_the_shoe_is_the_root_of_the_time() -> None:

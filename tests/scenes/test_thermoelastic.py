@@ -11,6 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.contact.heated_body import ReducedBody, WholeBody
+from mtb_rs.scenes.heating import HeatedScene, heated_of
 
 Array = NDArray[np.float64]
 STEEL = mtb.conducting_steel
@@ -111,6 +113,45 @@ def test_a_step_of_the_prepared_contact_with_what_heat_and_wear_open_is_that_ste
         step = contact.step(velocity=10.0, gap=steady.depths[k] + steady.openings[k])
         assert np.abs(step.pressure - steady.pressures[k]).max() < 1e-10 * steady.pressures[k].max()
     assert not shoe().sliding_heat(2.0, 2, 10.0).openings.any()
+
+
+@pytest.mark.parametrize("lateral", [0.0, 2e-3])
+@pytest.mark.parametrize("changes", [False, True])
+def test_modes_take_the_steps_of_the_whole_bodies(lateral: float, changes: bool) -> None:
+    scene = shoe(lateral=lateral)
+    conductor = replace(STEEL, conductivity_slope=-0.1, expansion_slope=5e-9) if changes else STEEL
+    given = {"film": (200.0, -5.0), "resistance": 2e-5, "share": 0.3, "bulk": (0.0, 40.0), "upper": conductor}
+    posed = HeatedScene.of(scene, *heated_of(scene, "auto", expansion=True, wear=SOFT, **given))  # type: ignore[arg-type]
+    whole, reduced = (posed.sliding(is_uneven=uneven) for uneven in (False, True))
+    assert all(isinstance(body, WholeBody) for body in whole.bodies)
+    first, second = reduced.bodies
+    assert isinstance(first, ReducedBody)
+    assert isinstance(second, ReducedBody)
+    # poles that are mirror images have modes in common
+    assert (first._modes[0] is second._modes[0]) == (lateral == 0.0)
+    assert whole.thermal_margin(0.5, 10.0) == pytest.approx(reduced.thermal_margin(0.5, 10.0), rel=1e-4)
+    time = 0.0
+    for duration, speed in ((1e-3, 10.0), (0.01, 10.0), (0.01, 9.0), (0.1, 9.0), (0.5, 8.0), (0.05, 8.0)):
+        time += duration
+        known, found = (one.take(one.tried(duration, speed, speed)) for one in (whole, reduced))
+        # what films do to heat from the contact is that of the first conductivity
+        inside = 1e-4 if changes else 1e-5
+        for name, part in (
+            ("temperatures", 1e-6),
+            ("pressures", 1e-5),
+            ("openings", inside),
+            ("depths", 1e-5),
+        ):
+            largest = np.abs(known[name]).max()
+            assert np.abs(found[name] - known[name]).max() < part * largest, (time, name)
+        # heat is that which has entered, in both
+        for row in (known, found):
+            entered = duration * (row["heats_upper"] - row["losses"])
+            assert row["gained"] == pytest.approx(entered, abs=1e-11 * whole.held())
+    for one, other in zip(whole.bodies, reduced.bodies, strict=True):
+        assert one.level == other.level
+        assert (one.level != 0) == changes
+        assert np.abs(other.nodes() - one.nodes()).max() < (1e-2 if changes else 1e-3)
 
 
 def test_the_margin_follows_the_heat_of_friction() -> None:

@@ -12,18 +12,15 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.conductor import Conductor
-from ..bodies.sides import ElasticPart
 from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
+from .heated_body import KEPT, SAME, HeatedBody, ReducedBody, WholeBody
 from .problem import ContactProblem, mean_tractions, sliding_tractions
 from .symmetry import alike, mirror_symmetry
 
 Array = NDArray[np.float64]
 Kept = dict[str, list[float]]
+Fold = Callable[[Array], Array]
 
-#: Relative change of a conductivity by its temperature below which it counts as the same.
-SAME = 0.01
-#: Steps of a body whose matrices are kept at a time.
-KEPT = 12
 #: Speeds of a table of the heat of the lower body, to twice the speed.
 SPEEDS = 4
 
@@ -52,97 +49,6 @@ class Heated:
         if self.fading is None:
             return np.ones(temperature.size)
         return np.interp(temperature, *self.fading)
-
-
-@dataclass(frozen=True)
-class _Step:
-    """Matrices of a step of one body: temperatures of contact points and nodes, and openings."""
-
-    step: _mtb_rs.ConductionStep
-    response: Array
-    nodes: Array | None
-    opening: Array | None
-
-
-class _Body:
-    """An upper body that conducts and expands, and its contact points."""
-
-    def __init__(self, part: ElasticPart, heated: Heated) -> None:
-        self.body = part.body
-        self.sampling = part.sampling()
-        self.points = slice(part.first, part.first + self.sampling.n_points)
-        self.heated = heated
-        self.warm = np.full(len(self.body.mesh.nodes), heated.bulk[1])
-        contact = set(self.body.contact_faces.tolist())
-        free = [k for k in range(len(self.body.faces)) if k not in contact]
-        coefficient, ambient = heated.film
-        self.films = [(free, coefficient, ambient)] if coefficient else []
-        #: Displacement of contact points by a strain of the nodes.
-        self.strained: Array | None = None
-        if heated.expands and heated.upper.expands:
-            self.strained = part.memory.recall(
-                "expansion",
-                [id(part.points), id(part.hats)],
-                lambda: self.body.core.expansion(self.sampling, 1.0),
-            )
-        self._conducting: dict[int, _mtb_rs.ConductingBody] = {}
-        self._steps: dict[tuple[float, int], _Step] = {}
-
-    @property
-    def level(self) -> int:
-        """The conductivity at the mean temperature, in parts of :data:`SAME` beyond that at zero."""
-        upper = self.heated.upper
-        if not upper.conductivity_slope:
-            return 0
-        body = self.conducting(0)
-        mean = body.heat(self.warm) / body.heat(np.ones(self.warm.size))
-        return round(upper.conductivity_slope * mean / upper.conductivity / SAME)
-
-    def conducting(self, level: int) -> _mtb_rs.ConductingBody:
-        """The body at the conductivity of a level; what it holds and loses is the same at each."""
-        if level not in self._conducting:
-            upper = self.heated.upper
-            conductivity = upper.conductivity * (1.0 + SAME * level)
-            constants = conductivity, upper.density, upper.specific_heat
-            self._conducting[level] = _mtb_rs.ConductingBody(self.body.core_mesh, constants, self.films)
-        return self._conducting[level]
-
-    def step(self, duration: float) -> _Step:
-        key = duration, self.level
-        if key not in self._steps:
-            while len(self._steps) >= KEPT:
-                self._steps.pop(next(iter(self._steps)))
-            step = self.conducting(key[1]).step(duration, self.sampling)
-            nodes = opening = None
-            if self.strained is not None:
-                nodes = step.nodes()
-                opening = self.strained @ nodes.T
-            self._steps[key] = _Step(step, step.response, nodes, opening)
-        return self._steps[key]
-
-    def opened(self, temperature: Array) -> Array:
-        """Opening (n,) [m] by the temperatures (N,) of the nodes, above those at the beginning."""
-        assert self.strained is not None
-        upper, start = self.heated.upper, self.heated.bulk[1]
-        return np.asarray(self.strained @ (upper.strain(temperature) - upper.strain(start)))
-
-    def slope(self, step: _mtb_rs.ConductionStep) -> float:
-        """Strain over temperature about the mean temperature of the contact face [1/K]."""
-        upper = self.heated.upper
-        if not upper.expansion_slope:
-            return upper.expansion
-        mean = float(step.weights @ step.observe(self.warm)) / float(step.weights.sum())
-        return upper.expansion + 2.0 * upper.expansion_slope * mean
-
-    def coasted(self, duration: float) -> Array:
-        """Temperatures (N,) [K] of the nodes at the end of a step without heat of friction."""
-        step = self.step(duration).step
-        return step.advance(self.warm, np.zeros(step.weights.size))
-
-    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        """The same with a flux (n,) [W/m2] into the contact points."""
-        step = self.step(duration)
-        return step.step.advance(self.warm, flux) if step.nodes is None else coasted + flux @ step.nodes
 
 
 def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
@@ -176,8 +82,8 @@ class Passing:
         self.length = float(np.ptp(self.places @ self.way))
         #: Times [s] and distances [m] of sliding so far.
         self.times, self.distances = [0.0], [0.0]
-        self._table: dict[tuple[int, int], Array] = {}
-        self._risen: Array | None = None
+        self._table: dict[tuple[int, int, bool], Array] = {}
+        self._risen: dict[bool, Array] = {}
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
@@ -195,9 +101,10 @@ class Passing:
         entered = float(np.interp(gone - self.length, distances, times))
         return self.length / (time - entered)
 
-    def at(self, passing: float, warmer: float) -> tuple[Array, Array | None]:
+    def at(self, passing: float, warmer: float, fold: Fold | None = None) -> tuple[Array, Array | None]:
         """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point, at the mean speed
-        [m/s] of the passage, where the mean temperature of the surface is `warmer` [K].
+        [m/s] of the passage, where the mean temperature of the surface is `warmer` [K]; with a `fold` as that
+        makes them.
 
         Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
         quadratic over the logarithm of the speed.
@@ -209,19 +116,21 @@ class Passing:
         first = round(place) - 1
         s = place - first - 1.0
         weights = 0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)
-        response = np.zeros((len(self.places), len(self.places)))
-        for k, weight in enumerate(weights):
-            speed = 2.0 ** ((first + k) / SPEEDS)
-            response += weight * np.sqrt(speed / passing) * self._at(first + k, level)
+        speeds = 2.0 ** ((first + np.arange(3)) / SPEEDS)
+        factors = weights * np.sqrt(speeds / passing)
+        parts = (factor * self._at(first + k, level, fold) for k, factor in enumerate(factors))
+        response = np.asarray(sum(parts))
         opening = None
         if heated.expands and lower.expands and heated.poisson is not None:
             # it comes cold: the strain of what is warm, over its temperature
             expansion = lower.expansion + lower.expansion_slope * warmer
-            if self._risen is None:
+            is_folded = fold is not None
+            if is_folded not in self._risen:
                 # in proportion to expansion and time
                 given = self._conducting(0), self._velocity(1.0), self.places, self.sizes
-                self._risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
-            opening = (expansion / passing) * self._risen
+                risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
+                self._risen[is_folded] = risen if fold is None else fold(risen)
+            opening = (expansion / passing) * self._risen[is_folded]
         return response, opening
 
     def _conducting(self, level: int) -> tuple[float, float, float]:
@@ -231,21 +140,24 @@ class Passing:
     def _velocity(self, speed: float) -> tuple[float, float]:
         return -speed * float(self.way[0]), -speed * float(self.way[1])
 
-    def _at(self, number: int, level: int) -> Array:
-        if (number, level) not in self._table:
+    def _at(self, number: int, level: int, fold: Fold | None) -> Array:
+        key = number, level, fold is not None
+        if key not in self._table:
             velocity = self._velocity(2.0 ** (number / SPEEDS))
             given = self._conducting(level), velocity, self.places, self.sizes
-            self._table[number, level] = _mtb_rs.moving_half_space(*given)
-        return self._table[number, level]
+            found = _mtb_rs.moving_half_space(*given)
+            self._table[key] = found if fold is None else fold(found)
+        return self._table[key]
 
 
 @dataclass(frozen=True)
 class Trial:
     """A step that was computed, to be taken or not.
 
-    `is_state` tells whether it has a state, and only one. `opening` (n,) [m] is what heat adds to the gap
-    since the beginning, `depth` and `volume_lower` are what the step wears,
-    `error` is that of the step, `attraction` the pull (n,) [Pa] of a magnet that follows the gap.
+    `is_state` tells whether it has a state, and only one. `warm` describes the upper bodies at
+    its end, `opening` (n,) [m] is what heat adds to the gap since the beginning, `depth` and `volume_lower`
+    are what the step wears, `error` is that of the step, `attraction` the pull (n,) [Pa] of a magnet that
+    follows the gap.
     """
 
     duration: float
@@ -256,7 +168,7 @@ class Trial:
     friction: Array
     flux: Array
     surface: Array
-    temperatures: list[Array]
+    warm: list[Array]
     opening: Array
     depth: Array
     volume_lower: float
@@ -274,6 +186,13 @@ class Trial:
         }
 
 
+def _opened(opening: Array | None, flux: Array) -> Array:
+    """What fluxes (2, n) open (n,) [m]."""
+    if opening is None:
+        return np.zeros(flux.shape[1])
+    return np.asarray(opening[0] @ flux[0] + opening[1] @ flux[1])
+
+
 class HeatedSliding:
     """Bodies that slide and heat each other, step by step.
 
@@ -286,6 +205,8 @@ class HeatedSliding:
     pressure : (n,) [Pa]
         At the beginning.
     heated : Heated
+    is_uneven : bool
+        Whether the steps have many durations.
     """
 
     def __init__(
@@ -294,10 +215,22 @@ class HeatedSliding:
         posed: Callable[[float, Array], tuple[Array, Array | float]],
         pressure: Array,
         heated: Heated,
+        is_uneven: bool,
     ) -> None:
         n = problem.n
         self.problem, self.posed, self.heated = problem, posed, heated
-        self.bodies = [_Body(part, heated) for part in problem.upper.state]
+        self.bodies: list[HeatedBody] = []
+        first: ReducedBody | None = None
+        for part in problem.upper.state:
+            given = part, heated.upper, heated.film, heated.bulk[1], heated.expands
+            # without expansion a factor for each duration costs less than modes, with one duration anyhow
+            if is_uneven and heated.expands and heated.upper.expands:
+                reduced = ReducedBody(*given, first)
+                first = first or reduced
+                self.bodies.append(reduced)
+            else:
+                self.bodies.append(WholeBody(*given))
+        self._upper: dict[tuple[float | int, ...], tuple[Array, Array | None]] = {}
         self.passing = Passing(problem, heated)
         self.direction = np.ascontiguousarray(problem.direction)
         # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
@@ -322,33 +255,55 @@ class HeatedSliding:
 
     def held(self) -> float:
         """Heat [J] in the upper bodies."""
-        return sum(body.conducting(0).heat(body.warm) for body in self.bodies)
+        return sum(body.held(body.warm) for body in self.bodies)
 
-    def lost(self, temperatures: list[Array]) -> float:
+    def lost(self, warm: list[Array]) -> float:
         """Heat flow [W] out of the upper bodies through their films."""
-        pairs = zip(self.bodies, temperatures, strict=True)
-        return sum(body.conducting(0).loss(warm) for body, warm in pairs)
+        return sum(body.lost(own) for body, own in zip(self.bodies, warm, strict=True))
 
     def _folded(self, matrix: Array) -> Array:
-        """A matrix (..., n, n) of the whole on fields that are their own mirror image."""
-        rows = matrix[..., self._kept, :]
-        mirrored = np.where(self._alone, 0.0, rows[..., self._image])
-        return np.ascontiguousarray(rows[..., self._kept] + mirrored)
+        """A matrix (n, n) of the whole on fields that are their own mirror image."""
+        rows = matrix[self._kept]
+        mirrored = np.where(self._alone, 0.0, rows[:, self._image])
+        return np.ascontiguousarray(rows[:, self._kept] + mirrored)
 
-    def _matrices(self, duration: float, time: float, way: float) -> tuple[Array, Array | None]:
-        """Temperatures and openings (2, n, n) by unit fluxes over a step."""
-        n, heated = self.problem.n, self.heated
-        response = np.zeros((2, n, n))
+    def _by_upper(self, duration: float, is_folded: bool) -> tuple[Array, Array | None]:
+        """Temperatures, and displacements per strain over temperature, of the upper bodies by unit fluxes."""
+        key = duration, is_folded, *(body.level for body in self.bodies)
+        if key not in self._upper:
+            while len(self._upper) >= KEPT:
+                self._upper.pop(next(iter(self._upper)))
+            response = np.zeros((self.problem.n, self.problem.n))
+            opening = np.zeros_like(response) if any(body.expands for body in self.bodies) else None
+            for body in self.bodies:
+                response[body.points, body.points], own = body.matrices(duration)
+                if opening is not None and own is not None:
+                    opening[body.points, body.points] = own
+            if is_folded:
+                response = self._folded(response)
+                opening = None if opening is None else self._folded(opening)
+            self._upper[key] = response, opening
+        return self._upper[key]
+
+    def _matrices(
+        self, duration: float, time: float, way: float, is_folded: bool = False
+    ) -> tuple[Array, Array | None]:
+        """Temperatures and openings (2, n, n) by unit fluxes over a step; of the half if folded."""
         warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
-        response[0], risen = self.passing.at(self.passing.passing(time, way), warmer)
-        opening = np.zeros((2, n, n)) if heated.expands else None
-        if opening is not None and risen is not None:
+        fold = self._folded if is_folded else None
+        lower, risen = self.passing.at(self.passing.passing(time, way), warmer, fold)
+        upper, opened = self._by_upper(duration, is_folded)
+        response = np.stack([lower, upper])
+        if not self.heated.expands:
+            return response, None
+        opening = np.zeros_like(response)
+        if risen is not None:
             opening[0] = risen
-        for body in self.bodies:
-            step = body.step(duration)
-            response[1, body.points, body.points] = step.response
-            if opening is not None and step.opening is not None:
-                opening[1, body.points, body.points] = body.slope(step.step) * step.opening
+        if opened is not None:
+            slopes = np.empty(self.problem.n)
+            for body in self.bodies:
+                slopes[body.points] = body.slope
+            np.multiply(opened, slopes[self._kept] if is_folded else slopes, out=opening[1])
         return response, opening
 
     def thermal_margin(self, duration: float, speed: float) -> float | None:
@@ -379,14 +334,13 @@ class HeatedSliding:
         n, time, way = problem.n, self.time + duration, mean * duration
         friction, pull = self.posed(speed, self.pressure)
         friction = np.ascontiguousarray(friction * heated.faded(self.surface.mean(axis=0)))
-        response, opening = self._matrices(duration, time, way)
         before = np.full((2, n), heated.bulk[0])
         worn, coasted = self.worn.copy(), []
         for body in self.bodies:
             cooled = body.coasted(duration)
             coasted.append(cooled)
-            before[1, body.points] = body.step(duration).step.observe(cooled)
-            if body.strained is not None:
+            before[1, body.points] = body.surface(cooled)
+            if body.expands:
                 worn[body.points] += body.opened(cooled)
         rubbed = problem.capped(friction, self.pressure)
         rubbing = Rubbing(self.pressure, rubbed, np.ones(n), mean, problem.points.points)
@@ -400,16 +354,14 @@ class HeatedSliding:
         else:
             pull = np.asarray(pull)
             loading = problem.loading_by(pull, pull if problem.lower.pull.any() else problem.lower.pull)
-        outcome, flux, surface, pressure = self._solved(
-            loading, friction, (response, before, speeds, numbers, opening), worn, diagonal, magnet
+        outcome, flux, surface, pressure, by_flux = self._solved(
+            loading, friction, (duration, time, way), (before, speeds, numbers), worn, diagonal, magnet
         )
         # where nothing expands, the steps have no part in it
         is_single = not (heated.expands and outcome.unstable)
         is_state = outcome.status == "solved" and is_single
         settled = outcome.settled
-        opened = worn - self.worn
-        if opening is not None:
-            opened += np.einsum("bij,bj->i", opening, flux)
+        opened = worn - self.worn + by_flux
         # where a layer yields, friction has not grown with the pressure
         friction = problem.capped(friction, pressure)
         depth = diagonal * pressure
@@ -456,42 +408,55 @@ class HeatedSliding:
         }
 
     def _solved(
-        self, loading: Any, friction: Array, heating: Any, worn: Array, diagonal: Array, magnet: Any
-    ) -> tuple[Any, Array, Array, Array]:
-        """Outcome, fluxes, temperatures (2, n) and pressure (n,); by the half where all is symmetric."""
-        response, before, speeds, numbers, opening = heating
+        self,
+        loading: Any,
+        friction: Array,
+        step: tuple[float, float, float],
+        heating: Any,
+        worn: Array,
+        diagonal: Array,
+        magnet: Any,
+    ) -> tuple[Any, Array, Array, Array, Array]:
+        """Outcome, fluxes, temperatures (2, n), pressure (n,), and what the fluxes open (n,).
+
+        By the half where all is symmetric; `step` is its duration [s], its end [s] and its way [m].
+        """
+        before, speeds, numbers = heating
         symmetry, core = self.symmetry, self.problem.core
         if symmetry is None or not self._is_symmetric([loading.gap, friction, worn, diagonal, *before]):
+            response, opening = self._matrices(*step)
             outcome, flux, surface, _ = core.slide_heated(
                 loading,
                 self.direction,
                 friction,
-                heating,
+                (response, before, speeds, numbers, opening),
                 (worn, diagonal),
                 self.active.tolist(),
                 magnet,
                 self.attraction,
             )
-            return outcome, flux, surface, outcome.pressure
+            return outcome, flux, surface, outcome.pressure, _opened(opening, flux)
         kept, source = self._kept, symmetry.source
+        response, opening = self._matrices(*step, is_folded=True)
         half = symmetry.half.core
         work = np.zeros(len(half.motions))
         moving = symmetry.motion_source >= 0
         np.add.at(work, symmetry.motion_source[moving], loading.work[moving])
         cut = [np.ascontiguousarray(field[..., kept]) for field in (loading.gap, friction, worn, diagonal)]
         folded: Any = (
-            self._folded(response),
+            response,
             np.ascontiguousarray(before[:, kept]),
             np.ascontiguousarray(speeds[kept]),
             numbers,
-            None if opening is None else self._folded(opening),
+            opening,
         )
         direction = np.ascontiguousarray(self.direction[:, kept])
         start = self.active[kept].tolist()
         outcome, flux, surface, _ = half.slide_heated(
             half.loading(cut[0], work), direction, cut[1], folded, (cut[2], cut[3]), start
         )
-        return outcome, flux[:, source], surface[:, source], outcome.pressure[source]
+        by_flux = _opened(opening, flux)
+        return outcome, flux[:, source], surface[:, source], outcome.pressure[source], by_flux[source]
 
     def _status(self, trial: Trial) -> NDArray[np.int8]:
         """0 open, 1 stick, 2 slip, 3 plastic (n,)."""
@@ -513,8 +478,8 @@ class HeatedSliding:
             self.attraction = trial.attraction
         self.passing.times.append(self.time)
         self.passing.distances.append(self.passing.distances[-1] + trial.way)
-        losses = self.lost(trial.temperatures)
-        for body, warm in zip(self.bodies, trial.temperatures, strict=True):
+        losses = self.lost(trial.warm)
+        for body, warm in zip(self.bodies, trial.warm, strict=True):
             body.warm = warm
         self.pressure, self.active = trial.pressure, trial.pressure > 0.0
         self.surface = trial.surface

@@ -317,7 +317,7 @@ class Histories:
         return {
             **{name: np.array(values) for name, values in self._rows.items()},
             **self._fields,
-            "bodies": tuple(body.warm for body in sliding.bodies),
+            "bodies": tuple(body.nodes() for body in sliding.bodies),
             "thermal_margin": margin,
         }
 

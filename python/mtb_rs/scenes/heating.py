@@ -66,7 +66,7 @@ def heat(
         heated_scene.check_speed("velocity", value)
         return value
 
-    sliding = heated_scene.sliding()
+    sliding = heated_scene.sliding(is_uneven=tolerance is not None)
     failed = heated_scene.failed
     found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
     margin, errors = found["thermal_margin"], found["errors"][1:]
@@ -147,8 +147,11 @@ class HeatedScene:
                 f"holds below about {FAST * slowest:.3g} m/s, {FAST:g} of the speed of shear waves in them"
             )
 
-    def sliding(self, share: float = 1.0) -> HeatedSliding:
-        """The bodies at the beginning of their steps, with a share of the magnetic pressure."""
+    def sliding(self, share: float = 1.0, *, is_uneven: bool) -> HeatedSliding:
+        """The bodies at the beginning of their steps, with a share of the magnetic pressure.
+
+        `is_uneven` tells whether the steps have many durations.
+        """
         scene, problem = self.scene, self.problem
         kept, points, patches = problem.kept, problem.points, problem.patches
 
@@ -164,7 +167,7 @@ class HeatedScene:
                 pull = scene.pull_at(points, patches, kept, velocity=velocity)
             return friction, share * pull
 
-        return HeatedSliding(problem, posed, self.first.pressure, self.heated)
+        return HeatedSliding(problem, posed, self.first.pressure, self.heated, is_uneven)
 
     def result(self, found: dict[str, Any], said: dict[str, Any]) -> SlidingHeat:
         """Histories and last fields of its steps, and what was asked for besides."""

@@ -161,6 +161,118 @@ fn the_response_is_that_of_the_steps_and_symmetric() {
     }
 }
 
+/// A block with its contact and a film on the other faces.
+fn cooled_block(conductor: Conductor, film: f64) -> (Arc<ConductingBody>, Sampling) {
+    let side = even(0.0, 24e-3, 5);
+    let mesh = Arc::new(box_mesh(
+        &side,
+        &side,
+        &even(0.0, 16e-3, 4),
+        Order::Quadratic,
+    ));
+    let sampling = face(&mesh, 5, 24e-3);
+    let faces = faces_where(&mesh, |x| x[2] > 1e-9);
+    let film = Film {
+        faces,
+        coefficient: film,
+        ambient: -7.0,
+    };
+    let body = ConductingBody::new(mesh, conductor, &[film], &unmonitored).unwrap();
+    (Arc::new(body), sampling)
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, v| most.max(v.abs()))
+}
+
+fn apart(found: &[f64], known: &[f64]) -> f64 {
+    let apart: Vec<f64> = found.iter().zip(known).map(|(a, b)| a - b).collect();
+    largest(&apart) / largest(known)
+}
+
+#[test]
+fn modes_follow_the_whole_body_through_steps_of_changing_duration() {
+    for film in [0.0, 200.0] {
+        let (body, sampling) = cooled_block(steel(), film);
+        let modes = body.modes(&sampling, &unmonitored).unwrap();
+        let n = sampling.n_points();
+        assert!(
+            modes.count() < body.mesh().nodes().len() / 2,
+            "{}",
+            modes.count()
+        );
+        let mut warm = vec![20.0; body.mesh().nodes().len()];
+        let mut amplitudes = modes.uniform(20.0);
+        assert!(apart(&modes.temperature(&amplitudes).unwrap(), &warm) < 1e-11);
+        let durations = [
+            1e-3, 4e-3, 4e-3, 0.03, 0.03, 0.03, 0.2, 0.2, 1.7, 1.7, 0.01, 40.0,
+        ];
+        for (k, duration) in durations.into_iter().enumerate() {
+            // uneven over the points, and another at each step
+            let flux: Vec<f64> = (0..n)
+                .map(|i| 1e6 * (1.0 + (2.3 * i as f64 + 1.1 * k as f64).sin()))
+                .collect();
+            let step = body.step(duration, &sampling, &unmonitored).unwrap();
+            warm = step.advance(&warm, &flux).unwrap();
+            let before = modes.heat(&amplitudes).unwrap();
+            amplitudes = modes.advance(duration, &amplitudes, &flux).unwrap();
+            let seen = modes.observe(&amplitudes).unwrap();
+            let error = apart(&seen, &step.observe(&warm).unwrap());
+            assert!(error < 1e-6, "{film} {k}: {error:e}");
+            let error = apart(&modes.temperature(&amplitudes).unwrap(), &warm);
+            assert!(error < 1e-4, "{film} {k}: {error:e}");
+            // what a body holds and loses is linear, and heat is not lost between the modes
+            let entered: f64 = flux.iter().zip(modes.weights()).map(|(q, w)| q * w).sum();
+            let lost = modes.loss(&amplitudes).unwrap();
+            let held = modes.heat(&amplitudes).unwrap();
+            assert!((held - before - duration * (entered - lost)).abs() < 1e-11 * held.abs());
+            assert!((held / body.heat(&warm).unwrap() - 1.0).abs() < 1e-7);
+        }
+    }
+}
+
+#[test]
+fn modes_answer_at_any_duration_and_conductivity() {
+    let (body, sampling) = cooled_block(steel(), 200.0);
+    let modes = body.modes(&sampling, &unmonitored).unwrap();
+    let nodes = body.mesh().nodes().len();
+    // what looks at the whole body: moments of its temperature
+    let rows: Vec<f64> = (0..2)
+        .flat_map(|c| body.mesh().nodes().iter().map(move |x| x[2] * x[c]))
+        .collect();
+    let seen = modes.seen(&rows).unwrap();
+    for conductivity in [50.0, 27.0] {
+        let conductor = Conductor::new(conductivity, 7850.0, 450.0).unwrap();
+        let (whole, _) = cooled_block(conductor, 200.0);
+        let modes = modes.with_conductivity(conductivity).unwrap();
+        for duration in [1e-6, 1e-3, 7e-3, 0.02, 0.09, 0.5, 3.0, 11.0, 1e2, 1e5] {
+            let step = whole.step(duration, &sampling, &unmonitored).unwrap();
+            // what films do to heat from the contact is that of the first conductivity
+            let is_first = conductivity > 49.0;
+            let error = apart(&modes.response(duration).unwrap(), step.response());
+            let seen_there = if is_first { 1e-6 } else { 1e-4 };
+            assert!(error < seen_there, "{conductivity} {duration}: {error:e}");
+            let n = sampling.n_points();
+            let by_film = step.advance(&vec![0.0; nodes], &vec![0.0; n]).unwrap();
+            let mut known = vec![0.0; 2 * n];
+            for j in 0..n {
+                let mut flux = vec![0.0; n];
+                flux[j] = 1.0;
+                let warm = step.advance(&vec![0.0; nodes], &flux).unwrap();
+                for (c, row) in rows.chunks(nodes).enumerate() {
+                    let warm = warm.iter().zip(&by_film);
+                    known[c * n + j] = warm.zip(row).map(|((t, f), r)| (t - f) * r).sum();
+                }
+            }
+            let error = apart(&modes.response_of(duration, &seen).unwrap(), &known);
+            // steps that are far shorter than elements resolve add next to nothing
+            let is_exact = duration > 5e-3 && is_first;
+            let inside = if is_exact { 1e-4 } else { 1e-3 };
+            assert!(error < inside, "{conductivity} {duration}: {error:e}");
+        }
+    }
+}
+
 /// A block that rests on its lower face without being hindered in its expansion.
 fn block(order: Order, hold: [Hold; 3]) -> (TetraBody, Sampling) {
     let side = even(0.0, 8e-3, 4);
@@ -275,4 +387,15 @@ fn bad_input_is_refused() {
         step.advance(&vec![0.0; mesh.nodes().len()], &[0.0, 0.0, f64::NAN, 0.0])
             .is_err()
     );
+    let modes = body.modes(&sampling, &unmonitored).unwrap();
+    let cold = modes.uniform(0.0);
+    assert!(modes.advance(0.0, &cold, &[0.0; 4]).is_err());
+    assert!(modes.advance(1.0, &cold, &[0.0; 3]).is_err());
+    assert!(modes.advance(1.0, &[], &[0.0; 4]).is_err());
+    assert!(modes.response(f64::NAN).is_err());
+    assert!(modes.response_of(1.0, &[1.0]).is_err() || modes.count() == 1);
+    assert!(matches!(
+        modes.with_conductivity(-1.0).err(),
+        Some(Error::NotPositive { .. })
+    ));
 }

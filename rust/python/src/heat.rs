@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_contact::steps::{Gathered, StepControl};
-use mtb_elasticity::tetra::{ConductingBody, ConductionStep, Film};
+use mtb_elasticity::tetra::{ConductingBody, ConductionModes, ConductionStep, Film};
 use mtb_heat::{Conductor, Error, HalfSpace, Passage, rolling};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -119,6 +119,16 @@ impl PyConductingBody {
         let sampling = &sampling.get().0;
         enter(py, |monitor| self.0.step(duration, sampling, monitor)).map(PyConductionStep)
     }
+
+    /// The body in modes that hold its answers to fluxes through contact points in steps of any duration.
+    fn modes(
+        &self,
+        py: Python<'_>,
+        sampling: &Bound<'_, PySampling>,
+    ) -> PyResult<PyConductionModes> {
+        let sampling = &sampling.get().0;
+        enter(py, |monitor| self.0.modes(sampling, monitor)).map(PyConductionModes)
+    }
 }
 
 /// An implicit step of a conducting body, condensed onto contact points.
@@ -168,6 +178,115 @@ impl PyConductionStep {
         let (temperature, flux) = (temperature.to_vec()?, flux.to_vec()?);
         let found = enter(py, |_| self.0.advance(&temperature, &flux))?;
         Ok(found.into_pyarray(py))
+    }
+}
+
+/// A conducting body in modes, in which implicit steps of any duration are diagonal.
+#[pyclass(frozen, name = "ConductionModes", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyConductionModes(ConductionModes);
+
+#[pymethods]
+impl PyConductionModes {
+    /// Number of the modes.
+    fn __len__(&self) -> usize {
+        self.0.count()
+    }
+
+    /// Areas (n,) [m2] of the contact points.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.weights().to_vec().into_pyarray(py)
+    }
+
+    /// The body with another conductivity [W/(m K)]; amplitudes keep their meaning.
+    fn with_conductivity(&self, py: Python<'_>, conductivity: f64) -> PyResult<Self> {
+        enter(py, |_| self.0.with_conductivity(conductivity)).map(Self)
+    }
+
+    /// Amplitudes (r,) of a uniform temperature [K].
+    fn uniform<'py>(&self, py: Python<'py>, temperature: f64) -> Bound<'py, PyArray1<f64>> {
+        self.0.uniform(temperature).into_pyarray(py)
+    }
+
+    /// Temperatures of the nodes (N,) [K] at amplitudes (r,).
+    fn temperature<'py>(
+        &self,
+        py: Python<'py>,
+        amplitudes: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = self.0.temperature(&amplitudes.to_vec()?);
+        Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
+    }
+
+    /// Temperatures of the contact points (n,) [K] at amplitudes (r,).
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        amplitudes: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = self.0.observe(&amplitudes.to_vec()?);
+        Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
+    }
+
+    /// Sums over the temperatures of the nodes (m, N) as sums over the amplitudes (m, r).
+    fn seen<'py>(
+        &self,
+        py: Python<'py>,
+        rows: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [rows.shape()[0], self.0.count()];
+        let rows = rows.to_vec()?;
+        enter(py, |_| self.0.seen(&rows))?
+            .into_pyarray(py)
+            .reshape(shape)
+    }
+
+    /// Heat [J] at amplitudes (r,), above that at zero.
+    fn heat(&self, amplitudes: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+        self.0
+            .heat(&amplitudes.to_vec()?)
+            .map_err(|error| bad_input(&error))
+    }
+
+    /// Heat flow [W] that leaves through films at amplitudes (r,).
+    fn loss(&self, amplitudes: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+        self.0
+            .loss(&amplitudes.to_vec()?)
+            .map_err(|error| bad_input(&error))
+    }
+
+    /// Amplitudes (r,) at the end of a step over a duration [s], with a flux (n,) [W/m2].
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        duration: f64,
+        amplitudes: PyReadonlyArray1<'_, f64>,
+        flux: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (amplitudes, flux) = (amplitudes.to_vec()?, flux.to_vec()?);
+        let found = enter(py, |_| self.0.advance(duration, &amplitudes, &flux))?;
+        Ok(found.into_pyarray(py))
+    }
+
+    /// Temperatures (n, n) [K m2/W] of the contact points at the end of a step by a unit flux into each.
+    fn response<'py>(&self, py: Python<'py>, duration: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.0.weights().len();
+        let found = enter(py, |_| self.0.response(duration))?;
+        found.into_pyarray(py).reshape([n, n])
+    }
+
+    /// The same (m, n) of what `seen` found (m, r).
+    fn response_of<'py>(
+        &self,
+        py: Python<'py>,
+        duration: f64,
+        seen: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [seen.shape()[0], self.0.weights().len()];
+        let seen = seen.to_vec()?;
+        enter(py, |_| self.0.response_of(duration, &seen))?
+            .into_pyarray(py)
+            .reshape(shape)
     }
 }
 

@@ -49,8 +49,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::heat::{
-        PyConductingBody, PyConductionStep, PyStepControl, moving_half_space, rolling_temperatures,
-        step_error, swelling,
+        PyConductingBody, PyConductionModes, PyConductionStep, PyStepControl, moving_half_space,
+        rolling_temperatures, step_error, swelling,
     };
     #[pymodule_export]
     use super::magnet::{PyMagneticCircuit, PySettled};

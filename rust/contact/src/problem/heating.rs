@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use mtb_complementarity::linear::Status;
 use mtb_operator::{Monitor, check_factors};
@@ -46,11 +46,14 @@ pub struct Heated {
     pub rounds: usize,
 }
 
-/// How the heat of friction of the points in contact divides between the bodies: `q_upper = given + matrix w`.
+/// How the heat of friction `w` of the points in contact divides between the bodies:
+/// `both q_upper = apart + lower w`.
 struct Division {
     active: Vec<usize>,
-    given: Vec<f64>,
-    matrix: Mat<f64>,
+    both: PartialPivLu<f64>,
+    /// Temperature [K] by which the lower body would be the warmer one without any flux.
+    apart: Mat<f64>,
+    lower: Mat<f64>,
 }
 
 fn square(values: &[f64], n: usize) -> MatRef<'_, f64> {
@@ -101,18 +104,14 @@ impl Heating<'_> {
             let (i, j) = (active[a], active[b]);
             lower[(i, j)] + upper[(i, j)] + resistance(a, b)
         });
-        let right = Mat::from_fn(m, m + 1, |a, b| {
-            let i = active[a];
-            if b == m {
-                self.before[0][i] - self.before[1][i]
-            } else {
-                lower[(i, active[b])] + self.share * resistance(a, b)
-            }
-        });
-        let solved = both.partial_piv_lu().solve(&right);
         Division {
-            given: (0..m).map(|a| solved[(a, m)]).collect(),
-            matrix: Mat::from_fn(m, m, |a, b| solved[(a, b)]),
+            both: both.partial_piv_lu(),
+            apart: Mat::from_fn(m, 1, |a, _| {
+                self.before[0][active[a]] - self.before[1][active[a]]
+            }),
+            lower: Mat::from_fn(m, m, |a, b| {
+                lower[(active[a], active[b])] + self.share * resistance(a, b)
+            }),
             active,
         }
     }
@@ -130,7 +129,8 @@ impl Heating<'_> {
         let m = active.len();
         // q_lower = w - q_upper
         let both = Mat::from_fn(n, m, |i, a| upper[(i, active[a])] - lower[(i, active[a])]);
-        let product = &both * &division.matrix;
+        let product = &both * division.both.solve(&division.lower);
+        let without = division.both.solve(&division.apart);
         let mut feedback = vec![0.0; n * n];
         for i in 0..n {
             for (a, &j) in active.iter().enumerate() {
@@ -138,7 +138,7 @@ impl Heating<'_> {
             }
         }
         let given = (0..n)
-            .map(|i| (0..m).map(|a| both[(i, a)] * division.given[a]).sum())
+            .map(|i| (0..m).map(|a| both[(i, a)] * without[(a, 0)]).sum())
             .collect();
         Some((feedback, given))
     }
@@ -309,15 +309,16 @@ impl Heating<'_> {
     ) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
         let n = pressure.len();
         let (mut lower, mut upper) = (vec![0.0; n], vec![0.0; n]);
-        for (a, &i) in division.active.iter().enumerate() {
-            let by_friction: f64 = division
-                .active
-                .iter()
-                .enumerate()
-                .map(|(b, &j)| division.matrix[(a, b)] * power[j] * pressure[j])
-                .sum();
-            upper[i] = division.given[a] + by_friction;
-            lower[i] = power[i] * pressure[i] - upper[i];
+        let active = &division.active;
+        let heat = Mat::from_fn(active.len(), 1, |a, _| {
+            power[active[a]] * pressure[active[a]]
+        });
+        let entered = division
+            .both
+            .solve(&division.apart + &division.lower * &heat);
+        for (a, &i) in active.iter().enumerate() {
+            upper[i] = entered[(a, 0)];
+            lower[i] = heat[(a, 0)] - upper[i];
         }
         let flux = [lower, upper];
         let temperature = std::array::from_fn(|k| {

@@ -33,6 +33,7 @@ pub struct Film {
 /// A mesh of tetrahedra that conducts heat; where nothing is said, no heat passes through its surface.
 pub struct ConductingBody {
     mesh: Arc<TetraMesh>,
+    conductor: Conductor,
     /// Rank of each node in the order of elimination.
     rank: Vec<usize>,
     /// Of the ranks: heat [J/K], and heat flow [W/K] of conduction and films.
@@ -166,6 +167,7 @@ impl ConductingBody {
         }
         Ok(Self {
             mesh,
+            conductor,
             rank,
             capacity,
             conduction,
@@ -177,6 +179,42 @@ impl ConductingBody {
     /// The mesh.
     pub fn mesh(&self) -> &TetraMesh {
         &self.mesh
+    }
+
+    /// The conductor.
+    pub fn conductor(&self) -> Conductor {
+        self.conductor
+    }
+
+    pub(super) fn capacity(&self) -> &Lower {
+        &self.capacity
+    }
+
+    /// Of conduction and films.
+    pub(super) fn conduction(&self) -> &Lower {
+        &self.conduction
+    }
+
+    pub(super) fn films(&self) -> &Lower {
+        &self.films
+    }
+
+    pub(super) fn inflow_by_rank(&self) -> &[f64] {
+        &self.inflow
+    }
+
+    /// Values of nodes by their ranks.
+    pub(super) fn by_rank(&self, values: &[f64]) -> Vec<f64> {
+        let mut ranked = vec![0.0; values.len()];
+        for (value, &k) in values.iter().zip(&self.rank) {
+            ranked[k] = *value;
+        }
+        ranked
+    }
+
+    /// Values of ranks by their nodes.
+    pub(super) fn by_node(&self, ranked: &[f64]) -> Vec<f64> {
+        self.rank.iter().map(|&k| ranked[k]).collect()
     }
 
     /// Heat [J] that the body holds at temperatures `temperature` (nodes) [K], above that at zero.
@@ -199,25 +237,8 @@ impl ConductingBody {
     }
 
     fn ranked(&self, temperature: &[f64]) -> Result<Vec<f64>, Error> {
-        let n = self.rank.len();
-        if temperature.len() != n {
-            return Err(Error::Shape {
-                name: "temperature",
-                found: temperature.len(),
-                expected: n,
-            });
-        }
-        if let Some(index) = temperature.iter().position(|t| !t.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "temperature",
-                index,
-            });
-        }
-        let mut ranked = vec![0.0; n];
-        for (node, &k) in self.rank.iter().enumerate() {
-            ranked[k] = temperature[node];
-        }
-        Ok(ranked)
+        refuse("temperature", temperature, self.rank.len())?;
+        Ok(self.by_rank(temperature))
     }
 
     /// An implicit step over `duration` [s] with heat through the contact points of `sampling`.
@@ -233,31 +254,8 @@ impl ConductingBody {
         sampling: &Sampling,
         monitor: Monitor<'_>,
     ) -> Result<ConductionStep, Error> {
-        if !(duration > 0.0 && duration.is_finite()) {
-            return Err(Error::Duration(duration));
-        }
-        let mut matrix = self.conduction.clone();
-        for (value, c) in matrix.value.iter_mut().zip(&self.capacity.value) {
-            *value += c / duration;
-        }
-        let unknowns = self.rank.len();
-        let describe = |failure: Failure| match failure {
-            Failure::Pivot(_) | Failure::Memory => Error::OutOfMemory { unknowns },
-            Failure::Interrupted => Error::Interrupted,
-        };
-        let symbolic = Symbolic::new(&matrix, monitor).map_err(describe)?;
-        let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
-        values.resize(symbolic.entries(), 0.0);
-        let factor = symbolic
-            .numeric(&matrix, values, monitor)
-            .map_err(describe)?;
-        poll(monitor, 2)?;
-        let trace = self.trace(sampling)?;
-        let weights = sampling.weights();
-        let most = weights.iter().copied().fold(0.0, f64::max);
-        if let Some(i) = weights.iter().position(|&w| w.is_nan() || w <= 1e-9 * most) {
-            return Err(Error::NoArea(i));
-        }
+        let factor = self.factor(duration, monitor)?;
+        let (trace, weights) = self.traced(sampling)?;
         let groups: Vec<Vec<SparseColumn>> = trace.chunks(GROUP).map(<[_]>::to_vec).collect();
         let reached: Vec<Reached> = factor.forward_all(&groups);
         poll(monitor, 3)?;
@@ -290,6 +288,42 @@ impl ConductingBody {
             weights,
             response,
         })
+    }
+
+    /// The factor of a step over `duration` [s].
+    pub(super) fn factor(&self, duration: f64, monitor: Monitor<'_>) -> Result<Factor, Error> {
+        check_duration(duration)?;
+        let mut matrix = self.conduction.clone();
+        for (value, c) in matrix.value.iter_mut().zip(&self.capacity.value) {
+            *value += c / duration;
+        }
+        let unknowns = self.rank.len();
+        let describe = |failure: Failure| match failure {
+            Failure::Pivot(_) | Failure::Memory => Error::OutOfMemory { unknowns },
+            Failure::Interrupted => Error::Interrupted,
+        };
+        let symbolic = Symbolic::new(&matrix, monitor).map_err(describe)?;
+        let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
+        values.resize(symbolic.entries(), 0.0);
+        let factor = symbolic
+            .numeric(&matrix, values, monitor)
+            .map_err(describe)?;
+        poll(monitor, 2)?;
+        Ok(factor)
+    }
+
+    /// For each contact point the ranks below it, each with the integral of both functions [m2], and its area.
+    pub(super) fn traced(
+        &self,
+        sampling: &Sampling,
+    ) -> Result<(Vec<SparseColumn>, Vec<f64>), Error> {
+        let trace = self.trace(sampling)?;
+        let weights = sampling.weights();
+        let most = weights.iter().copied().fold(0.0, f64::max);
+        match weights.iter().position(|&w| w.is_nan() || w <= 1e-9 * most) {
+            Some(i) => Err(Error::NoArea(i)),
+            None => Ok((trace, weights)),
+        }
     }
 
     fn trace(&self, sampling: &Sampling) -> Result<Vec<SparseColumn>, Error> {
@@ -391,20 +425,8 @@ impl ConductionStep {
         x.iter_mut()
             .zip(&self.body.inflow)
             .for_each(|(x, inflow)| *x = *x / self.duration + inflow);
-        if flux.len() != self.trace.len() {
-            return Err(Error::Shape {
-                name: "flux",
-                found: flux.len(),
-                expected: self.trace.len(),
-            });
-        }
-        for (index, (column, q)) in self.trace.iter().zip(flux).enumerate() {
-            if !q.is_finite() {
-                return Err(Error::NotFinite {
-                    name: "flux",
-                    index,
-                });
-            }
+        refuse("flux", flux, self.trace.len())?;
+        for (column, q) in self.trace.iter().zip(flux) {
             for (k, b) in column {
                 x[*k] += b * q;
             }
@@ -414,6 +436,28 @@ impl ConductionStep {
         })?;
         Ok(self.body.rank.iter().map(|&k| x[k]).collect())
     }
+}
+
+/// Refuses numbers that are not as many as expected, or not finite.
+pub(super) fn refuse(name: &'static str, values: &[f64], expected: usize) -> Result<(), Error> {
+    if values.len() != expected {
+        return Err(Error::Shape {
+            name,
+            found: values.len(),
+            expected,
+        });
+    }
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(Error::NotFinite { name, index }),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn check_duration(duration: f64) -> Result<(), Error> {
+    if duration > 0.0 && duration.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Duration(duration))
 }
 
 /// Area [m2] of a boundary triangle over that of barycentric coordinates, at `l`: of its curved surface.

@@ -219,17 +219,18 @@ impl Factor {
         SupernodalLltRef::new(&self.symbolic.structure, &self.values)
     }
 
-    /// Solves `K x = b` in place.
+    /// Solves `K x = b` in place, for one column or several ones, one after the other.
     pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Failure> {
+        let n = self.symbolic.structure.nrows();
+        let count = x.len() / n;
         let request = self
             .symbolic
             .structure
-            .solve_in_place_scratch::<f64>(1, Par::Seq);
+            .solve_in_place_scratch::<f64>(count, Par::Seq);
         let mut memory = MemBuffer::try_new(request).map_err(|_| Failure::Memory)?;
-        let n = x.len();
         self.supernodal().solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(x, n, 1),
+            MatMut::from_column_major_slice_mut(x, n, count),
             Par::Seq,
             MemStack::new(&mut memory),
         );

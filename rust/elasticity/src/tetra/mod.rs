@@ -14,8 +14,8 @@
 //! `C_cd = W^-1 S_cd` with `W_i = sum_q w_q phi_i`, symmetric in the `W`-weighted product.
 //!
 //! A [`ConductingBody`] is the same mesh with heat in place of displacements: implicit steps over the time, each of
-//! them condensed onto the same contact points. [`TetraBody::expansion`] is the displacement of the contact points by
-//! the temperatures of the nodes.
+//! them condensed onto the same contact points. In its [`ConductionModes`] steps of any duration are diagonal.
+//! [`TetraBody::expansion`] is the displacement of the contact points by the temperatures of the nodes.
 //!
 //! **References.** [GeorgeLiu1981] for the ordering and the elimination tree; [Hughes2000] for the elements.
 
@@ -25,6 +25,8 @@ mod body;
 mod condense;
 mod condensed;
 mod conduction;
+mod conduction_basis;
+mod conduction_modes;
 mod element;
 mod expansion;
 mod factor;
@@ -47,6 +49,7 @@ pub const DIGEST: &str = env!("MTB_TETRA_DIGEST");
 pub use body::TetraBody;
 pub use condensed::{Balance, CondensedBody, Flexibility, SupportCase};
 pub use conduction::{ConductingBody, ConductionStep, Film};
+pub use conduction_modes::ConductionModes;
 pub use factorised::{Cost, Limits};
 pub use mesh::{Order, TetraMesh};
 pub use recovery::Reaction;
