@@ -225,3 +225,43 @@ def test_equal_steps_beyond_the_limit_say_so() -> None:
 def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:
     with pytest.raises((ValueError, TypeError), match=message):
         shoe().sliding_heat(1.0, 1, 20.0, **given)  # type: ignore[arg-type]
+
+
+@pytest.mark.filterwarnings("ignore:The steps are too long")
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_expansion_has_one_scale_of_temperature(body: str) -> None:
+    """(a + b T) T about T0 is (a + 2 b T0) t + b t^2 with t = T - T0."""
+    a, b, start = 12e-6, 2e-8, 300.0
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.15, velocity=20.0, spacing=(18e-3, 8e-3))
+
+    def slid(expansion: float, bulk: float) -> mtb.SlidingHeat:
+        bodies = dict.fromkeys(("lower", "upper"), mtb.Conductor(50.0, 7850.0, 450.0))
+        bodies[body] = mtb.Conductor(50.0, 7850.0, 450.0, expansion, expansion_slope=b)
+        return scene.sliding_heat(0.5, 5, bulk=(bulk, bulk), expansion=True, wear=1e-12, **bodies)
+
+    warm, cold = slid(a, start), slid(a + 2.0 * b * start, 0.0)
+    assert warm.openings[-1] == pytest.approx(cold.openings[-1], rel=1e-9, abs=1e-18)
+    assert warm.pressure == pytest.approx(cold.pressure, rel=1e-9)
+
+
+def test_a_rail_that_has_just_been_met_is_as_warm_as_the_time_makes_it() -> None:
+    """All of the heat enters the rail: the mean is that of one dimension, as at a steady passage."""
+    beta = mtb.conducting_steel.effusivity
+    cold = mtb.Conductor(1e-6, 7850.0, 450.0)
+
+    def ratio(velocity: float, duration: float) -> float:
+        scene = mtb.scenes.block_on_plane(
+            friction=0.1, velocity=velocity, spacing=5e-3, supports="driven-top"
+        )
+        slid = scene.sliding_heat(duration, 1, upper=cold)
+        area = slid.area / slid.area.sum()
+        behind = np.linspace(0.0, 0.1, 20001)
+        heated = np.sqrt(np.minimum(duration, behind / velocity)).mean()
+        flux = float(slid.heat_flux_lower @ area)
+        return float(slid.temperature_lower @ area) / (2.0 * flux * heated / (beta * np.sqrt(np.pi)))
+
+    # an uneven flux makes more than one, the same at any share of the length
+    steady = ratio(1.0, 1.0)
+    assert steady == pytest.approx(1.1, abs=0.02)
+    for velocity in (1e-6, 1e-3, 0.05, 0.09):
+        assert ratio(velocity, 1.0) == pytest.approx(steady, rel=0.01), velocity
