@@ -224,3 +224,16 @@ def test_friction_that_fades_says_that_its_steps_are_too_long() -> None:
     scene = shoe(friction=0.3, velocity=40.0, magnetic_pressure=3e6)
     with pytest.warns(UserWarning, match="The steps are too long"):
         scene.sliding_heat(20.0, 60, fading=([50.0, 100.0], [1.0, 0.3]))
+
+
+def test_a_stop_with_a_magnet_that_follows_the_gap_of_hot_spots() -> None:
+    """Points that exchange heat change with the pull, and the pull with the gaps they open: both settle."""
+    magnet = mtb.Magnet(3000.0, 1e-3, speed_factor=mtb.VelocityTable([0.0, 50.0], [1.0, 0.6]))
+    friction = mtb.VelocityTable([0.0, 30.0], [0.3, 0.1])
+    scene = shoe(friction=friction, magnetic_pressure=magnet)
+    stop = mtb.brake(scene, 15.0, 2e3, 5e3, wear=1e-13, expansion=True, tolerance=0.3)
+    assert stop.speed[-1] == 0.0
+    way = 0.5 * (stop.speed[1:] + stop.speed[:-1]) * np.diff(stop.time)
+    work = float(stop.shoes[0].friction_powers @ np.diff(stop.time)) + stop.other_force @ way
+    assert work == pytest.approx(0.5 * 2e3 * 15.0**2, rel=1e-10)
+    assert stop.shoes[0].volumes_upper[-1] > 0.0

@@ -4,9 +4,13 @@
 use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
+use super::heating::ROUNDS;
 use super::{Attracted, Friction, Heated, Heating, Loading, Outcome, Problem};
 use crate::error::Error;
 use crate::magnet::{Magnet, settle, snap_share};
+
+/// Solves of a heated state after which the points that exchange heat only grow in number.
+const FREE: usize = 20;
 
 impl Problem {
     /// A loading with a pull (n) [Pa] on bodies besides.
@@ -82,17 +86,26 @@ impl Problem {
     ) -> Result<Heated, Error> {
         let from = magnet.first_pull(loading, from)?;
         let mut active = start;
+        let mut solves = 0;
         settle(magnet, from, |pull| {
             let loading = self.pulled(loading, magnet.bodies, pull)?;
-            let heated = self.slide_heated(
+            solves += 1;
+            // where the points that exchange heat change with the pull to and fro, no pull settles
+            let free = if solves <= FREE { ROUNDS } else { 0 };
+            let heated = self.heated_in_rounds(
                 &loading,
                 direction,
                 friction,
                 heating,
                 active.take(),
+                free,
                 monitor,
             )?;
-            active = Some(heated.outcome.in_contact());
+            active = Some(if free > 0 {
+                heated.outcome.in_contact()
+            } else {
+                heated.exchanging.clone()
+            });
             Ok(heated)
         })
     }

@@ -13,7 +13,7 @@ use crate::error::{Error, check, check_number};
 use crate::sliding::SlidingContact;
 
 /// Sets of points in contact after which points that have opened go on exchanging heat, so that the sets only grow.
-const ROUNDS: usize = 5;
+pub(super) const ROUNDS: usize = 5;
 
 /// What heat does to both bodies over one step of the time; the lower body first. Matrices are (n, n), row-major.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,8 @@ pub struct Heated {
     pub flux: [Vec<f64>; 2],
     /// Temperatures of the points (n) [K] at the end of the step.
     pub temperature: [Vec<f64>; 2],
+    /// Points that exchange heat (n): those in contact, and those that are just open.
+    pub exchanging: Vec<bool>,
     /// Sets of points that were tried.
     pub rounds: usize,
 }
@@ -164,6 +166,24 @@ impl Problem {
         start: Option<Vec<bool>>,
         monitor: Monitor<'_>,
     ) -> Result<Heated, Error> {
+        self.heated_in_rounds(
+            loading, direction, friction, heating, start, ROUNDS, monitor,
+        )
+    }
+
+    /// [`Problem::slide_heated`], where the points that exchange heat are those in contact for less than `free` rounds;
+    /// from then on their set, at first that of `start`, only grows.
+    #[allow(clippy::too_many_arguments, reason = "a step of the time")]
+    pub(super) fn heated_in_rounds(
+        &self,
+        loading: &Loading,
+        direction: &[f64],
+        friction: &[f64],
+        heating: &Heating<'_>,
+        start: Option<Vec<bool>>,
+        free: usize,
+        monitor: Monitor<'_>,
+    ) -> Result<Heated, Error> {
         let n = self.points();
         self.check(loading)?;
         check("direction", direction, 2 * n)?;
@@ -204,7 +224,7 @@ impl Problem {
             iterations += solution.iterations;
             let found: Vec<bool> = solution.pressure.iter().map(|p| *p > 0.0).collect();
             let is_solved = solution.status == Status::Solved;
-            if is_solved && round < ROUNDS && found != active {
+            if is_solved && round < free && found != active {
                 active = found;
                 continue;
             }
@@ -231,6 +251,7 @@ impl Problem {
                 outcome,
                 flux,
                 temperature,
+                exchanging: active,
                 rounds: round,
             });
         }
