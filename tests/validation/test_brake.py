@@ -220,10 +220,24 @@ def test_layered_and_rigid_shoes_do_not_heat() -> None:
             mtb.brake(shoe(upper=upper), 20.0, 2000.0)
 
 
-def test_friction_that_fades_says_that_its_steps_are_too_long() -> None:
+@pytest.mark.parametrize("expansion", [False, True])
+def test_friction_that_fades_is_that_of_its_own_temperature(expansion: bool) -> None:
+    """Long steps go to the steady state of short ones, and do not flip between hot and cold."""
     scene = shoe(friction=0.3, velocity=40.0, magnetic_pressure=3e6)
-    with pytest.warns(UserWarning, match="The steps are too long"):
-        scene.sliding_heat(20.0, 60, fading=([50.0, 100.0], [1.0, 0.3]))
+    given: dict[str, Any] = {"fading": ([50.0, 100.0], [1.0, 0.3]), "wear": 1e-12, "expansion": expansion}
+    by = {"tolerance": 0.2} if expansion else {}
+    long, short = (scene.sliding_heat(10.0, steps, **given, **by) for steps in (15, 240))
+    # power of friction and temperature fit each other, and stay
+    assert long.friction_powers[-1] == pytest.approx(short.friction_powers[-1], rel=0.02)
+    assert long.means[-1] == pytest.approx(short.means[-1], rel=0.02)
+    if not expansion:
+        last = long.friction_powers[-5:]
+        assert np.ptp(last) < 0.01 * last.mean()
+        warm = 0.5 * (long.temperature_upper + long.temperature_lower)
+        friction = 0.3 * np.interp(warm, [50.0, 100.0], [1.0, 0.3])
+        power = float((friction * long.pressure * 40.0) @ long.area)
+        # fields are means over cells, whose products are not those of the basis functions
+        assert long.friction_powers[-1] == pytest.approx(power, rel=3e-3)
 
 
 def test_a_stop_with_a_magnet_that_follows_the_gap_of_hot_spots() -> None:

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 Kept = dict[str, list[float]]
 Fold = Callable[[Array], Array]
 
+#: Change of a factor on the friction that counts as none, turns after which it must have settled, and those
+#: through which secants are laid.
+FADED, MOST_FADINGS, FADINGS = 1e-10, 60, 8
 #: Speeds of a table of the heat of the lower body, to twice the speed.
 SPEEDS = 4
 
@@ -197,6 +200,37 @@ def _opened(opening: Array | None, flux: Array) -> Array:
     return np.asarray(opening[0] @ flux[0] + opening[1] @ flux[1])
 
 
+class _Fading:
+    """Factors on the friction (n,) that are those at the temperatures which this friction makes.
+
+    By Anderson's secants through the last changes: plain turns run away where the friction falls by more than
+    the temperature has grown, relatively.
+    """
+
+    def __init__(self, factor: Array) -> None:
+        self.factor = factor
+        self.is_settled = False
+        self._tried: list[Array] = []
+        self._missed: list[Array] = []
+
+    def turn(self, found: Array) -> bool:
+        """Goes on by the factors that were found; whether to solve again."""
+        missed = found - self.factor
+        self.is_settled = bool(np.abs(missed).max(initial=0.0) <= FADED)
+        if self.is_settled or len(self._missed) >= MOST_FADINGS:
+            return False
+        self._tried.append(self.factor)
+        self._missed.append(missed)
+        step = missed
+        if len(self._missed) > 1:
+            of_missed = np.diff(self._missed[-FADINGS:], axis=0).T
+            of_tried = np.diff(self._tried[-FADINGS:], axis=0).T
+            shares = np.linalg.lstsq(of_missed, missed, rcond=1e-12)[0]
+            step = missed - (of_tried + of_missed) @ shares
+        self.factor = np.maximum(self.factor + step, 0.0)
+        return True
+
+
 class HeatedSliding:
     """Bodies that slide and heat each other, step by step.
 
@@ -337,7 +371,8 @@ class HeatedSliding:
         problem, heated = self.problem, self.heated
         n, time, way = problem.n, self.time + duration, mean * duration
         friction, pull = self.posed(speed, self.pressure)
-        friction = np.ascontiguousarray(friction * heated.faded(self.surface.mean(axis=0)))
+        unfaded, factor = friction, heated.faded(self.surface.mean(axis=0))
+        friction = np.ascontiguousarray(unfaded * factor)
         before = np.full((2, n), heated.bulk[0])
         worn, coasted = self.worn.copy(), []
         for body in self.bodies:
@@ -358,12 +393,18 @@ class HeatedSliding:
         else:
             pull = np.asarray(pull)
             loading = problem.loading_by(pull, pull if problem.lower.pull.any() else problem.lower.pull)
-        outcome, flux, surface, pressure, by_flux = self._solved(
-            loading, friction, (duration, time, way), (before, speeds, numbers), worn, diagonal, magnet
-        )
+        given = (duration, time, way), (before, speeds, numbers), worn, diagonal, magnet
+        outcome, flux, surface, pressure, by_flux = self._solved(loading, friction, *given)
+        is_settled = True
+        if heated.fading is not None:
+            fading = _Fading(factor)
+            while outcome.status == "solved" and fading.turn(heated.faded(surface.mean(axis=0))):
+                friction = np.ascontiguousarray(unfaded * fading.factor)
+                outcome, flux, surface, pressure, by_flux = self._solved(loading, friction, *given)
+            is_settled = fading.is_settled
         # where nothing expands, the steps have no part in it
         is_single = not (heated.expands and outcome.unstable)
-        is_state = outcome.status == "solved" and is_single
+        is_state = outcome.status == "solved" and is_single and is_settled
         settled = outcome.settled
         opened = worn - self.worn + by_flux
         # where a layer yields, friction has not grown with the pressure

@@ -71,8 +71,7 @@ def heat(
     found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
     margin, errors = found["thermal_margin"], found["errors"][1:]
     grows = margin is not None and margin > 1.0
-    feeds_back = sliding.heated.expands or sliding.heated.fading is not None
-    if tolerance is None and feeds_back and errors.size:
+    if tolerance is None and sliding.heated.expands and errors.size:
         # below the limit a single step does not spoil those after it
         error, which = (errors.max(), "one of them") if grows else (errors.mean(), "in the mean each of them")
         why = f", and the heat is {margin:.3g} times the thermal limit" if grows else ""
@@ -188,6 +187,11 @@ class HeatedScene:
         is_carried = outcome.status not in NOT_CARRIED
         if why is not None and is_carried:
             return ConvergenceError(why)
+        if outcome.status == "solved" and not outcome.unstable:
+            return ConvergenceError(
+                "friction and the temperatures by which it fades do not settle in a step: give a tolerance, "
+                "by which steps are made short enough, or more steps"
+            )
         if self.heated.expands and is_carried:
             return ConvergenceError(
                 "a step has no single state: its heat is above the thermal limit of so long a step; give a "

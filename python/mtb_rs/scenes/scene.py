@@ -289,8 +289,8 @@ class Scene(PosedScene):
             Laws of wear of both bodies, as of :func:`mtb_rs.wear`. The wear of the upper body stands in its
             gap. Each place of the lower one is passed once, so that its wear is counted and opens no gap.
         fading : (temperatures, factors) [K], [-]
-            Factors on the friction over the mean temperature of both surfaces, linear between the entries
-            and constant beyond them.
+            Factors on the friction over the mean temperature of both surfaces at the end of the step, linear
+            between the entries and constant beyond them.
         tolerance : float or None
             Error of each step (:attr:`SlidingHeat.errors`) by which their lengths are chosen; None: they are
             equal.
