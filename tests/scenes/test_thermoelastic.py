@@ -192,11 +192,9 @@ def test_material_follows_the_temperature() -> None:
 def test_friction_fades_with_the_temperature() -> None:
     faded = shoe().sliding_heat(1.0, 10, 20.0, fading=([0.0, 10.0], [1.0, 0.5]))
     forces = np.abs(faded.forces[:, 0] / faded.forces[:, 2])
-    # the first step has warmed it already
-    assert 0.05 < forces[-1] < 0.9 * forces[0]
-    assert forces[0] < 0.1
-    short = shoe().sliding_heat(1e-3, 10, 20.0, fading=([0.0, 10.0], [1.0, 0.5])).forces[0]
-    assert abs(short[0] / short[2]) == pytest.approx(0.1, rel=0.03)
+    assert 0.05 < forces[-1] < forces[0] < 0.1
+    # by the temperature at the end of the step itself, nearly the same all over
+    assert forces == pytest.approx(0.1 * np.interp(faded.means, [0.0, 10.0], [1.0, 0.5]), rel=0.01)
     fixed = shoe(friction=0.05).sliding_heat(1.0, 10, 20.0)
     far = shoe().sliding_heat(1.0, 10, 20.0, fading=([-10.0], [0.5]))
     assert far.means == pytest.approx(fixed.means, rel=1e-9)
