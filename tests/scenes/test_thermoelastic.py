@@ -243,26 +243,3 @@ def test_expansion_has_one_scale_of_temperature(body: str) -> None:
     warm, cold = slid(a, start), slid(a + 2.0 * b * start, 0.0)
     assert warm.openings[-1] == pytest.approx(cold.openings[-1], rel=1e-9, abs=1e-18)
     assert warm.pressure == pytest.approx(cold.pressure, rel=1e-9)
-
-
-def test_a_rail_that_has_just_been_met_is_as_warm_as_the_time_makes_it() -> None:
-    """All of the heat enters the rail: the mean is that of one dimension, as at a steady passage."""
-    beta = mtb.conducting_steel.effusivity
-    cold = mtb.Conductor(1e-6, 7850.0, 450.0)
-
-    def ratio(velocity: float, duration: float) -> float:
-        scene = mtb.scenes.block_on_plane(
-            friction=0.1, velocity=velocity, spacing=5e-3, supports="driven-top"
-        )
-        slid = scene.sliding_heat(duration, 1, upper=cold)
-        area = slid.area / slid.area.sum()
-        behind = np.linspace(0.0, 0.1, 20001)
-        heated = np.sqrt(np.minimum(duration, behind / velocity)).mean()
-        flux = float(slid.heat_flux_lower @ area)
-        return float(slid.temperature_lower @ area) / (2.0 * flux * heated / (beta * np.sqrt(np.pi)))
-
-    # an uneven flux makes more than one, the same at any share of the length
-    steady = ratio(1.0, 1.0)
-    assert steady == pytest.approx(1.1, abs=0.02)
-    for velocity in (1e-6, 1e-3, 0.05, 0.09):
-        assert ratio(velocity, 1.0) == pytest.approx(steady, rel=0.01), velocity

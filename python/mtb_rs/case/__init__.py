@@ -231,8 +231,9 @@ class Case(BaseModel):
         if self.stress is None:
             return None
         side = self.stress.get("body", "lower")
-        reason = getattr(getattr(scene, side), "without_stress", None)
-        return reason and f"stress: the {side} body {reason}"
+        upper, lower = scene.simple
+        reason = (lower if side == "lower" else upper).without_stress
+        return f"stress: the {side} body {reason}" if reason else None
 
     def _studied(
         self,

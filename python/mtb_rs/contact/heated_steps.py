@@ -95,15 +95,11 @@ class Passing:
     def passing(self, time: float, way: float) -> float:
         """Mean speed [m/s] of what is now at the rear end, since it came to the front end.
 
-        At first much of it has been below the contact from the beginning. The speed is then that of a passage
-        at which an even flux gives the same mean temperature: on the share g of the length that has come
-        since then the temperature grows with the root of the way from the front end, and on the rest it is
-        that of the time, which makes a mean of 1 - g / 3 of it.
+        Where all of it has been below the contact from the beginning, it has been there for this time.
         """
         gone = self.distances[-1] + way
-        if gone < self.length:
-            share = gone / self.length
-            return self.length / time * (4.0 / 9.0) / (1.0 - share / 3.0) ** 2
+        if gone <= 0.0:
+            return self.length / time
         times, distances = [*self.times, time], [*self.distances, gone]
         entered = float(np.interp(gone - self.length, distances, times))
         return self.length / (time - entered)
