@@ -31,7 +31,7 @@ _LENGTHS = (
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )
 _RATIOS = (
-    "coefficient coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
+    "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
     "reduction relief_slope slope_reduction "
     "conicity rms_slope static stop_tolerance tangential_ratio tilts tolerance"
 )

@@ -105,9 +105,9 @@ StickDirection = Literal["strip theory", "CONTACT"]
 Unit = Literal["m", "mm", "um", "in"]
 #: Ways between the points of a profile, and ways that z of its file may point.
 Interpolation = Literal["smooth", "linear"]
+ZAxis = Literal["up", "down", "guess"]
 #: Way of a passage through a contact.
 Along = Literal["x", "y"]
-ZAxis = Literal["up", "down", "guess"]
 #: How the axle of a rigid wheelset stands on the rails.
 Axle = Literal["level", "free"]
 #: Ways to an equivalent conicity, and what is drawn of a wheelset over rails.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..bodies.conductor import Conductor
 from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
+from ..results.plausible import height_of
 from .heated_body import KEPT, SAME, HeatedBody, ReducedBody, WholeBody
 from .problem import ContactProblem, mean_tractions, sliding_tractions
 from .symmetry import alike, mirror_symmetry
@@ -253,6 +254,9 @@ class HeatedSliding:
     ) -> None:
         n = problem.n
         self.problem, self.posed, self.heated = problem, posed, heated
+        height = height_of(problem.upper.state)
+        assert height is not None
+        self.height = height
         self.bodies: list[HeatedBody] = []
         first: ReducedBody | None = None
         for part in problem.upper.state:
@@ -526,9 +530,8 @@ class HeatedSliding:
         self.surface = trial.surface
         self.worn = self.worn + trial.depth
         if self.heated.wear is not None:
-            height = min(float(np.ptp(body.body.mesh.nodes[:, 2])) for body in self.bodies)
             way = self.passing.distances[-1]
-            check_worn(self.heated.wear, self.worn, height, "the height of the upper body", way)
+            check_worn(self.heated.wear, self.worn, self.height, "the height of the upper body", way)
         self.heat = self.heat + duration * trial.flux[1]
         self.flux, self.wearing = np.ascontiguousarray(trial.flux[1]), trial.depth / duration
         self.volume_lower += trial.volume_lower

@@ -26,6 +26,7 @@ from ..contact.symmetry import MirrorSymmetry, alike, mirror_symmetry
 from ..friction.wear_laws import Archard, Rubbing, WearLaw, as_wear_law, check_worn, coefficients_of
 from ..geometry.contact_points import Patch
 from ..geometry.profiles import Profile
+from ..results.plausible import height_of
 from ..results.result import Result
 from ..results.wear_result import WearResult
 from ..scenes.auto import TOLERANCE
@@ -291,10 +292,9 @@ class _Stage:
 
     def height(self) -> tuple[float, str]:
         """How deep the upper body can be worn [m], and what this is."""
-        bodies = [] if self.problem is None else [part.body for part in self.problem.upper.state]
-        if bodies:
-            heights = [float(np.ptp(body.mesh.nodes[:, 2])) for body in bodies]
-            return min(heights), "the height of the upper body"
+        own = None if self.problem is None else height_of(self.problem.upper.state)
+        if own is not None:
+            return own, "the height of the upper body"
         scene = self.scene
         if scene is None and self.prepared is not None and self.prepared._source is not None:
             scene = self.prepared._source.scene  # type: ignore[assignment]
